@@ -1,0 +1,6 @@
+"""Declared quantities: default, unit, range and source of every parameter; TOML in and out."""
+
+from .quantity import ParameterError, ParameterSet, quantity, switch
+from .toml_file import read_toml, write_toml
+
+__all__ = ["ParameterError", "ParameterSet", "quantity", "read_toml", "switch", "write_toml"]

@@ -1,0 +1,138 @@
+"""Fields of a parameter set that know their unit, their allowed range and where they come from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import Field, dataclass, field, fields
+from typing import Any
+
+
+class ParameterError(ValueError):
+    """A parameter is unknown, of the wrong type or out of range; one line says which and why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """What is known of a number besides its value.
+
+    Attributes
+    ----------
+    unit : str
+        SI unit as FMI writes it; ``1`` for a pure number.
+    description, source : str
+        What it is, and where the default comes from.
+    above, minimum, maximum : float or None
+        Allowed range: greater than `above`, not below `minimum`, not above `maximum`.
+    """
+
+    unit: str
+    description: str
+    source: str
+    above: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+
+    @property
+    def allowed(self) -> str:
+        """The range in words, for messages and for the comments of a parameter file."""
+        parts = []
+        if self.above is not None:
+            parts.append(f"> {self.above:g}")
+        if self.minimum is not None:
+            parts.append(f">= {self.minimum:g}")
+        if self.maximum is not None:
+            parts.append(f"<= {self.maximum:g}")
+        return " and ".join(parts) or "any finite number"
+
+    def holds(self, value: float) -> bool:
+        """Whether `value` is finite and in the range."""
+        return (
+            math.isfinite(value)
+            and (self.above is None or value > self.above)
+            and (self.minimum is None or value >= self.minimum)
+            and (self.maximum is None or value <= self.maximum)
+        )
+
+
+def quantity(
+    default: float,
+    unit: str,
+    description: str,
+    *,
+    source: str,
+    above: float | None = None,
+    minimum: float | None = None,
+    maximum: float | None = None,
+) -> Any:
+    """Declare a number of a `ParameterSet`; an integer default makes it an integer.
+
+    Parameters
+    ----------
+    default : float or int
+        Its value unless a file says otherwise.
+    unit, description, source, above, minimum, maximum
+        See `Quantity`.
+
+    Returns
+    -------
+    Any
+        A dataclass field (typed Any, as `dataclasses.field` is).
+    """
+    known = Quantity(
+        unit=unit,
+        description=description,
+        source=source,
+        above=above,
+        minimum=minimum,
+        maximum=maximum,
+    )
+    return field(default=default, metadata={"quantity": known})
+
+
+def switch(default: bool, description: str, *, source: str) -> Any:
+    """Declare a yes-or-no parameter of a `ParameterSet`."""
+    known = Quantity(unit="", description=description, source=source)
+    return field(default=default, metadata={"quantity": known})
+
+
+def quantity_of(declared: Field[Any]) -> Quantity:
+    """The `Quantity` a dataclass field was declared with."""
+    known: Quantity = declared.metadata["quantity"]
+    return known
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterSet:
+    """Base of frozen parameter sets whose fields are declared by `quantity` and `switch`.
+
+    Raises
+    ------
+    ParameterError
+        On construction, if a value is of the wrong type, not finite or out of range.
+    """
+
+    def __post_init__(self) -> None:
+        for declared in fields(self):
+            value = check(declared, getattr(self, declared.name))
+            object.__setattr__(self, declared.name, value)
+
+
+def check(declared: Field[Any], value: object) -> float | int | bool:
+    """Return `value` in the type of the declared field, or say what is wrong with it."""
+    known = quantity_of(declared)
+    if isinstance(declared.default, bool):
+        if not isinstance(value, bool):
+            raise ParameterError(f"{declared.name} = {value!r}: must be true or false")
+        return value
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ParameterError(f"{declared.name} = {value!r}: must be a number in {known.unit}")
+    if isinstance(declared.default, int):
+        if value != int(value if math.isfinite(value) else 0):
+            raise ParameterError(f"{declared.name} = {value!r}: must be a whole number")
+        value = int(value)
+    else:
+        value = float(value)
+    if not known.holds(value):
+        unit = "" if known.unit in {"", "1"} else f" {known.unit}"
+        raise ParameterError(f"{declared.name} = {value:g}{unit}: must be {known.allowed}")
+    return value

@@ -1,0 +1,216 @@
+"""The slab track in numbers: Table A2 of Xu & Lu (2021), read as their frequencies demand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from railcosim.parameters import ParameterError, ParameterSet, quantity, switch
+
+A2 = "Xu & Lu 2021, Table A2"
+CHN60 = "CHN60 rail section"
+SLAB_READING = "a multiple of Table A2's slab and joint"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rail(ParameterSet):
+    """A Timoshenko rail."""
+
+    young_modulus: float = quantity(2.059e11, "N/m2", "elastic modulus", above=0, source=A2)
+    poisson_ratio: float = quantity(
+        0.3, "1", "Poisson ratio, for the shear modulus", minimum=0, maximum=0.499, source=CHN60
+    )
+    mass_per_length: float = quantity(60.64, "kg/m", "mass per length", above=0, source=A2)
+    area: float = quantity(7.745e-3, "m2", "cross-section area", above=0, source=CHN60)
+    shear_coefficient: float = quantity(
+        0.5329, "1", "Timoshenko shear coefficient kappa", above=0, maximum=1, source=CHN60
+    )
+    second_moment: float = quantity(
+        3.215e-5, "m4", "second moment of area for vertical bending, I_ry", above=0, source=A2
+    )
+    second_moment_lateral: float = quantity(
+        5.24e-6, "m4", "for lateral bending, I_rz; not used by the vertical model", above=0,
+        source=A2,
+    )  # fmt: skip
+    torsional_rigidity: float = quantity(
+        1.9587e5, "N.m2", "GJ, printed in N m/rad; not used by the vertical model", above=0,
+        source=A2,
+    )  # fmt: skip
+    loss_factor: float = quantity(
+        0.0, "1", "hysteretic loss factor of bending and shear", minimum=0, maximum=1,
+        source="none in the paper",
+    )  # fmt: skip
+    lateral_distance: float = quantity(
+        1.5, "m", "distance between the two rails' contact points", above=0, source="usual"
+    )
+
+    @property
+    def bending_stiffness(self) -> float:
+        """EI, N m2."""
+        return self.young_modulus * self.second_moment
+
+    @property
+    def shear_stiffness(self) -> float:
+        """kappa G A, N."""
+        shear_modulus = self.young_modulus / (2 * (1 + self.poisson_ratio))
+        return self.shear_coefficient * shear_modulus * self.area
+
+    @property
+    def rotary_inertia(self) -> float:
+        """rho I, kg m."""
+        return self.mass_per_length / self.area * self.second_moment
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fastening(ParameterSet):
+    """Fastening system and railpad at one railseat of one rail."""
+
+    stiffness: float = quantity(3e7, "N/m", "vertical stiffness", above=0, source=A2)
+    damping: float = quantity(2.5e4, "N.s/m", "vertical damping", minimum=0, source=A2)
+    stiffness_lateral: float = quantity(
+        3.5e7, "N/m", "lateral stiffness; not used by the vertical model", above=0, source=A2
+    )
+    damping_lateral: float = quantity(
+        2.5e4, "N.s/m", "lateral damping; not used by the vertical model", minimum=0, source=A2
+    )
+    loss_factor: float = quantity(
+        0.0, "1", "hysteretic loss factor of the railpad", minimum=0, maximum=2,
+        source="none in the paper",
+    )  # fmt: skip
+    spacing: float = quantity(
+        0.625, "m", "distance of railseats; divides the cell (slab and joint)", above=0,
+        source="pinned-pinned frequency of 1062 Hz",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slab(ParameterSet):
+    """A prefabricated slab: a thin plate with free edges; joints separate the slabs."""
+
+    present: bool = switch(True, "false: fastenings stand on rigid ground", source=A2)
+    young_modulus: float = quantity(3.6e10, "N/m2", "elastic modulus", above=0, source=A2)
+    poisson_ratio: float = quantity(0.25, "1", "Poisson ratio", minimum=0, maximum=0.499, source=A2)
+    density: float = quantity(2500.0, "kg/m3", "density", above=0, source=A2)
+    thickness: float = quantity(0.19, "m", "thickness", above=0, source=A2)
+    length: float = quantity(4.95, "m", "length of one slab", above=0, source=A2)
+    width: float = quantity(2.40, "m", "width", above=0, source=A2)
+    joint: float = quantity(
+        0.05, "m", "gap between two slabs", minimum=0, source="a cell of 5.00 m, 8 railseats"
+    )
+
+    @property
+    def bending_stiffness(self) -> float:
+        """D = E h^3 / (12 (1 - nu^2)), N m."""
+        return self.young_modulus * self.thickness**3 / (12 * (1 - self.poisson_ratio**2))
+
+    @property
+    def mass_per_area(self) -> float:
+        """Rho h, kg/m2."""
+        return self.density * self.thickness
+
+
+@dataclass(frozen=True, kw_only=True)
+class Foundation(ParameterSet):
+    """Viscoelastic Winkler foundation over the slab's area."""
+
+    stiffness: float = quantity(
+        6e7, "N/m3", "stiffness per area, printed as k_ty", above=0,
+        source=f"{A2}; per area, as the first rail resonance of 52 Hz demands",
+    )  # fmt: skip
+    damping: float = quantity(1e4, "N.s/m3", "damping per area", minimum=0, source=A2)
+    ca_layer_stiffness: float = quantity(
+        0.0, "N/m3", "cement-asphalt layer in series; 0: none (the paper prints 1.3e9)", minimum=0,
+        source="off: with 1.3e9 the first rail resonance is 51.9 Hz",
+    )  # fmt: skip
+
+    @property
+    def series_stiffness(self) -> float:
+        """Foundation and cement-asphalt layer in series, N/m3."""
+        if self.ca_layer_stiffness == 0:
+            return self.stiffness
+        return 1 / (1 / self.stiffness + 1 / self.ca_layer_stiffness)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mesh(ParameterSet):
+    """How finely the track is described and what the reduced model keeps."""
+
+    cells: int = quantity(
+        20, "1", "cells in the ring (an even number)", minimum=4, maximum=400,
+        source="100 m: over five times the vehicle",
+    )  # fmt: skip
+    elements_per_bay: int = quantity(
+        8, "1", "rail elements between two railseats (an even number)", minimum=2, maximum=64,
+        source="receptance within 1e-3 of 16 elements to 2 kHz",
+    )  # fmt: skip
+    highest_slab_frequency: float = quantity(
+        3000.0, "Hz", "free-plate modes kept", above=0, maximum=20000, source="about 50 of each parity"
+    )  # fmt: skip
+    highest_frequency: float = quantity(
+        4000.0, "Hz", "complex modes of the ring kept in the reduced model", above=0, maximum=20000,
+        source="twice the highest frequency of interest",
+    )  # fmt: skip
+    loss_factor_frequency: float = quantity(
+        1000.0, "Hz", "where loss factors become an equal viscous damping in time", above=0,
+        maximum=20000, source="near the pinned-pinned resonance",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Track:
+    """Everything about a slab track: two rails on fastenings, slabs and their foundation.
+
+    Raises
+    ------
+    ParameterError
+        If railseats do not fit the cell, a slab carries no two rails, or the ring is too short.
+
+    References
+    ----------
+    Xu, L. & Lu, T. (2021), Int. J. Rail Transportation 9(4), 342-367,
+    doi 10.1080/23248378.2020.1811170.
+    """
+
+    rail: Rail = field(default_factory=Rail)
+    fastening: Fastening = field(default_factory=Fastening)
+    slab: Slab = field(default_factory=Slab)
+    foundation: Foundation = field(default_factory=Foundation)
+    mesh: Mesh = field(default_factory=Mesh)
+
+    def __post_init__(self) -> None:
+        bays = self.cell_length / self.fastening.spacing
+        if abs(bays - round(bays)) > 1e-6 or round(bays) < 1:
+            raise ParameterError(
+                f"[fastening] spacing = {self.fastening.spacing:g} m: must divide the cell, "
+                f"slab.length + slab.joint = {self.cell_length:g} m (so {self.cell_length:g} m "
+                "divided by 1, 2, 3, ...)"
+            )
+        if self.slab.present and self.rail.lateral_distance >= self.slab.width:
+            raise ParameterError(
+                f"[rail] lateral_distance = {self.rail.lateral_distance:g} m: must be < slab.width "
+                f"= {self.slab.width:g} m"
+            )
+        if self.slab.present and self.slab.joint >= self.fastening.spacing:
+            raise ParameterError(
+                f"[slab] joint = {self.slab.joint:g} m: must be < fastening.spacing = "
+                f"{self.fastening.spacing:g} m, or a railseat would hang over the joint"
+            )
+        for name in ("cells", "elements_per_bay"):
+            if getattr(self.mesh, name) % 2:
+                raise ParameterError(
+                    f"[mesh] {name} = {getattr(self.mesh, name)}: must be an even number"
+                )
+
+    @property
+    def cell_length(self) -> float:
+        """One slab with its joint, m."""
+        return self.slab.length + self.slab.joint
+
+    @property
+    def bays(self) -> int:
+        """Railseats of one rail in one cell."""
+        return round(self.cell_length / self.fastening.spacing)
+
+    @property
+    def length(self) -> float:
+        """Length of the ring, m."""
+        return self.cell_length * self.mesh.cells

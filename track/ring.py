@@ -1,0 +1,166 @@
+"""Complex modes of N equal cells closed into a ring, from one Bloch eigenproblem per wavenumber."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eig, eigh
+
+from .cell import Cell
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+REAL_POLE = 1e-9  # |Im| / |lambda| below which a pole counts as real (overdamped)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RingModes:
+    """Modes of the ring for one parity.
+
+    With shapes U_r(x) = shapes[:, r] exp(i mu_r c) in cell c, forces f move the modes by
+    ds_r/dt = lambda_r s_r + U_p(x) f, p = partner[r], and the deflection is Re(sum_r U_r(x) s_r).
+    The partner of a wave is the one that runs the other way; a standing wave is its own.
+
+    Attributes
+    ----------
+    poles : array, shape (n,)
+        Complex poles lambda, rad/s, one of each conjugate pair.
+    mu : array, shape (n,)
+        Phase from cell to cell, rad.
+    partner : array of int, shape (n,)
+        The mode whose shape receives the force.
+    shapes : array, shape (n_unknowns, n)
+        In the unknowns of the open cell.
+    """
+
+    poles: ComplexArray
+    mu: FloatArray
+    partner: NDArray[np.intp]
+    shapes: ComplexArray
+
+    def keep(self, chosen: NDArray[np.bool_]) -> RingModes:
+        """Only the chosen modes; a mode and its partner stay or go together."""
+        both = chosen | chosen[self.partner]
+        renumbered = np.cumsum(both) - 1
+        return RingModes(
+            poles=self.poles[both],
+            mu=self.mu[both],
+            partner=renumbered[self.partner[both]],
+            shapes=self.shapes[:, both],
+        )
+
+    def receptance(self, omega: FloatArray, out: ComplexArray, inp: ComplexArray) -> ComplexArray:
+        """Sum over modes and their conjugates, for given shape values.
+
+        Parameters
+        ----------
+        omega : array, shape (n_omega,)
+            rad/s.
+        out : array, shape (n_out, n)
+            Shapes at the observed points.
+        inp : array, shape (n_in, n)
+            Shapes at the loaded points.
+
+        Returns
+        -------
+        array, shape (n_omega, n_out, n_in)
+            m/N.
+        """
+        s = 1j * np.asarray(omega)[:, None]
+        b = inp[:, self.partner].T
+        direct: ComplexArray = (out / (s - self.poles)[:, None, :]) @ b
+        conjugate = (out.conj() / (s - self.poles.conj())[:, None, :]) @ b.conj()
+        return 0.5 * (direct + conjugate)
+
+
+def ring_modes(cell: Cell, highest_frequency: float) -> RingModes:
+    """Complex modes of the ring of `cell.track.mesh.cells` cells, below a frequency.
+
+    The damping is not proportional and is diagonalised in ALL undamped modes of the cell: with
+    those above the frequency left out beforehand, the fastenings' dampers would no longer couple
+    low modes to high ones, and what is missing near a railseat would be off by a quarter at 1 kHz.
+
+    Parameters
+    ----------
+    cell : Cell
+        One parity of the cell.
+    highest_frequency : float
+        Of the modes kept, |lambda| / 2 pi, Hz.
+
+    Returns
+    -------
+    RingModes
+
+    References
+    ----------
+    Tisseur, F. & Meerbergen, K. (2001), The quadratic eigenvalue problem, SIAM Rev. 43(2).
+    """
+    N = cell.track.mesh.cells
+    parts = [
+        _wave(cell, 2 * np.pi * q / N, highest_frequency, standing=q in (0, N // 2), cells=N)
+        for q in range(N // 2 + 1)
+    ]
+    offsets = np.cumsum([0, *(part.poles.size for part in parts[:-1])])
+    return RingModes(
+        poles=np.concatenate([part.poles for part in parts]),
+        mu=np.concatenate([part.mu for part in parts]),
+        partner=np.concatenate([p.partner + o for p, o in zip(parts, offsets, strict=True)]),
+        shapes=np.concatenate([part.shapes for part in parts], axis=1),
+    )
+
+
+def _wave(cell: Cell, mu: float, highest: float, *, standing: bool, cells: int) -> RingModes:
+    """Modes of one wavenumber and its opposite."""
+    T = _bloch(cell, mu)
+    M, C, K = (T.conj().T @ A @ T for A in (cell.M, cell.viscous_damping(), cell.K))
+    squared, basis = eigh(K, M)
+    m = squared.size
+    A = np.block(
+        [
+            [np.zeros((m, m)), np.eye(m)],
+            [-np.diag(squared), -basis.conj().T @ C @ basis],
+        ]
+    )
+    poles, right = eig(A)
+    left = np.linalg.inv(right)
+    forward = T @ (basis @ right[:m])  # deflection of a wave e^{+i mu c}
+    # What a force does to it, f -> left @ basis^H T^H f, is the shape of the wave e^{-i mu c}.
+    backward = (left[:, m:] @ basis.conj().T @ T.conj().T).T
+    is_real = np.abs(poles.imag) < REAL_POLE * np.abs(poles)
+    chosen = ((poles.imag > 0) | is_real) & (np.abs(poles) < 2 * np.pi * highest)
+    # One of each conjugate pair stands for both (weight 2); the force on one of N cells is 1/N.
+    # A real pole of a travelling wave is its own conjugate, with the opposite wave as the other.
+    weight = np.where(is_real, 1.0, 2.0)[chosen] / cells
+    poles, forward, backward = poles[chosen], forward[:, chosen], backward[:, chosen]
+    balance = np.sqrt(
+        weight * np.linalg.norm(backward, axis=0) / np.linalg.norm(forward, axis=0)
+    )  # fmt: skip
+    forward, backward = forward * balance, backward * weight / balance
+    n = poles.size
+    if standing:
+        # backward and forward are one shape up to a complex factor: share it between them.
+        at = np.argmax(np.abs(forward), axis=0)
+        ratio = backward[at, np.arange(n)] / forward[at, np.arange(n)]
+        return RingModes(
+            poles=poles,
+            mu=np.full(n, mu),
+            partner=np.arange(n),
+            shapes=forward * np.sqrt(ratio),
+        )
+    return RingModes(
+        poles=np.concatenate([poles, poles]),
+        mu=np.concatenate([np.full(n, mu), np.full(n, -mu)]),
+        partner=np.concatenate([np.arange(n, 2 * n), np.arange(n)]),
+        shapes=np.concatenate([forward, backward], axis=1),
+    )
+
+
+def _bloch(cell: Cell, mu: float) -> ComplexArray:
+    """Open cell from closed one: the last rail node is the first one's, e^{i mu} further."""
+    size, n = cell.K.shape[0], cell.rail_size
+    T = np.eye(size, dtype=complex)
+    T[n - 2, 0] = T[n - 1, 1] = np.exp(1j * mu)
+    return np.delete(T, [n - 2, n - 1], axis=1)

@@ -1,0 +1,137 @@
+"""The vehicle in numbers: Table A1 of Xu & Lu (2021), counts read as their frequencies demand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from railcosim.parameters import ParameterSet, quantity
+
+A1 = "Xu & Lu 2021, Table A1"
+LATERAL = "not used by the vertical model"
+STANDARD_GRAVITY = 9.81
+SCHOOL = f"not in the paper, a published model of the same school; {LATERAL}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarBody(ParameterSet):
+    """The car body."""
+
+    mass: float = quantity(49080.0, "kg", "mass", above=0, source=A1)
+    inertia_roll: float = quantity(65700.0, "kg.m2", f"about x; {LATERAL}", above=0, source=A1)
+    inertia_pitch: float = quantity(1698400.0, "kg.m2", "about y", above=0, source=A1)
+    inertia_yaw: float = quantity(1447100.0, "kg.m2", f"about z; {LATERAL}", above=0, source=A1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bogie(ParameterSet):
+    """One of two bogie frames."""
+
+    mass: float = quantity(4420.0, "kg", "mass", above=0, source=A1)
+    inertia_roll: float = quantity(1576.0, "kg.m2", f"about x; {LATERAL}", above=0, source=A1)
+    inertia_pitch: float = quantity(4902.0, "kg.m2", "about y", above=0, source=A1)
+    inertia_yaw: float = quantity(3551.0, "kg.m2", f"about z; {LATERAL}", above=0, source=A1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wheelset(ParameterSet):
+    """One of four wheelsets."""
+
+    mass: float = quantity(1680.0, "kg", "mass", above=0, source=A1)
+    inertia_roll: float = quantity(773.3, "kg.m2", f"about x; {LATERAL}", above=0, source=A1)
+    inertia_spin: float = quantity(130.0, "kg.m2", f"about y; {LATERAL}", above=0, source=A1)
+    inertia_yaw: float = quantity(770.0, "kg.m2", f"about z; {LATERAL}", above=0, source=A1)
+    radius: float = quantity(0.43, "m", "wheel radius R_0", above=0, source=A1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PrimarySuspension(ParameterSet):
+    """Primary suspension of ONE wheel; two an axle."""
+
+    stiffness: float = quantity(1.27e6, "N/m", "vertical, k_pz", above=0, source=f"{A1}, a wheel")
+    damping: float = quantity(65e3, "N.s/m", "vertical, c_pz", minimum=0, source=f"{A1}, a wheel")
+    stiffness_x: float = quantity(
+        1.24e6, "N/m", f"longitudinal, k_px; {LATERAL}", above=0, source=A1
+    )
+    stiffness_y: float = quantity(1.24e6, "N/m", f"lateral, k_py; {LATERAL}", above=0, source=A1)
+    half_span: float = quantity(0.978, "m", "lateral half-span", above=0, source=SCHOOL)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SecondarySuspension(ParameterSet):
+    """Secondary suspension of ONE side of a bogie; two a bogie."""
+
+    stiffness: float = quantity(0.27e6, "N/m", "vertical, k_sz", above=0, source=f"{A1}, a side")
+    damping: float = quantity(16.5e3, "N.s/m", "vertical, c_sz", minimum=0, source=f"{A1}, a side")
+    stiffness_x: float = quantity(
+        0.11e6, "N/m", f"longitudinal, k_sx; {LATERAL}", above=0, source=A1
+    )
+    stiffness_y: float = quantity(0.11e6, "N/m", f"lateral, k_sy; {LATERAL}", above=0, source=A1)
+    damping_y: float = quantity(
+        5.4e3, "N.s/m", f"lateral, c_sy; {LATERAL}", minimum=0, source=A1
+    )  # fmt: skip
+    half_span: float = quantity(0.978, "m", "lateral half-span", above=0, source=SCHOOL)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Geometry(ParameterSet):
+    """Where the bodies are."""
+
+    bogie_half_distance: float = quantity(
+        7.85, "m", "half the distance of the bogie centres, L_c", above=0, source=A1
+    )
+    axle_half_distance: float = quantity(
+        1.25, "m", "half the wheelbase of a bogie, L_t", above=0, source=A1
+    )
+    carbody_height: float = quantity(
+        1.415, "m", "car body centre of mass above the secondary suspension", source=SCHOOL
+    )
+    bogie_height: float = quantity(
+        -0.081, "m", "bogie centre of mass, height to the secondary suspension", source=SCHOOL
+    )
+    wheelset_height: float = quantity(
+        0.14, "m", "wheelset, height to the bogie centre of mass", source=SCHOOL
+    )
+    gravity: float = quantity(
+        STANDARD_GRAVITY, "m/s2", "acceleration of gravity", above=0, source="usual"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact(ParameterSet):
+    """Hertz contact of one wheel on one rail, for the law of eq. 18."""
+
+    young_modulus: float = quantity(
+        2.059e11, "N/m2", "elastic modulus of wheel and rail", above=0, source="as the rail's"
+    )
+    poisson_ratio: float = quantity(
+        0.3, "1", "Poisson ratio of wheel and rail", minimum=0, maximum=0.499, source="steel"
+    )
+    wheel_radius: float = quantity(0.43, "m", "rolling radius of the wheel", above=0, source=A1)
+    rail_radius: float = quantity(
+        0.3, "m", "radius of the rail head across", above=0, source="CHN60 rail section"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vehicle:
+    """Everything about a vehicle: one car body, two bogies, four wheelsets.
+
+    References
+    ----------
+    Xu, L. & Lu, T. (2021), Int. J. Rail Transportation 9(4), 342-367,
+    doi 10.1080/23248378.2020.1811170.
+    """
+
+    carbody: CarBody = field(default_factory=CarBody)
+    bogie: Bogie = field(default_factory=Bogie)
+    wheelset: Wheelset = field(default_factory=Wheelset)
+    primary_suspension: PrimarySuspension = field(default_factory=PrimarySuspension)
+    secondary_suspension: SecondarySuspension = field(default_factory=SecondarySuspension)
+    geometry: Geometry = field(default_factory=Geometry)
+    contact: Contact = field(default_factory=Contact)
+
+    @property
+    def wheel_load(self) -> float:
+        """Static load of one wheel, N."""
+        mass = self.carbody.mass + 2 * self.bogie.mass + 4 * self.wheelset.mass
+        return mass * self.geometry.gravity / 8
