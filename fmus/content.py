@@ -24,7 +24,7 @@ def track_arrays(track: ReducedTrack) -> Arrays:
         "table": np.stack([track.w, track.theta], axis=1),
         "phi": np.array(track.phi),
         "residual_pole": np.array(track.residual_pole),
-        "residual_compliance": np.array(track.residual_compliance),
+        "residual_compliance": track.residual_compliance,
         "cell_length": np.array(track.cell_length),
         "length": np.array(track.length),
     }
@@ -46,7 +46,6 @@ def vehicle_arrays(body: Multibody) -> Arrays:
         "inverse_mass": 1 / np.diag(body.M),
         "start_s": modal.state_of @ follow,
         "start_r": modal.rigid.T @ body.M @ follow,
-        "rest_stiffness": (body.K @ follow)[WHEELSETS],
         "wheel_load": np.array(body.wheel_load),
         "wheelset_x": body.wheelset_x,
     }

@@ -22,7 +22,7 @@ class Scalar:
     name, unit, description : str
         Unit as the XML's UnitDefinitions name it.
     causality : str
-        input, output, parameter, calculatedParameter or independent.
+        input, output, parameter or independent.
     variability : str
         continuous, fixed or tunable.
     type : str
@@ -34,7 +34,7 @@ class Scalar:
     minimum, maximum : float or None
         Allowed range.
     depends_on : tuple of str
-        Inputs an output depends on at once; parameters a calculated one is made of.
+        Inputs an output depends on at once.
     """
 
     name: str
@@ -82,11 +82,12 @@ def track(*, with_contact: bool, wheel_load: float, positions: list[float], cont
             table += [_wheel_z(i, side, "input"), _irregularity(i, side)]
         else:
             table.append(_force(i, side, "input", start=wheel_load))
+    everything = tuple(v.name for v in table if v.causality == "input")
     for i, side in wheels():
         here = (_position(i, "input").name,)
         table += [
             replace(_rail_z(i, side, "output"), depends_on=here),
-            replace(_rail_vz(i, side), depends_on=here),
+            replace(_rail_vz(i, side), depends_on=everything),
         ]
         if with_contact:
             motion = (_wheel_z(i, side, "input").name, _irregularity(i, side).name)
@@ -277,20 +278,12 @@ def _journey(start_position: float) -> list[Scalar]:
 
 
 def _start_heights() -> list[Scalar]:
-    heights = [
+    return [
         Scalar(
             name=f"wheelset[{i}].start_z", unit="m", causality="parameter", variability="fixed",
             start=0.0, nominal=1e-3,
-            description=f"height of wheelset {i} (down) the vehicle starts at rest with",
+            description=f"height of wheelset {i} (down) the vehicle starts at rest with; in "
+            f"equilibrium with the track where wheelset[{i}].az is then zero",
         )
         for i in WHEELSETS
     ]  # fmt: skip
-    forces = [
-        Scalar(
-            name=f"wheelset[{i}].rest_force_z", unit="N", causality="calculatedParameter",
-            variability="fixed", nominal=1e5, depends_on=tuple(h.name for h in heights),
-            description=f"contact force on each wheel of wheelset {i} that keeps it at rest there",
-        )
-        for i in WHEELSETS
-    ]  # fmt: skip
-    return heights + forces

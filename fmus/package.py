@@ -108,7 +108,7 @@ def _variable(parent: Element, reference: int, v: Scalar) -> None:
     }
     if v.causality == "parameter":
         known["initial"] = "exact"
-    elif v.causality in {"output", "calculatedParameter"}:
+    elif v.causality == "output":
         known["initial"] = "calculated"
     variable = SubElement(parent, "ScalarVariable", known)
     detail: dict[str, str] = {}
@@ -139,9 +139,6 @@ def _structure(parent: Element, table: Sequence[Scalar]) -> None:
     for v in table:
         if v.causality == "output":
             SubElement(unknowns, "Unknown", index=index[v.name])
-        elif v.causality == "calculatedParameter":
-            depends = " ".join(index[name] for name in v.depends_on)
-            SubElement(unknowns, "Unknown", index=index[v.name], dependencies=depends)
 
 
 def documentation(about: Description, table: Sequence[Scalar], parameters: str) -> str:
@@ -175,8 +172,8 @@ whose wheels just touch it; forces are absolute, compression positive: down on t
 wheel. The compression of a contact is wheel_z - rail_z - irregularity_z.</p>
 <h2>Start</h2>
 <p>A run starts at rest under the inputs and parameters set in initialisation mode: the track under
-the contact forces, the vehicle with its wheelsets at the heights start_z, where rest_force_z is the
-contact force each wheel needs. In equilibrium the two sides agree.</p>
+the contact forces, the vehicle with its wheelsets held at the heights start_z. The two are in
+equilibrium if the accelerations wheelset[i].az are then zero.</p>
 <h2>Between communication points</h2>
 <p>The linear part is stepped exactly for any step size. The parameter input_hold says how inputs go
 on over the step: 0 held, 1 extrapolated on the line through the last two values set, 2 interpolated

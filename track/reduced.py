@@ -18,7 +18,9 @@ from .ring import RingModes, ring_modes
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-FIT_FROM, FIT_TO = 0.1, 0.5  # of the highest frequency kept: where the residual's inertia shows
+FADE_FROM = 0.6  # of the highest frequency kept; modes below count in full
+FIT_FROM, FIT_TO = 0.1, 0.4  # of it: where the residual's inertia shows
+FIT_PLACES = (0.0, 0.25, 0.5)  # of the spacing from a railseat
 LEAST_DAMPING = 1e-3  # ratio of the residual's pole, should the fit find none
 
 
@@ -44,8 +46,8 @@ class ReducedTrack:
         Shear parameter of the elements between the nodes.
     residual_pole : complex
         Pole of the local flexibility of the modes left out, rad/s.
-    residual_compliance : float
-        Its static value, m/N; the same at every point and on both rails.
+    residual_compliance : array, shape (n_nodes,)
+        Its static value at the nodes, m/N, for the force on the same rail at the same place.
     cell_length, length : float
         Of a cell and of the ring, m.
     """
@@ -59,7 +61,7 @@ class ReducedTrack:
     theta: ComplexArray
     phi: float
     residual_pole: complex
-    residual_compliance: float
+    residual_compliance: FloatArray
     cell_length: float
     length: float
 
@@ -67,10 +69,11 @@ class ReducedTrack:
 def reduce_track(track: Track) -> ReducedTrack:
     """Reduce a track to its modes below `track.mesh.highest_frequency` and a residual.
 
-    The residual is the local flexibility of the modes left out. It does not depend on the place
-    (all of them are short waves of the rail alone), so it is one oscillator under every wheel,
-    which keeps the rail's deflection a state: no force passes straight through, and no algebraic
-    loop closes over a stiff contact.
+    Modes fade out over a band of frequencies. Cut off at once, what is left out would reach along
+    the rail as slowly fading ripples that outweigh the true response 10 m away; faded out, it is
+    local: the flexibility of short waves of the rail, hardly dependent on the place. It becomes one
+    oscillator under every wheel, which keeps the rail's deflection a state: no force passes
+    straight through, and no algebraic loop closes over a stiff contact.
 
     Parameters
     ----------
@@ -82,9 +85,11 @@ def reduce_track(track: Track) -> ReducedTrack:
     ReducedTrack
     """
     cells = [build_cell(track, parity) for parity in (EVEN, ODD)]
-    modes = [ring_modes(cell, track.mesh.highest_frequency) for cell in cells]
+    top = track.mesh.highest_frequency
+    modes = [_faded(ring_modes(cell, top), 2 * np.pi * top) for cell in cells]
     nodes = cells[0].nodes
-    compliance, pole = _residual(track, cells, modes)
+    compliance = _residual_compliance(track, cells, modes)
+    pole = _residual_pole(track, cells, modes)
     sizes = [m.poles.size for m in modes]
     # A force on one rail is half an even and half an odd one: sqrt(1/2) into shapes that are
     # used twice, receiving the force and giving the deflection.
@@ -106,29 +111,43 @@ def reduce_track(track: Track) -> ReducedTrack:
     )
 
 
-def _residual(
-    track: Track, cells: list[Cell], modes: list[RingModes]
-) -> tuple[float, complex]:
-    """Static compliance and pole of the modes left out, from the direct receptance.
+def _faded(modes: RingModes, top: float) -> RingModes:
+    """Weigh modes by cos^2 falling from 1 at `FADE_FROM * top` (rad/s) to 0 at `top`."""
+    part = np.clip((np.abs(modes.poles) / top - FADE_FROM) / (1 - FADE_FROM), 0, 1)
+    return modes.weighted(np.cos(0.5 * np.pi * part) ** 2)
+
+
+def _residual_compliance(track: Track, cells: list[Cell], modes: list[RingModes]) -> FloatArray:
+    """Static flexibility of what the modes leave out, at every node of the cell, (n_nodes,)."""
+    points = [Point(x=float(x)) for x in cells[0].nodes]
+    total = np.diagonal(direct_receptance(track, np.zeros(1), points, points)[0]).real
+    by_modes = np.zeros_like(total)
+    for cell, ring in zip(cells, modes, strict=True):
+        w = ring.shapes[0 : cell.rail_size : 2]
+        by_modes += 0.5 * (w * w[:, ring.partner] @ (-1 / ring.poles)).real
+    return total - by_modes
+
+
+def _residual_pole(track: Track, cells: list[Cell], modes: list[RingModes]) -> complex:
+    """Pole of the residual, from how what is left out changes with frequency.
 
     Fits R0 / R(omega) = 1 + i omega d - (omega / omega_r)^2 by least squares.
     """
     seat = track.fastening.spacing / 2
-    places = seat + track.fastening.spacing * np.array([0.0, 0.25, 0.5])
     top = 2 * np.pi * track.mesh.highest_frequency
     omega = np.concatenate([[0.0], np.linspace(FIT_FROM, FIT_TO, 8) * top])
-    residual = np.empty((omega.size, places.size), dtype=complex)
-    for k, x in enumerate(places):
-        point = Point(x=float(x))
+    residual = np.empty((omega.size, len(FIT_PLACES)), dtype=complex)
+    for k, place in enumerate(FIT_PLACES):
+        x = seat + place * track.fastening.spacing
+        point = Point(x=x)
         total = direct_receptance(track, omega, [point], [point])[:, 0, 0]
-        residual[:, k] = total - _modal_receptance(cells, modes, omega, float(x))
-    R0 = float(residual[0].real.mean())
-    R, w = residual[1:], omega[1:, None]
+        residual[:, k] = total - _modal_receptance(cells, modes, omega, x)
+    R0, R, w = residual[0].real, residual[1:], omega[1:, None]
     inertia = np.vdot(R * w**2, R - R0).real / np.vdot(R * w**2, R * w**2).real
     lossy = np.vdot(1j * R * w, R0 - R).real / np.vdot(R * w, R * w).real
     omega_r = 1 / np.sqrt(inertia)
     zeta = max(0.5 * lossy * omega_r, LEAST_DAMPING)
-    return R0, complex(-zeta * omega_r, omega_r * np.sqrt(1 - zeta**2))
+    return complex(-zeta * omega_r, omega_r * np.sqrt(1 - zeta**2))
 
 
 def _modal_receptance(

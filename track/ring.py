@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,16 +41,9 @@ class RingModes:
     partner: NDArray[np.intp]
     shapes: ComplexArray
 
-    def keep(self, chosen: NDArray[np.bool_]) -> RingModes:
-        """Only the chosen modes; a mode and its partner stay or go together."""
-        both = chosen | chosen[self.partner]
-        renumbered = np.cumsum(both) - 1
-        return RingModes(
-            poles=self.poles[both],
-            mu=self.mu[both],
-            partner=renumbered[self.partner[both]],
-            shapes=self.shapes[:, both],
-        )
+    def weighted(self, weight: FloatArray) -> RingModes:
+        """Modes that take part with a weight; partners, having one pole, have one weight."""
+        return replace(self, shapes=self.shapes * np.sqrt(weight))
 
     def receptance(self, omega: FloatArray, out: ComplexArray, inp: ComplexArray) -> ComplexArray:
         """Sum over modes and their conjugates, for given shape values.

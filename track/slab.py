@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 DEGREE_X = 30
 """Highest degree along the slab: 3 kHz modes have some 14 half waves, about two degrees each."""
 DEGREE_Y = 16
-"""Highest degree across; both leave the modes below 3 kHz converged to 1e-6."""
+"""Highest degree across; both leave the modes below 3 kHz converged to 1e-4."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -47,9 +47,6 @@ class Model(Protocol):
     def rest(self, start: Inputs) -> State:
         """The state at rest that a run starts from."""
 
-    def rest_force(self) -> FloatArray:
-        """Calculated parameters: the contact forces of the state at rest."""
-
     def write(self, state: State, now: Inputs, time: float, y: FloatArray) -> None:
         """Outputs into their vector."""
 
@@ -93,18 +90,15 @@ class TrackModel:
             force = law.force(solve_compression(law, G, start.load, guess=start.load))
         return self.body.rest(shapes, force)
 
-    def rest_force(self) -> FloatArray:
-        """None: the track's forces are inputs or outputs."""
-        return np.empty(0)
-
     def write(self, state: State, now: Inputs, time: float, y: FloatArray) -> None:
         """See `Model`."""
         del time
         shapes = self.body.shapes(now.position)
+        force = self.mover.forces.at(self.body, shapes, state, now.load)
         y[self.y_z] = self.body.motion(shapes, state)
-        y[self.y_vz] = self.body.velocity(shapes, state)
+        y[self.y_vz] = self.body.velocity(shapes, state, force)
         if self.y_force.size:
-            y[self.y_force] = self.mover.forces.at(self.body, shapes, state, now.load)
+            y[self.y_force] = force
 
 
 class VehicleModel:
@@ -142,10 +136,6 @@ class VehicleModel:
         """Car body and bogies at rest on wheelsets held at the start heights."""
         del start
         return self.body.rest(self.heights)
-
-    def rest_force(self) -> FloatArray:
-        """Contact force that keeps it there, on each wheel of a wheelset, shape (4,), N."""
-        return self.body.rest_force(self.heights)
 
     def write(self, state: State, now: Inputs, time: float, y: FloatArray) -> None:
         """See `Model`."""

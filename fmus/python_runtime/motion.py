@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...vehicle.contact import ContactLaw, solve_compression
-from .bodies import Body
+from .bodies import Body, Shapes
 from .stepping import Coefficients, State, add_end, coefficients, free_step
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -51,11 +50,11 @@ class Inputs:
 class Forces(Protocol):
     """Where the contact forces come from."""
 
-    def at(self, body: Body, shapes: ComplexArray, state: State, load: FloatArray) -> FloatArray:
+    def at(self, body: Body, shapes: Shapes, state: State, load: FloatArray) -> FloatArray:
         """Forces in a known state, shape (8,), N."""
 
     def at_end(
-        self, body: Body, shapes: ComplexArray, c: Coefficients, free: State, load: FloatArray
+        self, body: Body, shapes: Shapes, c: Coefficients, free: State, load: FloatArray
     ) -> FloatArray:
         """Forces at the end of a step that so far went without them, shape (8,), N."""
 
@@ -63,12 +62,12 @@ class Forces(Protocol):
 class FromOutside:
     """Contact forces are inputs."""
 
-    def at(self, body: Body, shapes: ComplexArray, state: State, load: FloatArray) -> FloatArray:
+    def at(self, body: Body, shapes: Shapes, state: State, load: FloatArray) -> FloatArray:
         """See `Forces`."""
         return load
 
     def at_end(
-        self, body: Body, shapes: ComplexArray, c: Coefficients, free: State, load: FloatArray
+        self, body: Body, shapes: Shapes, c: Coefficients, free: State, load: FloatArray
     ) -> FloatArray:
         """See `Forces`."""
         return load
@@ -89,12 +88,12 @@ class OwnContact:
     law: ContactLaw
     sign: int
 
-    def at(self, body: Body, shapes: ComplexArray, state: State, load: FloatArray) -> FloatArray:
+    def at(self, body: Body, shapes: Shapes, state: State, load: FloatArray) -> FloatArray:
         """See `Forces`."""
         return self.law.force(self.sign * (body.motion(shapes, state) - load))
 
     def at_end(
-        self, body: Body, shapes: ComplexArray, c: Coefficients, free: State, load: FloatArray
+        self, body: Body, shapes: Shapes, c: Coefficients, free: State, load: FloatArray
     ) -> FloatArray:
         """Solve the contact law against the body's compliance over the step."""
         G = -self.sign * body.end_compliance(shapes, c)
@@ -122,14 +121,16 @@ class Mover:
         body, preload = self.body, self.body.preload
         shapes = body.shapes(start.position)
         force = self.forces.at(body, shapes, state, start.load)
+        drive = body.drive(shapes, force - preload)
         for k in range(1, n + 1):
             now = start.toward(end, k / n)
-            free = free_step(c, state, body.drive(shapes, force - preload))
-            shapes = body.shapes(now.position)
-            # The preload is always there, also where the contact force is still to be found.
-            force = self.forces.at_end(body, shapes, c, free, now.load)
-            add_end(c, free, body.drive(shapes, force - preload))
-            state = free
+            state = free_step(c, state, drive)
+            new_shapes = body.shapes(now.position)
+            new_force = self.forces.at_end(body, new_shapes, c, state, now.load)
+            if new_shapes is not shapes or not np.array_equal(new_force, force):
+                shapes, force = new_shapes, new_force
+                drive = body.drive(shapes, force - preload)
+            add_end(c, state, drive)
         return state
 
     def _coefficients(self, h: float) -> Coefficients:

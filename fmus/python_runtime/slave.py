@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import json
+import sys
 import traceback
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,9 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
+        # pythonfmu 0.7 empties the script's module while an instance lives: without this a second
+        # instance in one process would import the empty module and find no class.
+        sys.modules.pop(type(self).__module__, None)
         resources = Path(self.resources)
         interface = json.loads((resources / "interface.json").read_text(encoding="utf-8"))
         with np.load(resources / "model.npz", allow_pickle=False) as stored:
@@ -41,7 +45,6 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         # Every variable in one vector, a Boolean as 0 or 1; an FMI reference is a place in it.
         self.values = np.array([float(row["start"] or 0) for row in self.table])
         self.u_refs, self.y_refs = self._refs("input"), self._refs("output")
-        self.calculated_refs = self._refs("calculatedParameter")
         self.model: Model = MODELS[interface["model"]](
             arrays, [self.names[k] for k in self.u_refs], [self.names[k] for k in self.y_refs]
         )
@@ -111,8 +114,6 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
     def _settle(self) -> None:
         self._configure()
         self.state = self.model.rest(self.model.read(self.values[self.u_refs]))
-        if self.calculated_refs.size:
-            self.values[self.calculated_refs] = self.model.rest_force()
 
     def _configure(self) -> None:
         parameters = {

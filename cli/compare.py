@@ -1,0 +1,176 @@
+"""railcosim compare: coupled FMUs against one monolithic system."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from railcosim.master.component import FloatArray
+from railcosim.master.realisation import ComplexArray
+from railcosim.reference.agreement import near, relative_rms
+from railcosim.reference.monolithic import Monolithic, assemble, frequency_response
+from railcosim.reference.newmark import newmark
+from railcosim.vehicle.contact import LinearContact
+
+from .export import exported
+from .frequency import Models, coupled, linear_models, response
+from .options import (
+    Frequencies,
+    Irregularity,
+    Speed,
+    TrackFile,
+    VehicleFile,
+    console,
+    contact_parameters,
+    frequencies_of,
+    positive,
+    profile_of,
+    progress,
+    stiffness_of,
+    track_of,
+    vehicle_of,
+)
+from .pair import FADE_IN, FORCES, Journey
+from .run_command import FMUS, ORDERS, SCHEMES, Extrapolation, Owner, SchemeName
+from .time_run import Plan, run_pair
+
+Progress = Callable[[float, float], None]
+REFINEMENT = 4  # Newmark's steps in a communication step: its error is then a hundredth of a per cent
+FINE = 6000  # frequencies on which antiresonances are looked for
+OBSERVED = {  # outputs of the coupled FMUs, and their rows among the monolithic unknowns
+    "vehicle.carbody.z": "carbody.z",
+    "vehicle.bogie[1].z": "bogie[1].z",
+    "vehicle.bogie[2].z": "bogie[2].z",
+    "vehicle.wheelset[1].left.wheel_z": "wheelset[1].z",
+    "vehicle.wheelset[4].left.wheel_z": "wheelset[4].z",
+}
+
+
+def compare(
+    vehicle: VehicleFile = None,
+    track: TrackFile = None,
+    contact_stiffness: Annotated[
+        str, typer.Option("--contact-stiffness", help="Linear contact stiffness k_H, N/m.")
+    ] = "1e9",
+    frequencies: Frequencies = "0.3:1500:60@log",
+    scheme: Annotated[SchemeName, typer.Option(help="Coupling scheme.")] = SchemeName.JACOBI,
+    inputs: Annotated[
+        Extrapolation, typer.Option(help="Inputs between communication points.")
+    ] = Extrapolation.LINEAR,
+    contact: Annotated[Owner, typer.Option(help="Owner of the contact springs.")] = Owner.TRACK,
+    step: Annotated[float, typer.Option(help="Communication step, s.")] = 1e-4,
+    time: Annotated[float, typer.Option(help="How long, s.")] = 0.3,
+    speed: Speed = 250.0,
+    irregularity: Irregularity = "german-low",
+) -> None:
+    """Compare coupled FMUs with the monolithic solution, in time and in frequency.
+
+    Time: Newmark with steps four times shorter, wheels held, irregularity moving. Frequency: one
+    direct solve of everything at each frequency.
+    """
+    k_H = stiffness_of(contact_stiffness)
+    v = positive("--speed", speed, "km/h") / 3.6
+    positive("--step", step, "s")
+    profile = profile_of(irregularity, v * positive("--time", time, "s") + FADE_IN)
+    frequency = frequencies_of(frequencies)
+    cars, rails = vehicle_of(vehicle), track_of(track)
+    with TemporaryDirectory(prefix="railcosim_") as folder:
+        fmus = exported(cars, rails, Path(folder))
+        with progress("linearising") as update:
+            models = linear_models(fmus["Vehicle"], fmus["Track"], update)
+        mono = assemble(cars, rails, models.positions)
+        with progress("coupled FMUs in time") as update:
+            names = FMUS[contact]
+            plan = Plan(
+                vehicle=fmus[names[0]],
+                track=fmus[names[1]],
+                parameters=contact_parameters(contact_stiffness),
+                journey=Journey(speed=v, held=True, profile=profile),
+                scheme=SCHEMES[scheme](ORDERS[inputs], Owner.VEHICLE),
+                step=step,
+                stop=time,
+            )
+            run, stopped = run_pair(plan, update)
+            if stopped is not None:
+                raise stopped
+    ours = np.stack([run[name].values for name in FORCES], axis=1)
+    with progress("Newmark, monolithic") as update:
+        reference = newmark_forces(mono, models.positions, k_H, plan, update)
+    still = np.full(8, cars.wheel_load)
+    console.print(
+        f"contact force in time, {plan.scheme.describe()}, step {step:g} s: relative RMS error "
+        f"{relative_rms(ours, reference, still):.2e} of its dynamic part"
+    )
+    with progress("direct solves, monolithic") as update:
+        errors = frequency_errors(models, mono, k_H, frequency, update)
+    console.print(_table(errors, f"Relative error of the coupled FRF, k_H = {k_H / 1e9:g} GN/m"))
+
+
+def newmark_forces(
+    mono: Monolithic, positions: FloatArray, k_H: float, plan: Plan, progress: Progress
+) -> FloatArray:
+    """Contact forces (n, 8) of the monolithic system at the plan's communication points."""
+    heights = plan.journey.profile.under(positions, plan.journey.speed, FADE_IN)
+    steps = round(plan.stop / plan.step) * REFINEMENT
+    forces = []
+    march = newmark(
+        mono, LinearContact(k_H=k_H), lambda t: positions, heights, plan.step / REFINEMENT, steps
+    )
+    for k, instant in enumerate(march):
+        if k % REFINEMENT == 0:
+            forces.append(instant.force)
+            progress(k, steps)
+    return np.array(forces)
+
+
+def frequency_errors(
+    models: Models, mono: Monolithic, k_H: float, frequency: FloatArray, progress: Progress
+) -> dict[str, dict[str, FloatArray]]:
+    """Relative errors, NaN within 1 % of an antiresonance: excitation, output, frequency."""
+    fine = np.geomspace(frequency[0], frequency[-1], FINE)
+    rails, positions = mono.rails(models.positions), models.positions
+    on_wheelset = np.asarray(mono.wheels[[3]].toarray().T)
+    on_rails = np.asarray(rails[[3, 7]].sum(axis=0))[:, None]
+    solved = frequency_response(
+        mono, 2 * np.pi * frequency, k_H, positions, np.hstack([on_wheelset, on_rails]), progress
+    )
+    compression = (mono.wheels - rails).toarray()
+    found: dict[str, dict[str, FloatArray]] = {}
+    for column, excitation in enumerate(("wheelset[4].force_z", "wheelset[4].rail_force_z")):
+        system, dense = (coupled(models, 2 * np.pi * f, k_H) for f in (frequency, fine))
+        ours, curve = (response(s, excitation, positions, 1.0) for s in (system, dense))
+        direct = solved[:, :, column]
+        references: dict[str, ComplexArray] = {
+            output: direct[:, mono.coordinate(name)] for output, name in OBSERVED.items()
+        }
+        rail_z = direct @ rails.toarray().T
+        force = k_H * direct @ compression.T
+        for i in (1, 4):
+            references[f"track.wheelset[{i}].left.rail_z"] = rail_z[:, i - 1]
+            references[f"wheelset[{i}].left.force"] = force[:, i - 1]
+        found[excitation] = {}
+        for output, expected in references.items():
+            row = system.rows([output])[0]
+            error = np.abs(ours[:, row] / expected - 1)
+            error[near(frequency, fine, curve[:, row])] = np.nan
+            found[excitation][output] = error
+    return found
+
+
+def _table(errors: dict[str, dict[str, FloatArray]], title: str) -> Table:
+    table = Table(title=title + "\n(worst outside 1 % of antiresonances)")
+    table.add_column("output")
+    for excitation in errors:
+        table.add_column(excitation.replace("[", r"\["), justify="right")
+    for output in next(iter(errors.values())):
+        worst = [f"{np.nanmax(by_output[output]):.1e}" for by_output in errors.values()]
+        table.add_row(output.replace("[", r"\["), *worst)
+    return table
+
+

@@ -1,0 +1,134 @@
+"""railcosim demo: the main job on built-in data."""
+
+from __future__ import annotations
+
+import csv
+import time
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from railcosim.master.files import save
+from railcosim.master.schemes.jacobi import jacobi
+from railcosim.track.irregularity import synthesise
+from railcosim.track.parameters import Track
+from railcosim.vehicle.parameters import Vehicle
+
+from .export import exported
+from .frequency import Models, apart, coupled, dataset, linear_models, on_rigid_track, response
+from .options import console, progress
+from .pair import FADE_IN, Journey
+from .plots import plot_receptances, plot_response
+from .run_command import keep
+from .table import K_H, RAIL, WHEEL, Row, resonances
+from .time_run import Plan, run_pair
+
+SPEED, STOP = 250 / 3.6, 1.0
+FREQUENCY = np.geomspace(0.3, 1500, 1500)
+
+
+def demo(
+    out: Annotated[Path, typer.Option("--out", help="Folder for everything.", metavar="DIR")] = Path(
+        "railcosim-demo"
+    ),
+) -> None:
+    """The whole job on the paper's vehicle and slab track, in one to two minutes.
+
+    Exports the FMUs, runs them coupled at 250 km/h over a random irregularity, linearises each,
+    couples them in the frequency domain, and prints the paper's resonances.
+    """
+    begun = time.perf_counter()
+    out.mkdir(parents=True, exist_ok=True)
+    fmus = exported(Vehicle(), Track(), out)
+    _say(begun, f"four FMUs in {out}")
+    plan = Plan(
+        vehicle=fmus["Vehicle"],
+        track=fmus["TrackWithContact"],
+        parameters={"contact.nonlinear": True},
+        journey=Journey(
+            speed=SPEED, held=False, profile=synthesise("german-low", SPEED * STOP + FADE_IN)
+        ),
+        scheme=jacobi(extrapolation=1),
+        step=1e-4,
+        stop=STOP,
+    )
+    with progress("running the pair coupled in time") as update:
+        run, stopped = run_pair(plan, update)
+    keep(run, stopped, out / "run.nc", out / "run.png")
+    _say(begun, "coupled in time")
+    with progress("linearising both FMUs") as update:
+        models = linear_models(fmus["Vehicle"], fmus["Track"], update)
+    _say(begun, "linearised")
+    _frequency_results(models, out)
+    rows = resonances(models)
+    _save_table(rows, out / "table.csv")
+    console.print(_table(rows))
+    _say(begun, f"done; pictures, results and table are in {out}")
+
+
+def _frequency_results(models: Models, out: Path) -> None:
+    omega = 2 * np.pi * FREQUENCY
+    systems = {
+        "rigid track": on_rigid_track(models, omega, K_H),
+        "coupled": coupled(models, omega, K_H),
+        "apart": apart(models, omega),
+    }
+    values = {
+        name: response(system, "wheelset[4].force_z", models.positions, SPEED)
+        for name, system in systems.items()
+    }
+    on_rails = {
+        name: response(systems[name], "wheelset[4].rail_force_z", models.positions, SPEED)
+        for name in ("coupled", "apart")
+    }
+    frf = dataset(
+        systems["coupled"], values["coupled"], models, "wheelset[4].force_z",
+        contact_stiffness=K_H, title=f"unit force on wheelset 4, k_H {K_H / 1e9:g} GN/m",
+    )  # fmt: skip
+    save(frf, out / "frf.nc")
+    plot_response(frf, out / "frf.png")
+    curves = {
+        "rail, without vehicle": (FREQUENCY, _of(systems["apart"], on_rails["apart"], RAIL)),
+        "rail, with vehicle": (FREQUENCY, _of(systems["coupled"], on_rails["coupled"], RAIL)),
+    }
+    plot_receptances(
+        curves, out / "rail.png", "receptance (m/N)", "rail at a railseat, unit force on each rail"
+    )
+    curves = {
+        name: (FREQUENCY, _of(systems[name], values[name], WHEEL))
+        for name in ("rigid track", "coupled")
+    }
+    plot_receptances(
+        curves, out / "wheel.png", "receptance (m/N)", "wheelset 4, unit force on it"
+    )
+
+
+def _of(system: object, values: np.ndarray, output: str) -> np.ndarray:
+    return values[:, system.rows([output])[0]]  # type: ignore[attr-defined]
+
+
+def _table(rows: list[tuple[Row, float]]) -> Table:
+    table = Table(title="Resonances from the FMUs (Hz), Xu & Lu 2021")
+    for name in ("quantity", "paper", "independent", "railcosim", "difference", "note"):
+        table.add_column(name, justify="left" if name in {"quantity", "note"} else "right")
+    for row, found in rows:
+        difference = f"{100 * (found / row.independent - 1):+.1f} %"
+        table.add_row(
+            row.quantity, row.paper, f"{row.independent:g}", f"{found:.3g}", difference, row.note
+        )
+    return table
+
+
+def _save_table(rows: list[tuple[Row, float]], path: Path) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["quantity", "paper", "independent", "railcosim", "unit", "note"])
+        for row, found in rows:
+            writer.writerow([row.quantity, row.paper, row.independent, f"{found:.5g}", "Hz", row.note])
+
+
+def _say(begun: float, text: str) -> None:
+    console.print(f"{time.perf_counter() - begun:5.0f} s  {text}", highlight=False)

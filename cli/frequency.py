@@ -1,0 +1,218 @@
+"""Frequency responses of the pair: each FMU linearised, then coupled through the contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from railcosim.master.component import FloatArray
+from railcosim.master.fmu import FmuComponent
+from railcosim.master.linearise import LinearModel, linearise
+from railcosim.master.realisation import ComplexArray
+from railcosim.master.receptance import FrequencyResponse, frequency_response, lag
+from railcosim.master.substructuring import Joint, couple
+
+from .options import UsageError
+from .pair import FORCES, WHEELS, WHEELSETS
+
+# Step (s) and number of steps. Half the inverse of the step is above the highest pole: 22 Hz of
+# the free vehicle, 6.5 kHz of the track. The record lasts a third of the longest period of the
+# vehicle, and until few modes of the track are left.
+VEHICLE_GRID = (1e-4, 13_000)
+TRACK_GRID = (6e-5, 17_000)
+PULSE = 1e4  # N; our FMUs are linear, so its size matters for rounding only
+Progress = Callable[[float, float], None]
+
+
+@dataclass(frozen=True)
+class Models:
+    """Both FMUs as linear models, and where the wheelsets stand.
+
+    Attributes
+    ----------
+    vehicle, track : LinearModel
+        Contact forces to motion.
+    positions : array, shape (4,)
+        Wheelsets, m.
+    attributes : dict
+        What was linearised, for the results.
+    """
+
+    vehicle: LinearModel
+    track: LinearModel
+    positions: FloatArray
+    attributes: dict[str, str]
+
+
+def linear_models(vehicle: Path, track: Path, progress: Progress) -> Models:
+    """Linearise a vehicle FMU and a track FMU that take contact forces.
+
+    Parameters
+    ----------
+    vehicle, track : Path
+        FMU files, neither of which owns the contact: with the contact inside, its stiffness would
+        cancel digits at low frequency.
+    progress : callable
+        Told what is done and the total.
+    """
+    attributes = {}
+    with FmuComponent.load(vehicle, name="vehicle") as cars:
+        _takes_forces(cars)
+        if "speed" in cars.description.parameters:
+            cars.set_parameters({"speed": 0.0})
+        cars.enter_initialization(0.0)
+        cars.exit_initialization()
+        values = dict(zip((v.name for v in cars.outputs), cars.get_outputs(), strict=True))
+        positions = np.array([values[f"{w}.position"] for w in WHEELSETS])
+        still = {f"{w}.position" for w in WHEELSETS}
+        moving = [v.name for v in cars.outputs if v.name not in still]
+        cars_model = _linearise(cars, {}, moving, VEHICLE_GRID, lambda a, b: progress(0.3 * a / b, 1.0))
+        attributes["vehicle_fmu"] = cars.description.sha256
+    with FmuComponent.load(track, name="track") as rails:
+        _takes_forces(rails)
+        rails.enter_initialization(0.0)
+        at = {f"{w}.position": float(x) for w, x in zip(WHEELSETS, positions, strict=True)}
+        rails.set_inputs(np.array([at.get(v.name, v.start) for v in rails.inputs]))
+        rails.exit_initialization()
+        outputs = [v.name for v in rails.outputs if v.name.endswith("rail_z")]
+        track_model = _linearise(rails, at, outputs, TRACK_GRID, lambda a, b: progress(0.3 + 0.7 * a / b, 1.0))
+        attributes["track_fmu"] = rails.description.sha256
+    return Models(cars_model, track_model, positions, attributes)
+
+
+def _takes_forces(fmu: FmuComponent) -> None:
+    names = {v.name for v in fmu.inputs}
+    missing = [name for name in FORCES if name not in names]
+    if missing:
+        raise UsageError(
+            f"{fmu.description.path}: has no input {missing[0]!r}; give an FMU that takes contact "
+            "forces (Vehicle.fmu, Track.fmu), not one that owns the contact"
+        )
+
+
+def _linearise(
+    fmu: FmuComponent,
+    at: dict[str, float],
+    outputs: list[str],
+    grid: tuple[float, int],
+    progress: Progress,
+) -> LinearModel:
+    u = np.array([at.get(v.name, v.start) for v in fmu.inputs])
+    return linearise(
+        fmu,
+        at=u,
+        amplitude=PULSE,
+        step=grid[0],
+        steps=grid[1],
+        inputs=FORCES,
+        outputs=outputs,
+        progress=progress,
+    )
+
+
+def joints(k_H: float) -> list[Joint]:
+    """The eight contacts."""
+    return [
+        Joint(
+            name=wheel,
+            first_input=f"{wheel}.force_z",
+            first_output=f"{wheel}.wheel_z",
+            second_input=f"{wheel}.force_z",
+            second_output=f"{wheel}.rail_z",
+            stiffness=k_H,
+        )
+        for wheel in WHEELS
+    ]
+
+
+def coupled(models: Models, omega: FloatArray, k_H: float) -> FrequencyResponse:
+    """Vehicle on the track."""
+    vehicle, track = (frequency_response(m, omega) for m in (models.vehicle, models.track))
+    return couple(vehicle, track, joints(k_H))
+
+
+def on_rigid_track(models: Models, omega: FloatArray, k_H: float) -> FrequencyResponse:
+    """Vehicle on its contact springs alone."""
+    return couple(frequency_response(models.vehicle, omega), None, joints(k_H))
+
+
+def apart(models: Models, omega: FloatArray) -> FrequencyResponse:
+    """Vehicle and track without each other, under the names of the coupled response."""
+    vehicle, track = (frequency_response(m, omega) for m in (models.vehicle, models.track))
+    n_v, n_t = vehicle.values.shape[1:], track.values.shape[1:]
+    values = np.zeros((len(omega), n_v[0] + n_t[0], n_v[1] + n_t[1]), dtype=complex)
+    values[:, : n_v[0], : n_v[1]] = vehicle.values
+    values[:, n_v[0] :, n_v[1] :] = track.values
+    return FrequencyResponse(
+        name="vehicle and track apart",
+        omega=omega,
+        outputs=tuple([f"vehicle.{o}" for o in vehicle.outputs] + [f"track.{o}" for o in track.outputs]),
+        inputs=tuple([f"vehicle.{i}" for i in vehicle.inputs] + [f"track.{i}" for i in track.inputs]),
+        values=values,
+    )
+
+
+def response(
+    system: FrequencyResponse, excitation: str, positions: FloatArray, speed: float
+) -> ComplexArray:
+    """All outputs to one excitation, shape (n_omega, n_outputs).
+
+    Parameters
+    ----------
+    system : FrequencyResponse
+        Coupled, on rigid track, or apart.
+    excitation : str
+        ``wheelset[i].force_z``: a unit force down on a wheelset. ``wheelset[i].rail_force_z``: a
+        unit force down on EACH rail under it, the paper's. ``irregularity_z``: unit irregularity,
+        which every wheelset meets later by its distance behind the first over the speed.
+    positions : array, shape (4,)
+        Wheelsets, m.
+    speed : float
+        m/s, for the irregularity.
+    """
+    inputs = set(system.inputs)
+    wanted: dict[str, complex | ComplexArray] = {}
+    for w in WHEELSETS:
+        both = [f"{w}.left", f"{w}.right"]
+        if excitation == f"{w}.force_z":
+            # The FMU's contact forces lift; half of a force down goes to each wheel.
+            wanted = {f"vehicle.{s}.force_z": -0.5 for s in both}
+        elif excitation == f"{w}.rail_force_z":
+            wanted = {f"track.{s}.force_z": 1.0 for s in both}
+    if excitation == "irregularity_z":
+        delays = (positions.max() - positions) / speed
+        phases = lag(system.omega, np.tile(delays, 2))
+        wanted = {f"{wheel}.gap": phases[:, k] for k, wheel in enumerate(WHEELS)}
+    if not wanted:
+        raise UsageError(
+            f"--input {excitation}: must be wheelset[1..4].force_z, wheelset[1..4].rail_force_z "
+            "or irregularity_z"
+        )
+    if not set(wanted) <= inputs:
+        raise UsageError(f"--input {excitation}: there is no such input in {system.name}")
+    amplitudes = [np.broadcast_to(v, system.omega.shape) for v in wanted.values()]
+    return system.combined(list(wanted), np.stack(amplitudes, axis=1))
+
+
+def dataset(
+    system: FrequencyResponse, values: ComplexArray, models: Models, excitation: str, **attrs: object
+) -> xr.Dataset:
+    """Responses under the FMUs' variable names, with units per unit of the excitation."""
+    per = "m" if excitation == "irregularity_z" else "N"
+    known = {v.name: v for v in (*models.vehicle.outputs, *models.track.outputs)}
+    variables = {}
+    for k, output in enumerate(system.outputs):
+        if output.endswith(".force"):
+            name, unit, text = output.removesuffix(".force") + ".force_z", "N", "contact force"
+        else:
+            name = output.partition(".")[2]
+            unit, text = known[name].unit, known[name].description
+        units = {"units": f"{unit}/{per}", "long_name": text}
+        variables[name] = ("frequency", values[:, k], units)
+    frequency = ("frequency", system.omega / (2 * np.pi), {"units": "Hz", "long_name": "frequency"})
+    about = {"excitation": excitation, "system": system.name, **models.attributes, **attrs}
+    return xr.Dataset(variables, {"frequency": frequency}, about)

@@ -1,0 +1,86 @@
+"""railcosim frf."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from railcosim.master.files import save
+
+from .export import fmus_of
+from .frequency import apart, coupled, dataset, linear_models, on_rigid_track, response
+from .options import (
+    PICTURES,
+    RESULTS,
+    Frequencies,
+    Out,
+    PlotFile,
+    Speed,
+    TrackFmu,
+    UsageError,
+    VehicleFmu,
+    console,
+    frequencies_of,
+    positive,
+    progress,
+    stiffness_of,
+)
+from .plots import plot_response
+
+
+def frf(
+    out: Out,
+    vehicle_fmu: VehicleFmu = None,
+    track_fmu: TrackFmu = None,
+    contact_stiffness: Annotated[
+        str, typer.Option("--contact-stiffness", help="Linear contact stiffness k_H, N/m.")
+    ] = "1e9",
+    frequencies: Frequencies = "1:200:0.5",
+    excitation: Annotated[
+        str,
+        typer.Option(
+            "--input",
+            help="wheelset[i].force_z: unit force on a wheelset; wheelset[i].rail_force_z: on each "
+            "rail under it; irregularity_z: unit irregularity, met by each wheelset with its lag.",
+        ),
+    ] = "wheelset[4].force_z",
+    speed: Speed = 250.0,
+    uncoupled: Annotated[
+        bool, typer.Option("--uncoupled", help="Vehicle and track without each other.")
+    ] = False,
+    rigid_track: Annotated[
+        bool, typer.Option("--rigid-track", help="Vehicle on its contact springs alone.")
+    ] = False,
+    plot: PlotFile = None,
+) -> None:
+    """Linearise a vehicle FMU and a track FMU and couple them in the frequency domain."""
+    RESULTS.check(out)
+    PICTURES.check(plot)
+    if uncoupled and rigid_track:
+        raise UsageError("--uncoupled and --rigid-track exclude each other")
+    k_H = stiffness_of(contact_stiffness)
+    v = positive("--speed", speed, "km/h") / 3.6
+    omega = 2 * np.pi * frequencies_of(frequencies)
+    with (
+        fmus_of(vehicle_fmu, track_fmu, "Vehicle", "Track") as (vehicle, track),
+        progress("linearising") as update,
+    ):
+        models = linear_models(vehicle, track, update)
+    if uncoupled:
+        system = apart(models, omega)
+    elif rigid_track:
+        system = on_rigid_track(models, omega, k_H)
+    else:
+        system = coupled(models, omega, k_H)
+    values = response(system, excitation, models.positions, v)
+    result = dataset(
+        system, values, models, excitation,
+        contact_stiffness=k_H, speed=v, title=f"{system.name}, response to {excitation}",
+    )  # fmt: skip
+    save(result, out)
+    console.print(f"{out}: {omega.size} frequencies", highlight=False)
+    if plot is not None:
+        plot_response(result, plot)
+        console.print(str(plot), highlight=False)

@@ -1,0 +1,68 @@
+"""The command `railcosim`: its commands, and what a failure looks like."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+# Our matrices are small: BLAS threads wait for each other longer than they work. To be set before
+# numpy is loaded; who wants threads sets the variable.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import typer  # noqa: E402
+from railcosim.master.archive import FmuError  # noqa: E402
+from railcosim.master.component import ComponentError  # noqa: E402
+from railcosim.master.connections import CouplingError  # noqa: E402
+from railcosim.master.cosimulation import Divergence  # noqa: E402
+from railcosim.parameters import ParameterError  # noqa: E402
+
+from . import compare, demo, export, frf, receptance, run_command  # noqa: E402
+from .options import UsageError, errors  # noqa: E402
+
+BAD_INPUT, FAILED = 2, 1
+
+app = typer.Typer(
+    name="railcosim",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Railway vehicle and slab track as separate FMUs, coupled in time and in frequency. "
+    "Start with `railcosim demo`.",
+)
+app.command("demo")(demo.demo)
+app.command("export")(export.export)
+app.command("run")(run_command.run)
+app.command("frf")(frf.frf)
+app.command("receptance")(receptance.receptance)
+app.command("track-receptance")(receptance.track_receptance)
+app.command("compare")(compare.compare)
+app.command("parameters")(export.parameters)
+
+
+def run() -> None:
+    """Entry point: exit status 0 done, 2 bad input, 1 a run that failed; never a traceback."""
+    try:
+        app(standalone_mode=False)
+    except (ParameterError, FmuError, CouplingError, UsageError) as error:
+        _fail(str(error), BAD_INPUT)
+    except (Divergence, ComponentError, ArithmeticError, OSError) as error:
+        _fail(str(error), FAILED)
+    except typer.Exit as stop:
+        sys.exit(stop.exit_code)
+    except (KeyboardInterrupt, typer.Abort):
+        _fail("interrupted", FAILED)
+    except Exception as error:
+        usage = getattr(error, "format_message", None)  # click's own errors: a wrong option
+        if usage is None:
+            raise
+        _fail(usage(), BAD_INPUT)
+
+
+def _fail(sentence: str, exit_status: int) -> None:
+    errors.print(f"[red]error:[/red] {_plain(sentence)}", highlight=False, soft_wrap=True)
+    sys.exit(exit_status)
+
+
+def _plain(sentence: str) -> str:
+    """Brackets are part of variable names, not of rich's markup."""
+    return sentence.replace("[", r"\[")

@@ -1,0 +1,181 @@
+"""What the commands share: the spelling of options, progress bars, and what a failure looks like."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from railcosim.parameters import read_toml
+from railcosim.track.irregularity import Profile, flat, read_profile, synthesise
+from railcosim.track.parameters import Track
+from railcosim.vehicle.parameters import Vehicle
+
+FloatArray = NDArray[np.float64]
+
+console = Console()
+errors = Console(stderr=True)
+
+MAX_FREQUENCIES = 1_000_000
+
+
+class UsageError(ValueError):
+    """The command line asks for something that cannot be; exit status 2."""
+
+
+VehicleFile = Annotated[
+    Path | None, typer.Option("--vehicle", help="Vehicle parameters, TOML.", metavar="F.toml")
+]
+TrackFile = Annotated[
+    Path | None, typer.Option("--track", help="Track parameters, TOML.", metavar="F.toml")
+]
+VehicleFmu = Annotated[
+    Path | None,
+    typer.Option("--vehicle-fmu", help="Vehicle FMU; ours, exported now, if not given.", metavar="F"),
+]
+TrackFmu = Annotated[
+    Path | None,
+    typer.Option("--track-fmu", help="Track FMU; ours, exported now, if not given.", metavar="F"),
+]
+Out = Annotated[Path, typer.Option("--out", help="Result: .nc or .csv.", metavar="FILE")]
+PlotFile = Annotated[
+    Path | None, typer.Option("--plot", help="Picture as well: .png, .svg or .pdf.", metavar="FILE")
+]
+Frequencies = Annotated[
+    str,
+    typer.Option(
+        "--frequencies", help="start:stop:step in Hz, stop included, or start:stop:N@log."
+    ),
+]
+Speed = Annotated[float, typer.Option("--speed", help="km/h")]
+Irregularity = Annotated[
+    str,
+    typer.Option(
+        "--irregularity",
+        help="none, german-low, german-high, ballastless, or a CSV file with x,left,right in m.",
+    ),
+]
+
+
+def vehicle_of(file: Path | None) -> Vehicle:
+    """The vehicle of a parameter file, or the paper's."""
+    return Vehicle() if file is None else read_toml(Vehicle, file)
+
+
+def track_of(file: Path | None) -> Track:
+    """The track of a parameter file, or the paper's."""
+    return Track() if file is None else read_toml(Track, file)
+
+
+def frequencies_of(text: str) -> FloatArray:
+    """Read ``start:stop:step`` or ``start:stop:N@log``, Hz.
+
+    Raises
+    ------
+    UsageError
+        Saying what is wrong with it.
+    """
+    form = "start:stop:step (Hz, stop included) or start:stop:N@log"
+    parts = text.removesuffix("@log").split(":")
+    try:
+        start, stop, third = (float(part) for part in parts)
+    except ValueError as error:
+        raise UsageError(f"--frequencies {text}: must be {form}") from error
+    if not (0 < start <= stop and third > 0 and math.isfinite(stop + third)):
+        raise UsageError(f"--frequencies {text}: needs 0 < start <= stop and a third number > 0")
+    if text.endswith("@log"):
+        count = int(third)
+        if count != third:
+            raise UsageError(f"--frequencies {text}: N = {third:g} must be a whole number")
+    else:
+        count = math.floor((stop - start) / third * (1 + 1e-12) + 1e-9) + 1
+    if count > MAX_FREQUENCIES:
+        raise UsageError(f"--frequencies {text}: over {MAX_FREQUENCIES} frequencies")
+    if text.endswith("@log"):
+        return np.geomspace(start, stop, count)
+    grid = start + third * np.arange(count)
+    return grid if stop - grid[-1] < 1e-9 * stop else np.append(grid, stop)
+
+
+def contact_parameters(text: str) -> dict[str, float | bool]:
+    """FMU parameters for ``hertz`` or a stiffness in N/m."""
+    if text == "hertz":
+        return {"contact.nonlinear": True}
+    return {"contact.nonlinear": False, "contact.stiffness": stiffness_of(text)}
+
+
+def stiffness_of(text: str) -> float:
+    """A contact stiffness in N/m."""
+    try:
+        k_H = float(text)
+    except ValueError:
+        k_H = math.nan
+    if not (math.isfinite(k_H) and k_H > 0):
+        raise UsageError(f"--contact-stiffness {text}: must be a number > 0 in N/m, or hertz")
+    return k_H
+
+
+def positive(option: str, value: float, unit: str) -> float:
+    """Check a number that must be finite and positive."""
+    if not (math.isfinite(value) and value > 0):
+        raise UsageError(f"{option} {value:g}: must be > 0 {unit}")
+    return value
+
+
+def profile_of(text: str, length: float) -> Profile:
+    """The irregularity of a name or a CSV file, at least `length` (m) where it is made here."""
+    if text == "none":
+        return flat(length)
+    if text.endswith(".csv"):
+        return read_profile(Path(text))
+    return synthesise(text, length)
+
+
+@dataclass(frozen=True)
+class Suffixes:
+    """What a file may be called."""
+
+    option: str
+    allowed: tuple[str, ...]
+
+    def check(self, path: Path | None) -> None:
+        """Raise UsageError if the file cannot be written, before anything is computed."""
+        if path is None:
+            return
+        if path.suffix not in self.allowed:
+            raise UsageError(f"{self.option} {path}: must end in {' or '.join(self.allowed)}")
+        if not path.parent.is_dir():
+            raise UsageError(f"{self.option} {path}: there is no folder {path.parent}")
+
+
+RESULTS = Suffixes("--out", (".nc", ".csv"))
+PICTURES = Suffixes("--plot", (".png", ".svg", ".pdf"))
+
+
+@contextmanager
+def progress(text: str) -> Iterator[Callable[[float, float], None]]:
+    """A progress bar on standard error; the callable takes what is done and the total."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+    with Progress(*columns, TimeRemainingColumn(), console=errors, transient=True) as bar:
+        task = bar.add_task(text, total=None)
+
+        def update(done: float, total: float) -> None:
+            bar.update(task, completed=done, total=total)
+
+        yield update
+
+
+@contextmanager
+def status(text: str) -> Iterator[Callable[[str], None]]:
+    """A line that tells what is being done."""
+    with errors.status(text) as line:
+        yield lambda now: line.update(f"{text}: {now}")

@@ -1,0 +1,192 @@
+"""A vehicle FMU and a track FMU as one system: loaded, connected, and brought to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from scipy.optimize import root
+
+from railcosim.master.component import FloatArray, Variable
+from railcosim.master.connections import CouplingError, connect_by_name
+from railcosim.master.fmu import FmuComponent
+from railcosim.master.signals import Signal
+from railcosim.master.system import System
+from railcosim.track.irregularity import Profile
+
+WHEELSETS = [f"wheelset[{i}]" for i in (1, 2, 3, 4)]
+WHEELS = [f"{w}.{side}" for side in ("left", "right") for w in WHEELSETS]
+FORCES = [f"{wheel}.force_z" for wheel in WHEELS]
+FADE_IN = 10.0  # m
+FIRST_COMPRESSION = 1e-4  # m, about the static one: where the search for equilibrium begins
+STILL = 1e-6  # m/s2, and 0.1 N: a thousandth of what a bump of 1e-6 m does
+
+Pool: TypeAlias = dict[str, float]  # values by variable name
+
+
+@dataclass(frozen=True)
+class Pair:
+    """The two FMUs, the irregularity, and their system, ready to run."""
+
+    vehicle: FmuComponent
+    track: FmuComponent
+    system: System
+
+
+@dataclass(frozen=True, kw_only=True)
+class Journey:
+    """How the vehicle meets the track.
+
+    Attributes
+    ----------
+    speed : float
+        m/s.
+    held : bool
+        True: wheels stay where they are and the irregularity moves; False: wheels roll.
+    profile : Profile
+        Irregularity.
+    """
+
+    speed: float
+    held: bool
+    profile: Profile
+
+
+@contextmanager
+def open_pair(
+    vehicle: Path, track: Path, parameters: dict[str, float | bool], journey: Journey
+) -> Iterator[Pair]:
+    """Load both FMUs, connect them by name and find their static equilibrium.
+
+    Parameters
+    ----------
+    vehicle, track : Path
+        FMU files; one of them owns the contact.
+    parameters : dict
+        Contact parameters, for the FMU that has them.
+    journey : Journey
+        Speed and irregularity.
+    """
+    with ExitStack() as stack:
+        cars = stack.enter_context(FmuComponent.load(vehicle, name="vehicle"))
+        rails = stack.enter_context(FmuComponent.load(track, name="track"))
+        for fmu in (cars, rails):
+            known = fmu.description.parameters
+            fmu.set_parameters({k: v for k, v in parameters.items() if k in known})
+        if "speed" in cars.description.parameters:
+            cars.set_parameters({"speed": 0.0 if journey.held else journey.speed})
+        for fmu in (cars, rails):
+            fmu.enter_initialization(0.0)
+        pool: Pool = {}
+        _ask(cars, pool)
+        irregularity = _irregularity(journey, _positions(cars, pool))
+        components = [irregularity, cars, rails]
+        needed = [*(f"{w}.position" for w in WHEELSETS), *FORCES]
+        system = System(components, connect_by_name(components, required=needed))
+        heights = irregularity.get_outputs()
+        pool.update(zip((v.name for v in irregularity.outputs), heights, strict=True))
+        _settle(cars, rails, pool)
+        for fmu in (cars, rails):
+            _tell(fmu, pool)
+            fmu.exit_initialization()
+        system.forget()
+        yield Pair(cars, rails, system)
+
+
+def _irregularity(journey: Journey, place: FloatArray) -> Signal:
+    heights = journey.profile.under(place, journey.speed, FADE_IN)
+    variables = [
+        Variable(
+            name=f"{wheel}.irregularity_z",
+            unit="m",
+            description="rail surface under the wheel below its nominal height",
+            nominal=1e-3,
+        )
+        for wheel in WHEELS
+    ]
+    return Signal("irregularity", variables, heights)
+
+
+def _positions(vehicle: FmuComponent, pool: Pool) -> FloatArray:
+    missing = [w for w in WHEELSETS if f"{w}.position" not in pool]
+    if missing:
+        raise CouplingError(
+            f"{vehicle.description.path}: has no output {missing[0]}.position; a vehicle needs it"
+        )
+    return np.array([pool[f"{w}.position"] for w in WHEELSETS])
+
+
+def _settle(vehicle: FmuComponent, track: FmuComponent, pool: Pool) -> None:
+    """Find the heights (and forces) for which vehicle and track are at rest together.
+
+    The vehicle is at rest on wheelsets held at `start_z`; it needs no holding where the wheelsets'
+    accelerations vanish. A vehicle without `start_z` starts as its maker wants.
+    """
+    if f"{WHEELSETS[0]}.start_z" not in vehicle.description.parameters:
+        return
+    residual: Callable[[FloatArray], FloatArray]
+    if FORCES[0] in [v.name for v in track.inputs]:
+        starts = {v.name: v.start for v in track.inputs}
+        force = np.array([starts[name] for name in FORCES])
+        _tell(track, {**pool, **dict(zip(FORCES, force, strict=True))})
+        _ask(track, pool)
+        rail = np.array([pool[f"{w}.left.rail_z"] for w in WHEELSETS])
+        guess = np.concatenate([1e3 * (rail + FIRST_COMPRESSION), force / 1e5])
+        residual = partial(_imbalance_at_forces, vehicle, track, pool)
+    else:
+        guess = np.full(4, 2.0)
+        residual = partial(_imbalance_at_heights, vehicle, track, pool)
+    rest = residual(root(residual, guess, tol=1e-13).x)
+    if not np.abs(rest).max() < STILL:
+        raise CouplingError(
+            "no static equilibrium of vehicle and track was found (largest remaining acceleration "
+            f"{np.abs(rest[:4]).max():g} m/s2): check contact stiffness and wheel loads"
+        )
+
+
+def _imbalance_at_heights(
+    vehicle: FmuComponent, track: FmuComponent, pool: Pool, heights: FloatArray
+) -> FloatArray:
+    """The track owns the contact: wheelset heights (mm) to wheelset accelerations (m/s2)."""
+    _place(vehicle, heights)
+    _ask(vehicle, pool)
+    _tell(track, pool)
+    _ask(track, pool)
+    _tell(vehicle, pool)
+    _ask(vehicle, pool)
+    return np.array([pool[f"{w}.az"] for w in WHEELSETS])
+
+
+def _imbalance_at_forces(
+    vehicle: FmuComponent, track: FmuComponent, pool: Pool, unknown: FloatArray
+) -> FloatArray:
+    """The vehicle owns it: heights (mm), forces on the track (100 kN) to what is out of balance."""
+    force = 1e5 * unknown[4:]
+    pool.update(zip(FORCES, force, strict=True))
+    _tell(track, pool)
+    _ask(track, pool)
+    _place(vehicle, unknown[:4])
+    _tell(vehicle, pool)
+    _ask(vehicle, pool)
+    unequal = np.array([pool[name] for name in FORCES]) - force
+    return np.concatenate([[pool[f"{w}.az"] for w in WHEELSETS], unequal / 1e5])
+
+
+def _place(vehicle: FmuComponent, heights: FloatArray) -> None:
+    names = [f"{w}.start_z" for w in WHEELSETS]
+    vehicle.set_parameters(dict(zip(names, (1e-3 * heights).tolist(), strict=True)))
+
+
+def _tell(fmu: FmuComponent, pool: Pool) -> None:
+    """Set the inputs that are known; the others keep their start values."""
+    fmu.set_inputs(np.array([pool.get(v.name, v.start) for v in fmu.inputs]))
+
+
+def _ask(fmu: FmuComponent, pool: Pool) -> None:
+    """Take note of the outputs."""
+    pool.update(zip((v.name for v in fmu.outputs), fmu.get_outputs().tolist(), strict=True))

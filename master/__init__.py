@@ -1,0 +1,1 @@
+"""Couples and linearises FMUs, anyone's: knows FMI, nothing of railways."""

@@ -1,0 +1,142 @@
+"""Which output feeds which input: made by name, and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from railcosim.master.component import Component, Variable
+from railcosim.master.suggest import suggest
+
+
+class CouplingError(ValueError):
+    """Components cannot be connected as asked; the message names them and the variables."""
+
+
+@dataclass(frozen=True)
+class Connection:
+    """One output feeding one input.
+
+    Attributes
+    ----------
+    source, output : str
+        Component and its output.
+    target, input : str
+        Component and its input.
+    """
+
+    source: str
+    output: str
+    target: str
+    input: str
+
+    def __str__(self) -> str:
+        return f"{self.source}.{self.output} -> {self.target}.{self.input}"
+
+
+def connect_by_name(
+    components: Sequence[Component], required: Iterable[str] = ()
+) -> tuple[Connection, ...]:
+    """Connect every output to the inputs of the same name in the other components.
+
+    Parameters
+    ----------
+    components : sequence of Component
+        With different names.
+    required : iterable of str, optional
+        Inputs that must be connected, as ``variable`` (in whatever component) or
+        ``component.variable``.
+
+    Returns
+    -------
+    tuple of Connection
+        In the order of the components and of their inputs.
+
+    Raises
+    ------
+    CouplingError
+        If an input has two sources, a unit differs from its source's, or a required input is
+        left without one.
+    """
+    connections = tuple(
+        Connection(source.name, output.name, target.name, input_.name)
+        for target in components
+        for input_ in target.inputs
+        for source in components
+        if source is not target
+        for output in source.outputs
+        if output.name == input_.name
+    )
+    check_connections(components, connections)
+    wanted = set(required)
+    inputs = {name for c in components for v in c.inputs for name in (v.name, f"{c.name}.{v.name}")}
+    for name in sorted(wanted - inputs):
+        raise CouplingError(f"no component has the required input {name!r}{suggest(name, inputs)}")
+    missing = [
+        f"{target}.{name}"
+        for target, name in _free(components, connections)
+        if name in wanted or f"{target}.{name}" in wanted
+    ]
+    if missing:
+        raise CouplingError(f"no output feeds the required inputs {', '.join(missing)}")
+    return connections
+
+
+def unconnected_inputs(
+    components: Sequence[Component], connections: Iterable[Connection]
+) -> tuple[str, ...]:
+    """List the inputs that nothing feeds, which keep their start values.
+
+    Returns
+    -------
+    tuple of str
+        As ``component.variable``.
+    """
+    return tuple(f"{target}.{name}" for target, name in _free(components, connections))
+
+
+def check_connections(components: Sequence[Component], connections: Iterable[Connection]) -> None:
+    """Check connections against the components' interfaces.
+
+    Raises
+    ------
+    CouplingError
+        For two components of one name, a name that does not exist, an input with two sources,
+        or two different units.
+    """
+    names = [component.name for component in components]
+    if len(set(names)) < len(names):
+        raise CouplingError(f"component names must differ, got {', '.join(names)}")
+    outputs = {c.name: {v.name: v for v in c.outputs} for c in components}
+    inputs = {c.name: {v.name: v for v in c.inputs} for c in components}
+    sources: dict[tuple[str, str], Connection] = {}
+    for connection in connections:
+        output = _find("output", outputs, connection.source, connection.output)
+        input_ = _find("input", inputs, connection.target, connection.input)
+        other = sources.setdefault((connection.target, connection.input), connection)
+        if other is not connection:
+            raise CouplingError(f"two sources for one input: {other} and {connection}")
+        if output.unit and input_.unit and output.unit != input_.unit:
+            raise CouplingError(f"{connection}: unit {output.unit} feeds unit {input_.unit}")
+
+
+def _find(
+    kind: str, table: dict[str, dict[str, Variable]], component: str, variable: str
+) -> Variable:
+    """One variable of one component."""
+    if component not in table:
+        raise CouplingError(f"no component {component!r}{suggest(component, table)}")
+    if variable not in table[component]:
+        raise CouplingError(
+            f"{component} has no {kind} {variable!r}{suggest(variable, table[component])}"
+        )
+    return table[component][variable]
+
+
+def _free(
+    components: Sequence[Component], connections: Iterable[Connection]
+) -> list[tuple[str, str]]:
+    """Component and name of every input that nothing feeds."""
+    fed = {(c.target, c.input) for c in connections}
+    pairs = [(component.name, v.name) for component in components for v in component.inputs]
+    return [pair for pair in pairs if pair not in fed]

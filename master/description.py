@@ -1,0 +1,221 @@
+"""What an FMU says of itself: identity, interface, parameters, capabilities."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import fmpy.model_description
+import numpy as np
+from numpy.typing import NDArray
+from railcosim.master.archive import FmuError
+from railcosim.master.component import Variable
+
+HOLD_PARAMETER = "input_hold"
+"""Integer parameter by which an FMU lets its master choose a `Hold`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One parameter of an FMU.
+
+    Attributes
+    ----------
+    name, unit, description : str
+        As in the model description.
+    type : str
+        FMI type: ``Real``, ``Integer``, ``Boolean``, ``Enumeration`` or ``String``.
+    variability : str
+        ``fixed`` (settable until initialisation ends), ``tunable`` or ``constant``.
+    start : str
+        The default, as written.
+    reference : int
+        FMI value reference.
+    """
+
+    name: str
+    type: str
+    variability: str
+    start: str
+    unit: str
+    description: str
+    reference: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class FmuDescription:
+    """The part of a model description that coupling needs.
+
+    Attributes
+    ----------
+    path : Path
+        The FMU file.
+    sha256 : str
+        Digest of the file, to tell in a result which build was run.
+    model_name, guid, version, generation_tool : str
+        As in the model description; empty if not stated.
+    model_identifier : str
+        Stem of the shared library.
+    inputs, outputs : tuple of Variable
+        The Real inputs and outputs; others take no part in coupling.
+    input_references, output_references : tuple of int
+        Their FMI value references.
+    feedthrough : array of bool, shape (n_outputs, n_inputs)
+        Direct dependence, from the model structure.
+    parameters : dict of str to Parameter
+        All parameters by name.
+    other_names : dict of str to str
+        The causality of every variable that is not a parameter.
+    can_get_and_set_state, can_serialize_state : bool
+        Capabilities.
+    """
+
+    path: Path
+    sha256: str
+    model_name: str
+    guid: str
+    version: str
+    generation_tool: str
+    model_identifier: str
+    inputs: tuple[Variable, ...]
+    outputs: tuple[Variable, ...]
+    input_references: tuple[int, ...]
+    output_references: tuple[int, ...]
+    feedthrough: NDArray[np.bool_]
+    parameters: dict[str, Parameter]
+    other_names: dict[str, str]
+    can_get_and_set_state: bool
+    can_serialize_state: bool
+
+    @property
+    def has_hold_parameter(self) -> bool:
+        """Whether the FMU can extrapolate and interpolate its inputs by itself."""
+        parameter = self.parameters.get(HOLD_PARAMETER)
+        return (
+            parameter is not None
+            and parameter.type == "Integer"
+            and parameter.variability in {"fixed", "tunable"}
+        )
+
+    def as_attributes(self) -> dict[str, str]:
+        """Identity of the FMU as flat strings, for the attributes of a result."""
+        return {
+            "file": self.path.name,
+            "sha256": self.sha256,
+            "model_name": self.model_name,
+            "guid": self.guid,
+            "version": self.version,
+            "generation_tool": self.generation_tool,
+        }
+
+
+def read_description(path: Path, folder: Path) -> FmuDescription:
+    """Read an unpacked FMU's model description.
+
+    Parameters
+    ----------
+    path : Path
+        The FMU file.
+    folder : Path
+        Where it was unpacked.
+
+    Returns
+    -------
+    FmuDescription
+        Its content.
+
+    Raises
+    ------
+    FmuError
+        If it breaks the FMI schema, or the FMU offers no co-simulation.
+    """
+    try:
+        raw: Any = fmpy.model_description.read_model_description(folder)
+    except Exception as error:  # fmpy raises bare Exception, and IndexError for bad indices
+        raise FmuError(
+            f"{path}: modelDescription.xml is not valid FMI 2.0: {_one_line(error)}"
+        ) from error
+    if raw.coSimulation is None:
+        raise FmuError(f"{path}: no Co-Simulation in it; export it as FMI 2.0 Co-Simulation")
+    inputs = [v for v in raw.modelVariables if v.type == "Real" and v.causality == "input"]
+    outputs = [v for v in raw.modelVariables if v.type == "Real" and v.causality == "output"]
+    return FmuDescription(
+        path=path,
+        sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
+        model_name=raw.modelName,
+        guid=raw.guid,
+        version=raw.version or "",
+        generation_tool=raw.generationTool or "",
+        model_identifier=raw.coSimulation.modelIdentifier,
+        inputs=tuple(_variable(v) for v in inputs),
+        outputs=tuple(_variable(v) for v in outputs),
+        input_references=tuple(v.valueReference for v in inputs),
+        output_references=tuple(v.valueReference for v in outputs),
+        feedthrough=_feedthrough(raw.outputs, inputs, outputs),
+        parameters={
+            v.name: _parameter(v) for v in raw.modelVariables if v.causality == "parameter"
+        },
+        other_names={v.name: v.causality for v in raw.modelVariables if v.causality != "parameter"},
+        can_get_and_set_state=raw.coSimulation.canGetAndSetFMUstate,
+        can_serialize_state=raw.coSimulation.canSerializeFMUstate,
+    )
+
+
+def _feedthrough(
+    unknowns: Iterable[Any], inputs: list[Any], outputs: list[Any]
+) -> NDArray[np.bool_]:
+    """Direct dependence of outputs on inputs, shape (n_outputs, n_inputs)."""
+    # FMI: a missing list of dependencies means "may depend on everything".
+    matrix = np.ones((len(outputs), len(inputs)), dtype=bool)
+    column = {v.name: j for j, v in enumerate(inputs)}
+    row = {v.name: i for i, v in enumerate(outputs)}
+    for unknown in unknowns:
+        i = row.get(unknown.variable.name)
+        if i is None or unknown.dependencies is None:
+            continue
+        matrix[i] = False
+        matrix[i, [column[v.name] for v in unknown.dependencies if v.name in column]] = True
+    matrix.flags.writeable = False
+    return matrix
+
+
+def _declared(variable: Any, attribute: str) -> str | None:
+    """Look up an attribute of a variable, or of its declared type if the variable leaves it out."""
+    value: str | None = getattr(variable, attribute)
+    if value is None and variable.declaredType is not None:
+        value = getattr(variable.declaredType, attribute)
+    return value
+
+
+def _variable(variable: Any) -> Variable:
+    """Convert a coupling variable."""
+    # The schema asks for a start value of every input; 0 is for outputs, where it is not used.
+    return Variable(
+        name=variable.name,
+        unit=_declared(variable, "unit") or "",
+        description=variable.description or "",
+        nominal=abs(float(_declared(variable, "nominal") or 1.0)) or 1.0,
+        start=float(variable.start or 0.0),
+    )
+
+
+def _parameter(variable: Any) -> Parameter:
+    """Convert a parameter."""
+    is_real = variable.type == "Real"
+    return Parameter(
+        name=variable.name,
+        type=variable.type,
+        variability=variable.variability,
+        start=variable.start or "",
+        unit=(_declared(variable, "unit") or "") if is_real else "",
+        description=variable.description or "",
+        reference=variable.valueReference,
+    )
+
+
+def _one_line(error: Exception) -> str:
+    """Give an exception's text without its line breaks."""
+    return " ".join(str(error).split()) or type(error).__name__

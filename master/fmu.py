@@ -1,0 +1,289 @@
+"""An FMI 2.0 Co-Simulation FMU as a `Component`, through FMPy's ctypes calls."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import shutil
+from collections.abc import Mapping
+from enum import Enum
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from railcosim.master.archive import FmuError, unpack
+from railcosim.master.component import ComponentError, FloatArray, Hold, Variable
+from railcosim.master.description import HOLD_PARAMETER, FmuDescription, read_description
+from railcosim.master.fmu_instance import FmuInstance, FmuState
+from railcosim.master.fmu_parameters import parameter_call
+
+__all__ = ["FmuComponent", "FmuError", "FmuState"]
+
+
+class _Phase(Enum):
+    """Where an FMU is in its life."""
+
+    INSTANTIATED = "instantiated"
+    INITIALISING = "in initialisation mode"
+    RUNNING = "initialised"
+
+
+class FmuComponent:
+    """One instance of an FMI 2.0 Co-Simulation FMU.
+
+    Made by `load`; then `set_parameters`, `enter_initialization`, `exit_initialization`, steps,
+    `close`. As a context manager it closes in any case. Only Real inputs and outputs take part in
+    coupling. Unsuitable calls raise `FmuError`, refusals by the FMU `ComponentError`.
+
+    Attributes
+    ----------
+    description : FmuDescription
+        Identity, interface, parameters and capabilities.
+    """
+
+    def __init__(self, name: str, description: FmuDescription, folder: Path) -> None:
+        self._name = name
+        self.description = description
+        self._instance = FmuInstance(name, description, folder)
+        self._phase = _Phase.INSTANTIATED
+        # Buffers and pointers made once: making them in every call costs more than the FMU does.
+        self._u = np.array([v.start for v in description.inputs], dtype=np.float64)
+        self._y = np.zeros(len(description.outputs))
+        self._u_pointer = _pointer(self._u)
+        self._y_pointer = _pointer(self._y)
+        self._u_references = _references(description.input_references)
+        self._y_references = _references(description.output_references)
+
+    @classmethod
+    def load(cls, path: str | Path, *, name: str | None = None) -> Self:
+        """Unpack and instantiate an FMU.
+
+        Parameters
+        ----------
+        path : str or Path
+            The ``.fmu`` file. Its code is run: load only what you would run.
+        name : str, optional
+            Name of the component; the model's name if not given.
+
+        Returns
+        -------
+        FmuComponent
+            Instantiated, parameters at their defaults.
+
+        Raises
+        ------
+        FmuError
+            If the file is not a usable FMI 2.0 Co-Simulation FMU.
+        """
+        path = Path(path)
+        folder = unpack(path)
+        try:
+            description = read_description(path, folder)
+            return cls(name or description.model_name, description, folder)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+
+    # --- interface -----------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """Name, unique in a system."""
+        return self._name
+
+    @property
+    def inputs(self) -> tuple[Variable, ...]:
+        """The Real inputs."""
+        return self.description.inputs
+
+    @property
+    def outputs(self) -> tuple[Variable, ...]:
+        """The Real outputs."""
+        return self.description.outputs
+
+    @property
+    def feedthrough(self) -> NDArray[np.bool_]:
+        """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
+        return self.description.feedthrough
+
+    @property
+    def holds(self) -> frozenset[Hold]:
+        """All holds if the FMU has the Integer parameter ``input_hold``, else only CONSTANT."""
+        return (
+            frozenset(Hold) if self.description.has_hold_parameter else frozenset({Hold.CONSTANT})
+        )
+
+    @property
+    def can_rollback(self) -> bool:
+        """Whether the FMU declares that its state can be got and set."""
+        return self.description.can_get_and_set_state
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """The last messages of the FMU, oldest first, as ``status: text``."""
+        return tuple(f"{status}: {text}" for status, text in self._instance.log.messages)
+
+    # --- life cycle ----------------------------------------------------------------------------
+
+    def set_parameters(self, values: Mapping[str, float | int | bool]) -> None:
+        """Set parameters.
+
+        Parameters
+        ----------
+        values : mapping of str to float, int or bool
+            By name. Fixed parameters only before `exit_initialization`.
+
+        Raises
+        ------
+        FmuError
+            For an unknown name, a variable that is not a parameter, a value of the wrong type,
+            or a fixed parameter after initialisation. Nothing is set then.
+        """
+        initialised = self._phase is _Phase.RUNNING
+        calls = [
+            parameter_call(self.description, name, value, initialised=initialised)
+            for name, value in values.items()
+        ]
+        for function, references, array in calls:
+            self._instance.call(function, references, 1, array)
+
+    def enter_initialization(self, start_time: float, stop_time: float | None = None) -> None:
+        """Announce the time span (s) and enter initialisation mode.
+
+        In it, `set_inputs` and `get_outputs` work: bring a coupled system to its initial state
+        with `System.exchange` before `exit_initialization`.
+        """
+        self._check_phase(_Phase.INSTANTIATED)
+        self._instance.time = start_time
+        has_stop = stop_time is not None
+        self._instance.call(
+            "fmi2SetupExperiment", False, 0.0, start_time, has_stop, stop_time or 0.0
+        )
+        self._instance.call("fmi2EnterInitializationMode")
+        self._phase = _Phase.INITIALISING
+
+    def exit_initialization(self) -> None:
+        """Leave initialisation mode; steps may follow."""
+        self._check_phase(_Phase.INITIALISING)
+        self._instance.call("fmi2ExitInitializationMode")
+        self._phase = _Phase.RUNNING
+
+    def close(self) -> None:
+        """Free the instance, its snapshots, its library and its folder. Harmless to repeat."""
+        if self._instance.is_open and self._phase is _Phase.RUNNING:
+            with contextlib.suppress(ComponentError):  # going anyway
+                self._instance.call("fmi2Terminate")
+        self._instance.free()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    # --- stepping (the hot path) ---------------------------------------------------------------
+
+    def set_inputs(self, u: FloatArray) -> None:
+        """Set all inputs, shape (n_inputs,)."""
+        if self._u.size != len(u):
+            raise FmuError(f"{self._name}: {len(u)} values given for {self._u.size} inputs")
+        if self._u.size:
+            self._u[:] = u
+            self._instance.call("fmi2SetReal", self._u_references, self._u.size, self._u_pointer)
+
+    def get_outputs(self) -> FloatArray:
+        """All outputs at the present time, for the inputs last set, shape (n_outputs,); a copy."""
+        if self._y.size:
+            self._instance.call("fmi2GetReal", self._y_references, self._y.size, self._y_pointer)
+        return self._y.copy()
+
+    def do_step(self, t: float, h: float) -> None:
+        """Go from time `t` to `t + h` (s). Raises ComponentError."""
+        if self._phase is not _Phase.RUNNING:
+            self._check_phase(_Phase.RUNNING)
+        self._instance.time = t
+        # The last argument promises the FMU that nobody will go back; somebody may.
+        self._instance.call("fmi2DoStep", t, h, not self.can_rollback)
+        self._instance.time = t + h
+
+    def set_hold(self, hold: Hold) -> None:
+        """Choose how the inputs continue from now on; `hold` must be in `holds`."""
+        if hold not in self.holds:
+            raise FmuError(
+                f"{self._name}: cannot {hold.name} inputs; no parameter {HOLD_PARAMETER}"
+            )
+        if self.description.has_hold_parameter:
+            reference = self.description.parameters[HOLD_PARAMETER].reference
+            value = (ctypes.c_int * 1)(hold)
+            self._instance.call("fmi2SetInteger", _references((reference,)), 1, value)
+
+    # --- state ---------------------------------------------------------------------------------
+
+    def save_state(self) -> FmuState:
+        """Take a snapshot of everything that decides the future; freed when you drop it."""
+        self._check_able(self.can_rollback, "canGetAndSetFMUstate")
+        pointer = ctypes.c_void_p()
+        self._instance.call("fmi2GetFMUstate", ctypes.byref(pointer))
+        return self._instance.own(pointer)
+
+    def restore_state(self, state: FmuState) -> None:
+        """Go back to a snapshot of this instance, which stays usable."""
+        self._check_own(state)
+        self._instance.call("fmi2SetFMUstate", state.pointer)
+
+    def serialize_state(self, state: FmuState) -> bytes:
+        """Write a snapshot as bytes, to be kept in a file."""
+        self._check_able(self.description.can_serialize_state, "canSerializeFMUstate")
+        self._check_own(state)
+        size = ctypes.c_size_t()
+        self._instance.call("fmi2SerializedFMUstateSize", state.pointer, ctypes.byref(size))
+        buffer = ctypes.create_string_buffer(size.value)
+        self._instance.call("fmi2SerializeFMUstate", state.pointer, buffer, size.value)
+        return buffer.raw
+
+    def deserialize_state(self, data: bytes) -> FmuState:
+        """Read what `serialize_state` of an instance of the same FMU wrote."""
+        self._check_able(self.description.can_serialize_state, "canSerializeFMUstate")
+        pointer = ctypes.c_void_p()
+        buffer = ctypes.create_string_buffer(data, len(data))
+        self._instance.call("fmi2DeSerializeFMUstate", buffer, len(data), ctypes.byref(pointer))
+        return self._instance.own(pointer)
+
+    # --- checks --------------------------------------------------------------------------------
+
+    def _check_phase(self, wanted: _Phase) -> None:
+        """Refuse a call out of turn, which would crash some FMUs."""
+        self._instance.check_open()
+        if self._phase is not wanted:
+            raise FmuError(
+                f"{self._name}: is {self._phase.value}, but for this call it must be "
+                f"{wanted.value}: enter and exit the initialisation, once"
+            )
+
+    def _check_able(self, able: bool, flag: str) -> None:
+        """Refuse what the FMU does not declare."""
+        if not able:
+            raise FmuError(f"{self.description.path}: its {flag} is false; no rollback with it")
+
+    def _check_own(self, state: FmuState) -> None:
+        """Refuse a snapshot of another instance, which would crash."""
+        self._instance.check_open()
+        if not self._instance.owns(state):
+            raise FmuError(f"{self._name}: this snapshot belongs to another FMU")
+
+
+def _references(values: tuple[int, ...]) -> Any:
+    """Make a ctypes array of value references."""
+    return (ctypes.c_uint * len(values))(*values)
+
+
+def _pointer(array: FloatArray) -> Any:
+    """Make a C pointer to the array's data; the array must outlive it."""
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))

@@ -1,0 +1,78 @@
+"""What FMUs say through their logger, kept apart for each instance."""
+
+from __future__ import annotations
+
+import ctypes
+import itertools
+from collections import deque
+from typing import Any
+from weakref import WeakValueDictionary
+
+import fmpy
+import fmpy.fmi1
+import fmpy.fmi2
+import fmpy.logging
+
+_STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+_KEPT = 50  # messages; enough for the traceback of a Python FMU
+
+
+class FmuLog:
+    """The last messages of one FMU instance.
+
+    Parameters
+    ----------
+    is_format : bool
+        Whether the message is a printf format with arguments, as FMI says. PythonFMU's is not: it
+        passes the bare text, in which a ``%s`` would make printf read from nowhere and crash.
+
+    Attributes
+    ----------
+    callbacks : ctypes structure
+        The ``fmi2CallbackFunctions`` to instantiate with; must live as long as the instance.
+    messages : deque of (str, str)
+        Status and text, oldest first.
+    """
+
+    def __init__(self, *, is_format: bool) -> None:
+        self.messages: deque[tuple[str, str]] = deque(maxlen=_KEPT)
+        key = next(_keys)
+        _logs[key] = self
+        self.callbacks = fmpy.fmi2.fmi2CallbackFunctions()
+        self.callbacks.logger = _dispatcher
+        self.callbacks.allocateMemory = fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        self.callbacks.freeMemory = fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        self.callbacks.componentEnvironment = key
+        if is_format:
+            # Formats the printf arguments in C, and then calls ONE logger for the whole process:
+            # the one registered last. Hence one dispatcher for all instances.
+            fmpy.logging.addLoggerProxy(ctypes.byref(self.callbacks))
+
+    def quote(self) -> str:
+        """Make the messages the end of an error message, and forget them."""
+        troubles = [text for status, text in self.messages if status != "ok"]
+        texts = troubles or [text for _, text in self.messages]
+        self.messages.clear()
+        return f" The FMU said: {' | '.join(texts[-5:])}" if texts else " The FMU said nothing."
+
+
+def status_name(status: int) -> str:
+    """Name of an FMI status code."""
+    return _STATUS[status] if 0 <= status < len(_STATUS) else f"illegal status {status}"
+
+
+def _dispatch(
+    environment: int | None, instance: bytes, status: int, category: bytes, message: bytes
+) -> None:
+    """Give a message to the log of the instance it comes from."""
+    log = _logs.get(environment) if environment is not None else None
+    if log is None:  # an instance somebody else made with fmpy in this process
+        fmpy.fmi1.printLogMessage(environment, instance, status, category, message)
+        return
+    text = (message or b"").decode("utf-8", errors="replace").strip()
+    log.messages.append((status_name(status), text))
+
+
+_keys = itertools.count(1)
+_logs: WeakValueDictionary[int, FmuLog] = WeakValueDictionary()
+_dispatcher: Any = fmpy.fmi2.fmi2CallbackLoggerTYPE(_dispatch)

@@ -1,0 +1,95 @@
+"""Checking what a user wants an FMU's parameters to be, before the FMU is asked."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from railcosim.master.archive import FmuError
+from railcosim.master.description import FmuDescription, Parameter
+from railcosim.master.suggest import suggest
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """How one FMI type is set."""
+
+    function: str
+    c_type: Any
+    convert: Callable[[Any], float | int | bool]
+
+
+_KINDS = {
+    "Real": _Kind("fmi2SetReal", ctypes.c_double, float),
+    "Integer": _Kind("fmi2SetInteger", ctypes.c_int, int),
+    "Enumeration": _Kind("fmi2SetInteger", ctypes.c_int, int),
+    "Boolean": _Kind("fmi2SetBoolean", ctypes.c_int, bool),
+}
+
+
+def parameter_call(
+    description: FmuDescription, name: str, value: float | int | bool, *, initialised: bool
+) -> tuple[str, Any, Any]:
+    """Find the FMI call that sets a parameter.
+
+    Parameters
+    ----------
+    description : FmuDescription
+        The FMU.
+    name : str
+        The parameter.
+    value : float, int or bool
+        Its new value, in its unit.
+    initialised : bool
+        Whether initialisation is over: only tunable parameters can be set then.
+
+    Returns
+    -------
+    tuple of (str, ctypes array, ctypes array)
+        FMI function, value references, values.
+
+    Raises
+    ------
+    FmuError
+        For an unknown name, a variable that is not a parameter, a parameter that cannot be set
+        now, or a value that does not fit its type.
+    """
+    parameter = _find(description, name)
+    path = description.path
+    if parameter.type not in _KINDS:
+        raise FmuError(f"{path}: parameter {name} is a {parameter.type}, which is not supported")
+    if initialised and parameter.variability != "tunable":
+        raise FmuError(
+            f"{path}: parameter {name} is {parameter.variability}; "
+            "set it before the initialisation ends"
+        )
+    kind = _KINDS[parameter.type]
+    if not _fits(kind, value):
+        raise FmuError(f"{path}: parameter {name} is a {parameter.type}; {value!r} does not fit")
+    references = (ctypes.c_uint * 1)(parameter.reference)
+    return kind.function, references, (kind.c_type * 1)(kind.convert(value))
+
+
+def _find(description: FmuDescription, name: str) -> Parameter:
+    """Look up a parameter."""
+    parameter = description.parameters.get(name)
+    if parameter is not None:
+        return parameter
+    causality = description.other_names.get(name)
+    if causality is not None:
+        raise FmuError(f"{description.path}: {name} is of causality {causality}, not a parameter")
+    hint = suggest(name, description.parameters)
+    raise FmuError(f"{description.path}: no parameter {name!r}{hint}")
+
+
+def _fits(kind: _Kind, value: float | int | bool) -> bool:
+    """Tell whether a value survives the conversion."""
+    # bool is a kind of int in Python, so the two have to be told apart by hand.
+    if isinstance(value, bool) != (kind.convert is bool):
+        return False
+    try:
+        return kind.convert(value) == value
+    except (TypeError, ValueError, OverflowError):
+        return False

@@ -1,0 +1,26 @@
+"""Models that take seconds to make, made once."""
+
+import pytest
+from railcosim.track.parameters import Mesh, Track
+from railcosim.track.reduced import reduce_track
+
+
+@pytest.fixture(scope="session")
+def default_track():
+    return Track()
+
+
+@pytest.fixture(scope="session")
+def default_reduced(default_track):
+    return reduce_track(default_track)
+
+
+@pytest.fixture(scope="session")
+def short_track():
+    """A ring of 30 m, the shortest that a vehicle of 18.2 m fits on with room to spare."""
+    return Track(mesh=Mesh(cells=6, highest_slab_frequency=800, highest_frequency=1500))
+
+
+@pytest.fixture(scope="session")
+def short_reduced(short_track):
+    return reduce_track(short_track)
