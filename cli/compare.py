@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 from rich.table import Table
 
 from railcosim.master.component import FloatArray
@@ -43,6 +44,9 @@ from .time_run import Plan, run_pair
 Progress = Callable[[float, float], None]
 REFINEMENT = 4  # Newmark's steps in a communication step: its error is then a hundredth of a per cent
 FINE = 6000  # frequencies on which antiresonances are looked for
+WEAK = 1e-3  # of the largest displacement (or force) at that frequency
+# Excitation and output to errors and whether the response is not weak, by frequency.
+Errors: TypeAlias = dict[str, dict[str, tuple[FloatArray, NDArray[np.bool_]]]]
 OBSERVED = {  # outputs of the coupled FMUs, and their rows among the monolithic unknowns
     "vehicle.carbody.z": "carbody.z",
     "vehicle.bogie[1].z": "bogie[1].z",
@@ -131,8 +135,8 @@ def newmark_forces(
 
 def frequency_errors(
     models: Models, mono: Monolithic, k_H: float, frequency: FloatArray, progress: Progress
-) -> dict[str, dict[str, FloatArray]]:
-    """Relative errors, NaN within 1 % of an antiresonance: excitation, output, frequency."""
+) -> Errors:
+    """Relative errors, NaN within 1 % of an antiresonance, and where the response is not weak."""
     fine = np.geomspace(frequency[0], frequency[-1], FINE)
     rails, positions = mono.rails(models.positions), models.positions
     on_wheelset = np.asarray(mono.wheels[[3]].toarray().T)
@@ -141,7 +145,7 @@ def frequency_errors(
         mono, 2 * np.pi * frequency, k_H, positions, np.hstack([on_wheelset, on_rails]), progress
     )
     compression = (mono.wheels - rails).toarray()
-    found: dict[str, dict[str, FloatArray]] = {}
+    found: Errors = {}
     for column, excitation in enumerate(("wheelset[4].force_z", "wheelset[4].rail_force_z")):
         system, dense = (coupled(models, 2 * np.pi * f, k_H) for f in (frequency, fine))
         ours, curve = (response(s, excitation, positions, 1.0) for s in (system, dense))
@@ -159,18 +163,28 @@ def frequency_errors(
             row = system.rows([output])[0]
             error = np.abs(ours[:, row] / expected - 1)
             error[near(frequency, fine, curve[:, row])] = np.nan
-            found[excitation][output] = error
+            like = [r for name, r in references.items() if _is_force(name) == _is_force(output)]
+            strong = np.abs(expected) > WEAK * np.abs(like).max(axis=0)
+            found[excitation][output] = (error, strong)
     return found
 
 
-def _table(errors: dict[str, dict[str, FloatArray]], title: str) -> Table:
-    table = Table(title=title + "\n(worst outside 1 % of antiresonances)")
-    table.add_column("output")
+def _is_force(output: str) -> bool:
+    return output.endswith(".force")
+
+
+def _table(errors: Errors, title: str) -> Table:
+    table = Table(
+        title=f"{title}\nworst outside 1 % of antiresonances; in brackets: where the response is "
+        f"above {WEAK:g} of the largest of its kind"
+    )
+    table.add_column("output", no_wrap=True)
     for excitation in errors:
-        table.add_column(excitation.replace("[", r"\["), justify="right")
+        table.add_column(excitation.replace("[", r"\["), justify="right", no_wrap=True)
     for output in next(iter(errors.values())):
-        worst = [f"{np.nanmax(by_output[output]):.1e}" for by_output in errors.values()]
-        table.add_row(output.replace("[", r"\["), *worst)
+        cells = []
+        for by_output in errors.values():
+            error, strong = by_output[output]
+            cells.append(f"{np.nanmax(error):.1e} ({np.nanmax(error, where=strong, initial=0):.1e})")
+        table.add_row(output.partition(".")[2].replace("[", r"\["), *cells)
     return table
-
-

@@ -50,8 +50,8 @@ def receptance(
     frequencies: Frequencies = "1:1000:400@log",
     step: Annotated[
         float, typer.Option(help="Step, s: half its inverse above the FMU's highest frequency.")
-    ] = 6e-5,
-    steps: Annotated[int, typer.Option(help="Number of steps.")] = 17_000,
+    ] = 5e-5,
+    steps: Annotated[int, typer.Option(help="Number of steps.")] = 30_000,
     amplitude: Annotated[float, typer.Option(help="Pulse height, in the input's unit.")] = 1e4,
     plot: PlotFile = None,
 ) -> None:

@@ -34,11 +34,13 @@ class LinearModel:
         The inputs that were excited.
     outputs : tuple of Variable, length n_outputs
         The outputs that were observed.
-    realisations : tuple of Realisation, length n_inputs
-        What each input does to all outputs, as a sum over poles.
-    remainder : ndarray, shape (n_steps + 1, n_outputs, n_inputs)
+    realisations : tuple of Realisation, length n_runs
+        What each pulse does to all outputs, as a sum over poles.
+    remainder : ndarray, shape (n_steps + 1, n_outputs, n_runs)
         What the poles leave of the response to a pulse of 1 over the first step. Zero where they
         suffice; a track has thousands of them, of which a record shows hundreds.
+    mixing : ndarray, shape (n_runs, n_inputs)
+        How the responses to the pulses add up to the response to each input.
     step : float
         Step of the identification, s; nothing is known above ``0.5 / step`` Hz.
     error_estimate : ndarray, shape (n_outputs, n_inputs)
@@ -57,6 +59,7 @@ class LinearModel:
     outputs: tuple[Variable, ...]
     realisations: tuple[Realisation, ...]
     remainder: FloatArray
+    mixing: FloatArray
     step: float
     error_estimate: FloatArray
     steps: int
@@ -72,6 +75,7 @@ def linearise(
     steps: int = 13_000,
     inputs: Sequence[str] | None = None,
     outputs: Sequence[str] | None = None,
+    directions: ArrayLike | None = None,
     time: float = 0.0,
     tolerance: float = 1e-4,
     progress: Callable[[int, int], None] | None = None,
@@ -96,6 +100,10 @@ def linearise(
     inputs, outputs : sequence of str, optional
         What to excite and to observe; all by default. Outputs that respond directly to an input
         and outputs that do not can be mixed, as can units.
+    directions : array_like, shape (n_inputs, n_inputs), optional
+        Inputs that are excited together, one row a pulse, if not each by itself. On a symmetric
+        component a symmetric and an antisymmetric pulse show half of its modes each, so each is
+        identified better.
     time : float, optional
         The component's time at the operating point, s.
     tolerance : float, optional
@@ -131,6 +139,8 @@ def linearise(
     columns = _select(component.inputs, inputs, component.name)
     rows = _select(component.outputs, outputs, component.name)
     height = np.broadcast_to(np.asarray(amplitude, dtype=float), (len(columns),))
+    together = np.eye(len(columns)) if directions is None else np.asarray(directions, dtype=float)
+    _require(together.shape == 2 * (len(columns),), "directions must be a row and column an input")
     _require(u.shape == (len(component.inputs),), f"`at` must hold {len(component.inputs)} inputs")
     _require(bool(np.all(height != 0.0)), "an amplitude is zero: nothing would be excited")
     _require(step > 0.0, f"step is {step} s; it must be positive")
@@ -142,24 +152,27 @@ def linearise(
     component.set_inputs(u)
     total = (steps + CHECK_STEPS) * (len(columns) + 1)
     bench = _Bench(component, u, rows, time, component.save_state(), total, progress)
-    rest = bench.run(step, steps), bench.run(CHECK_STEP * step, CHECK_STEPS)
+    nothing = np.zeros_like(u)
+    rest = bench.run(step, steps, nothing), bench.run(CHECK_STEP * step, CHECK_STEPS, nothing)
     observed = tuple(component.outputs[row] for row in rows)
-    # One input is identified (by LAPACK, beside the interpreter) while the next one is excited.
+    # One pulse is identified (by LAPACK, beside the interpreter) while the next one is run.
     with ThreadPoolExecutor(max_workers=1) as background:
         found = []
-        for column, pulse in zip(columns, height, strict=True):
-            record = (bench.run(step, steps, column, pulse) - rest[0]) / pulse
-            weak = CHECK_PULSE * pulse
-            check = (bench.run(CHECK_STEP * step, CHECK_STEPS, column, weak) - rest[1]) / weak
+        for direction in together:
+            pulse = nothing.copy()
+            pulse[columns] = direction * height
+            record = bench.run(step, steps, pulse) - rest[0]
+            check = bench.run(CHECK_STEP * step, CHECK_STEPS, CHECK_PULSE * pulse) - rest[1]
             scale = _scale(record, observed)
             found.append((record, check, scale, background.submit(identify, record, step, scale)))
     realisations, remainders, errors, advice = [], [], [], []
-    for column, (record, check, scale, identified) in zip(columns, found, strict=True):
+    for direction, (record, check, scale, identified) in zip(together, found, strict=True):
         model = identified.result()
         left = (record - model.pulse_response(step, steps)) * (scale > 0.0)
-        missed = check - model.pulse_response(CHECK_STEP * step, CHECK_STEPS)
+        missed = check / CHECK_PULSE - model.pulse_response(CHECK_STEP * step, CHECK_STEPS)
+        excited = [component.inputs[c].name for c, d in zip(columns, direction, strict=True) if d]
         error, sentences = _assess(
-            component.inputs[column].name,
+            " with ".join(excited),
             _relative(left, scale),
             _relative(left[-steps // 10 :], scale),
             _relative(missed, scale),
@@ -169,6 +182,8 @@ def linearise(
         remainders.append(left * (np.abs(left) > NEGLIGIBLE * scale).any())
         errors.append(error)
         advice += sentences
+    # Pulse responses are H @ (together * height).T; what is wanted is H.
+    mixing = np.linalg.inv((together * height).T)
     bench.rewind()
     for sentence in advice:
         warnings.warn(f"{component.name}: {sentence}", RuntimeWarning, stacklevel=2)
@@ -178,8 +193,9 @@ def linearise(
         outputs=observed,
         realisations=tuple(realisations),
         remainder=np.stack(remainders, axis=2),
+        mixing=mixing,
         step=step,
-        error_estimate=np.stack(errors, axis=1),
+        error_estimate=np.stack(errors, axis=1) @ (np.abs(mixing) > 0),
         steps=total,
         advice=tuple(advice),
     )
@@ -203,12 +219,10 @@ class _Bench:
         self.component.restore_state(self.state)
         self.component.set_inputs(self.u)
 
-    def run(self, step: float, steps: int, column: int = 0, pulse: float = 0.0) -> FloatArray:
+    def run(self, step: float, steps: int, pulse: FloatArray) -> FloatArray:
         """Record the outputs at the beginning and after each step, with a pulse over the first."""
         self.rewind()
-        pulsed = self.u.copy()
-        pulsed[column] += pulse
-        self.component.set_inputs(pulsed)
+        self.component.set_inputs(self.u + pulse)
         record = np.empty((steps + 1, len(self.rows)))
         record[0] = self.component.get_outputs()[self.rows]
         for k in range(steps):
@@ -222,7 +236,7 @@ class _Bench:
         if not np.isfinite(record).all():
             raise ComponentError(
                 f"{self.component.name} gave outputs that are not finite, at a step of {step} s "
-                f"and a pulse of {pulse}; try a smaller pulse or a smaller step"
+                f"and a pulse of {np.abs(pulse).max()}; try a smaller pulse or a smaller step"
             )
         return record
 

@@ -25,6 +25,10 @@ NEGLIGIBLE = 1e-7
 """What the poles may leave of a response without its being kept: solvers err by as much."""
 BLOCK = 500
 """Steps whose powers are kept at once: more than poles, so that few exponentials are taken."""
+FAST_SAMPLES = 16_000
+"""Samples from which poles that die down are found; more would add noise."""
+DEAD = 12.0
+"""Nepers of decay over the record after which a pole's response is gone."""
 SLOW = 5.0
 """Nepers of decay over half a record below which a pole is slow, and noise grows 150 times."""
 
@@ -128,9 +132,10 @@ def identify(
     The same matrix one sample later gives the state matrix over one step, its eigenvalues by the
     logarithm the poles, and the exact inverse of the hold the residues.
 
-    If that leaves more than `NEGLIGIBLE`, there are too many poles for one matrix, and the few that
-    do not die down within the record are found first, from its second half. Most of what the poles
-    then leave dies down, so `pulse_transform` can deal with it.
+    If that leaves more than `NEGLIGIBLE`, there are too many poles for one matrix. The few that do
+    not die down within the record are found first, from its second half; then, from its beginning,
+    those that do. What all these leave is small and dies down, so `pulse_transform` can deal with
+    it: a wrong pole that dies down does no harm, as the rest makes up for it.
 
     References
     ----------
@@ -138,24 +143,22 @@ def identify(
        identification and model reduction, Journal of Guidance, Control, and Dynamics 8 (1985)
        620-627. https://doi.org/10.2514/3.20031
     """
-    whole = _fit(pulse, step, scale)
+    # A long record is given where one matrix would not do: the wide one is then not tried.
+    whole = _fit(pulse, step, scale, COLUMNS if len(pulse) <= FAST_SAMPLES else COLUMNS[:1])
     left = pulse - whole.pulse_response(step, len(pulse) - 1)
     if not np.any(np.abs(left) > NEGLIGIBLE * scale):
         return whole
 
     slow = _slow_part(pulse, step, scale)
     after_slow = pulse - slow.pulse_response(step, len(pulse) - 1)
-    fast = _fit(after_slow, step, scale)
-    parted = Realisation(
-        poles=np.concatenate([slow.poles, fast.poles]),
-        residues=np.concatenate([slow.residues, fast.residues], axis=1),
+    fast = _fit(after_slow[:FAST_SAMPLES], step, scale, COLUMNS[1:])
+    # A pole that rings on beyond the record is the slow part's business; here it is an artefact.
+    dies = fast.poles.real * (len(pulse) - 1) * step < -DEAD
+    return Realisation(
+        poles=np.concatenate([slow.poles, fast.poles[dies]]),
+        residues=np.concatenate([slow.residues, fast.residues[:, dies]], axis=1),
         direct=pulse[0],
     )
-    still_left = after_slow - fast.pulse_response(step, len(pulse) - 1)
-    end = -len(pulse) // 10
-    weight = _inverse(scale)
-    better = np.abs(still_left[end:] * weight).max() < np.abs(left[end:] * weight).max()
-    return parted if better else whole
 
 
 def _slow_part(pulse: FloatArray, step: float, scale: FloatArray) -> Realisation:
@@ -176,7 +179,9 @@ def _slow_part(pulse: FloatArray, step: float, scale: FloatArray) -> Realisation
     )
 
 
-def _fit(pulse: FloatArray, step: float, scale: FloatArray) -> Realisation:
+def _fit(
+    pulse: FloatArray, step: float, scale: FloatArray, widths: tuple[int, ...] = COLUMNS
+) -> Realisation:
     """Find the smallest single realisation that reproduces a response about as well as any."""
     weight = _inverse(scale)
     samples = pulse[1:] * weight
@@ -190,7 +195,7 @@ def _fit(pulse: FloatArray, step: float, scale: FloatArray) -> Realisation:
         poles=np.empty(0, complex), residues=np.empty((len(scale), 0), complex), direct=pulse[0]
     )
     candidates = [(judge(nothing), nothing)]
-    for columns in COLUMNS:
+    for columns in widths:
         for A, B, C in _realisations(samples, columns):
             if candidates[-1][0] <= GOOD_ENOUGH:
                 return candidates[-1][1]

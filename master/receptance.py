@@ -116,7 +116,8 @@ def receptance(model: LinearModel, omega: ArrayLike) -> ComplexArray:
     if model.remainder.any():
         columns = model.remainder.reshape(len(model.remainder), -1)
         response += pulse_transform(columns, model.step, frequencies).reshape(response.shape)
-    return response
+    mixed: ComplexArray = response @ model.mixing
+    return mixed
 
 
 def frequency_response(model: LinearModel, omega: ArrayLike) -> FrequencyResponse:

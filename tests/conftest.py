@@ -1,8 +1,10 @@
 """Models that take seconds to make, made once."""
 
 import pytest
+from railcosim.fmus.export import export
 from railcosim.track.parameters import Mesh, Track
 from railcosim.track.reduced import reduce_track
+from railcosim.vehicle.parameters import Vehicle
 
 
 @pytest.fixture(scope="session")
@@ -24,3 +26,9 @@ def short_track():
 @pytest.fixture(scope="session")
 def short_reduced(short_track):
     return reduce_track(short_track)
+
+
+@pytest.fixture(scope="session")
+def exported(tmp_path_factory, short_track):
+    """The four FMUs of the default vehicle and the short track, by name."""
+    return export(Vehicle(), short_track, tmp_path_factory.mktemp("fmus"))

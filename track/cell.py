@@ -7,7 +7,7 @@ ring joins the last to the first of the next, which need not be an equal cell.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +64,10 @@ class Cell:
         """C with the hysteretic part made viscous at the stated frequency, for time domain."""
         omega: float = 2 * np.pi * self.track.mesh.loss_factor_frequency
         return self.C + self.K_loss / omega
+
+    def made_viscous(self) -> Cell:
+        """The cell with viscous damping only."""
+        return replace(self, C=self.viscous_damping(), K_loss=np.zeros_like(self.K_loss))
 
     def dynamic_stiffness(self, omega: FloatArray) -> ComplexArray:
         """K + i K_loss + i omega C - omega^2 M, shape (n_omega, n, n)."""

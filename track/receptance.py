@@ -52,6 +52,8 @@ def direct_receptance(
     loads: list[Point],
     observed: list[Point],
     progress: Progress | None = None,
+    *,
+    viscous: bool = False,
 ) -> ComplexArray:
     """Receptance between points of the ring, solved directly from the finite elements.
 
@@ -65,6 +67,8 @@ def direct_receptance(
         Where a unit force acts (down), and where the deflection (down) is wanted.
     progress : callable, optional
         Called with (done, total).
+    viscous : bool
+        Loss factors as viscous damping, as the time domain has them.
 
     Returns
     -------
@@ -80,6 +84,8 @@ def direct_receptance(
     out = np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
     on_rail = [p.x % track.cell_length for p in (*loads, *observed) if p.slab_y is None]
     cells = [build_cell(track, parity, np.array(on_rail)) for parity in (EVEN, ODD)]
+    if viscous:
+        cells = [cell.made_viscous() for cell in cells]
     for start in range(0, omega.size, BLOCK):
         part = slice(start, start + BLOCK)
         for cell in cells:

@@ -21,7 +21,8 @@ ComplexArray = NDArray[np.complex128]
 FADE_FROM = 0.6  # of the highest frequency kept; modes below count in full
 FIT_FROM, FIT_TO = 0.1, 0.4  # of it: where the residual's inertia shows
 FIT_PLACES = (0.0, 0.25, 0.5)  # of the spacing from a railseat
-LEAST_DAMPING = 1e-3  # ratio of the residual's pole, should the fit find none
+LEAST_DAMPING, MOST_DAMPING = 1e-3, 0.9  # ratio of the residual's pole, whatever the fit finds
+HIGHEST_POLE = 10.0  # of the residual, in highest frequencies kept
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +121,7 @@ def _faded(modes: RingModes, top: float) -> RingModes:
 def _residual_compliance(track: Track, cells: list[Cell], modes: list[RingModes]) -> FloatArray:
     """Static flexibility of what the modes leave out, at every node of the cell, (n_nodes,)."""
     points = [Point(x=float(x)) for x in cells[0].nodes]
-    total = np.diagonal(direct_receptance(track, np.zeros(1), points, points)[0]).real
+    total = np.diagonal(direct_receptance(track, np.zeros(1), points, points, viscous=True)[0]).real
     by_modes = np.zeros_like(total)
     for cell, ring in zip(cells, modes, strict=True):
         w = ring.shapes[0 : cell.rail_size : 2]
@@ -140,13 +141,13 @@ def _residual_pole(track: Track, cells: list[Cell], modes: list[RingModes]) -> c
     for k, place in enumerate(FIT_PLACES):
         x = seat + place * track.fastening.spacing
         point = Point(x=x)
-        total = direct_receptance(track, omega, [point], [point])[:, 0, 0]
+        total = direct_receptance(track, omega, [point], [point], viscous=True)[:, 0, 0]
         residual[:, k] = total - _modal_receptance(cells, modes, omega, x)
     R0, R, w = residual[0].real, residual[1:], omega[1:, None]
     inertia = np.vdot(R * w**2, R - R0).real / np.vdot(R * w**2, R * w**2).real
     lossy = np.vdot(1j * R * w, R0 - R).real / np.vdot(R * w, R * w).real
-    omega_r = 1 / np.sqrt(inertia)
-    zeta = max(0.5 * lossy * omega_r, LEAST_DAMPING)
+    omega_r = 1 / np.sqrt(max(inertia, 1 / (HIGHEST_POLE * top) ** 2))
+    zeta = np.clip(0.5 * lossy * omega_r, LEAST_DAMPING, MOST_DAMPING)
     return complex(-zeta * omega_r, omega_r * np.sqrt(1 - zeta**2))
 
 

@@ -14,6 +14,7 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 REAL_POLE = 1e-9  # |Im| / |lambda| below which a pole counts as real (overdamped)
+SAME_SHAPE = 1e-6  # relative difference below which two shapes count as one; rounding gives 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +23,8 @@ class RingModes:
 
     With shapes U_r(x) = shapes[:, r] exp(i mu_r c) in cell c, forces f move the modes by
     ds_r/dt = lambda_r s_r + U_p(x) f, p = partner[r], and the deflection is Re(sum_r U_r(x) s_r).
-    The partner of a wave is the one that runs the other way; a standing wave is its own.
+    The partner of a wave is the one that runs the other way; a standing wave is its own, unless
+    others share its pole.
 
     Attributes
     ----------
@@ -132,22 +134,24 @@ def _wave(cell: Cell, mu: float, highest: float, *, standing: bool, cells: int) 
         weight * np.linalg.norm(backward, axis=0) / np.linalg.norm(forward, axis=0)
     )  # fmt: skip
     forward, backward = forward * balance, backward * weight / balance
-    n = poles.size
+    n, alike = poles.size, np.zeros(poles.size, dtype=bool)
     if standing:
-        # backward and forward are one shape up to a complex factor: share it between them.
+        # backward and forward are one shape up to a complex factor: share it between them. Not so
+        # for modes of one pole, which mix: they stay two waves, each with half the weight.
         at = np.argmax(np.abs(forward), axis=0)
         ratio = backward[at, np.arange(n)] / forward[at, np.arange(n)]
-        return RingModes(
-            poles=poles,
-            mu=np.full(n, mu),
-            partner=np.arange(n),
-            shapes=forward * np.sqrt(ratio),
-        )
+        rest = np.linalg.norm(forward * ratio - backward, axis=0)
+        alike = rest < SAME_SHAPE * np.linalg.norm(backward, axis=0)
+        forward = forward * np.where(alike, np.sqrt(ratio), np.sqrt(0.5))
+        backward = backward * np.sqrt(0.5)
+    pair = np.flatnonzero(~alike)
+    partner = np.arange(n + pair.size)
+    partner[pair], partner[n:] = partner[n:], pair.copy()
     return RingModes(
-        poles=np.concatenate([poles, poles]),
-        mu=np.concatenate([np.full(n, mu), np.full(n, -mu)]),
-        partner=np.concatenate([np.arange(n, 2 * n), np.arange(n)]),
-        shapes=np.concatenate([forward, backward], axis=1),
+        poles=np.concatenate([poles, poles[pair]]),
+        mu=np.concatenate([np.full(n, mu), np.full(pair.size, -mu)]),
+        partner=partner,
+        shapes=np.concatenate([forward, backward[:, pair]], axis=1),
     )
 
 

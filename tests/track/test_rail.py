@@ -158,9 +158,9 @@ def test_ring_of_rail_without_slab_weighs_what_it_should():
     # Loads that move the rail as a rigid body: its mass on its railpads, w = 1 everywhere.
     forces = np.linalg.solve(R, np.ones(nodes.size))
     fastening = track.fastening
-    expected = (
-        fastening.stiffness + 1j * omega[0] * fastening.damping
-    ) * 32 - omega[0] ** 2 * RAIL.mass_per_length * track.length
+    expected = (fastening.stiffness + 1j * omega[0] * fastening.damping) * 32 - omega[
+        0
+    ] ** 2 * RAIL.mass_per_length * track.length
     # w = 1 at every node makes the rotations follow only if nothing bends between the nodes:
     # railseats are nodes here, so the sum of forces is exact to rounding times R's condition.
     assert forces.sum() == pytest.approx(expected, rel=1e-8)
