@@ -14,6 +14,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from rich.console import Console
+from rich.table import Table
+
 from railcosim.cli.pair import FORCES, Journey
 from railcosim.cli.time_run import Plan, run_pair
 from railcosim.fmus.export import export
@@ -23,8 +26,6 @@ from railcosim.master.schemes.jacobi import jacobi
 from railcosim.track.irregularity import Profile
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
-from rich.console import Console
-from rich.table import Table
 
 K_H, SPEED, STOP = 1e9, 250 / 3.6, 0.04
 STEPS = (2e-4, 1e-4, 5e-5)

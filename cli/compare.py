@@ -42,7 +42,9 @@ from .run_command import FMUS, ORDERS, SCHEMES, Extrapolation, Owner, SchemeName
 from .time_run import Plan, run_pair
 
 Progress = Callable[[float, float], None]
-REFINEMENT = 4  # Newmark's steps in a communication step: its error is then a hundredth of a per cent
+REFINEMENT = (
+    4  # Newmark's steps in a communication step: its error is then a hundredth of a per cent
+)
 FINE = 6000  # frequencies on which antiresonances are looked for
 WEAK = 1e-3  # of the largest displacement (or force) at that frequency
 # Excitation and output to errors and whether the response is not weak, by frequency.
@@ -185,6 +187,8 @@ def _table(errors: Errors, title: str) -> Table:
         cells = []
         for by_output in errors.values():
             error, strong = by_output[output]
-            cells.append(f"{np.nanmax(error):.1e} ({np.nanmax(error, where=strong, initial=0):.1e})")
+            cells.append(
+                f"{np.nanmax(error):.1e} ({np.nanmax(error, where=strong, initial=0):.1e})"
+            )
         table.add_row(output.partition(".")[2].replace("[", r"\["), *cells)
     return table

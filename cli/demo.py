@@ -12,6 +12,8 @@ import typer
 from rich.table import Table
 
 from railcosim.master.files import save
+from railcosim.master.realisation import ComplexArray
+from railcosim.master.receptance import FrequencyResponse
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.track.irregularity import synthesise
 from railcosim.track.parameters import Track
@@ -31,9 +33,9 @@ FREQUENCY = np.geomspace(0.3, 1500, 1500)
 
 
 def demo(
-    out: Annotated[Path, typer.Option("--out", help="Folder for everything.", metavar="DIR")] = Path(
-        "railcosim-demo"
-    ),
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder for everything.", metavar="DIR")
+    ] = Path("railcosim-demo"),
 ) -> None:
     """The whole job on the paper's vehicle and slab track, in one to two minutes.
 
@@ -101,13 +103,12 @@ def _frequency_results(models: Models, out: Path) -> None:
         name: (FREQUENCY, _of(systems[name], values[name], WHEEL))
         for name in ("rigid track", "coupled")
     }
-    plot_receptances(
-        curves, out / "wheel.png", "receptance (m/N)", "wheelset 4, unit force on it"
-    )
+    plot_receptances(curves, out / "wheel.png", "receptance (m/N)", "wheelset 4, unit force on it")
 
 
-def _of(system: object, values: np.ndarray, output: str) -> np.ndarray:
-    return values[:, system.rows([output])[0]]  # type: ignore[attr-defined]
+def _of(system: FrequencyResponse, values: ComplexArray, output: str) -> ComplexArray:
+    column: ComplexArray = values[:, system.rows([output])[0]]
+    return column
 
 
 def _table(rows: list[tuple[Row, float]]) -> Table:
@@ -127,7 +128,9 @@ def _save_table(rows: list[tuple[Row, float]], path: Path) -> None:
         writer = csv.writer(file)
         writer.writerow(["quantity", "paper", "independent", "railcosim", "unit", "note"])
         for row, found in rows:
-            writer.writerow([row.quantity, row.paper, row.independent, f"{found:.5g}", "Hz", row.note])
+            writer.writerow(
+                [row.quantity, row.paper, row.independent, f"{found:.5g}", "Hz", row.note]
+            )
 
 
 def _say(begun: float, text: str) -> None:

@@ -15,7 +15,16 @@ from railcosim.parameters import write_toml
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
-from .options import TrackFile, UsageError, VehicleFile, console, errors, status, track_of, vehicle_of
+from .options import (
+    TrackFile,
+    UsageError,
+    VehicleFile,
+    console,
+    errors,
+    status,
+    track_of,
+    vehicle_of,
+)
 
 
 def export(

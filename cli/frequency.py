@@ -73,7 +73,9 @@ def linear_models(vehicle: Path, track: Path, progress: Progress) -> Models:
         positions = np.array([values[f"{w}.position"] for w in WHEELSETS])
         still = {f"{w}.position" for w in WHEELSETS}
         moving = [v.name for v in cars.outputs if v.name not in still]
-        cars_model = _linearise(cars, {}, moving, VEHICLE_GRID, lambda a, b: progress(0.3 * a / b, 1.0))
+        cars_model = _linearise(
+            cars, {}, moving, VEHICLE_GRID, lambda a, b: progress(0.3 * a / b, 1.0)
+        )
         attributes["vehicle_fmu"] = cars.description.sha256
     with FmuComponent.load(track, name="track") as rails:
         _takes_forces(rails)
@@ -82,7 +84,9 @@ def linear_models(vehicle: Path, track: Path, progress: Progress) -> Models:
         rails.set_inputs(np.array([at.get(v.name, v.start) for v in rails.inputs]))
         rails.exit_initialization()
         outputs = [v.name for v in rails.outputs if v.name.endswith("rail_z")]
-        track_model = _linearise(rails, at, outputs, TRACK_GRID, lambda a, b: progress(0.3 + 0.7 * a / b, 1.0))
+        track_model = _linearise(
+            rails, at, outputs, TRACK_GRID, lambda a, b: progress(0.3 + 0.7 * a / b, 1.0)
+        )
         attributes["track_fmu"] = rails.description.sha256
     return Models(cars_model, track_model, positions, attributes)
 
@@ -155,8 +159,12 @@ def apart(models: Models, omega: FloatArray) -> FrequencyResponse:
     return FrequencyResponse(
         name="vehicle and track apart",
         omega=omega,
-        outputs=tuple([f"vehicle.{o}" for o in vehicle.outputs] + [f"track.{o}" for o in track.outputs]),
-        inputs=tuple([f"vehicle.{i}" for i in vehicle.inputs] + [f"track.{i}" for i in track.inputs]),
+        outputs=tuple(
+            [f"vehicle.{o}" for o in vehicle.outputs] + [f"track.{o}" for o in track.outputs]
+        ),
+        inputs=tuple(
+            [f"vehicle.{i}" for i in vehicle.inputs] + [f"track.{i}" for i in track.inputs]
+        ),
         values=values,
     )
 
@@ -204,7 +212,11 @@ def response(
 
 
 def dataset(
-    system: FrequencyResponse, values: ComplexArray, models: Models, excitation: str, **attrs: object
+    system: FrequencyResponse,
+    values: ComplexArray,
+    models: Models,
+    excitation: str,
+    **attrs: object,
 ) -> xr.Dataset:
     """Responses under the FMUs' variable names, with units per unit of the excitation."""
     per = "m" if excitation == "irregularity_z" else "N"

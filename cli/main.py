@@ -9,15 +9,16 @@ import sys
 # numpy is loaded; who wants threads sets the variable.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import typer  # noqa: E402
-from railcosim.master.archive import FmuError  # noqa: E402
-from railcosim.master.component import ComponentError  # noqa: E402
-from railcosim.master.connections import CouplingError  # noqa: E402
-from railcosim.master.cosimulation import Divergence  # noqa: E402
-from railcosim.parameters import ParameterError  # noqa: E402
+import typer
 
-from . import compare, demo, export, frf, receptance, run_command  # noqa: E402
-from .options import UsageError, errors  # noqa: E402
+from railcosim.master.archive import FmuError
+from railcosim.master.component import ComponentError
+from railcosim.master.connections import CouplingError
+from railcosim.master.cosimulation import Divergence
+from railcosim.parameters import ParameterError
+
+from . import compare, demo, export, frf, receptance, run_command
+from .options import UsageError, errors
 
 BAD_INPUT, FAILED = 2, 1
 

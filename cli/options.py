@@ -1,4 +1,4 @@
-"""What the commands share: the spelling of options, progress bars, and what a failure looks like."""
+"""What the commands share: how options are spelt, checked and read, and progress bars."""
 
 from __future__ import annotations
 
@@ -40,7 +40,9 @@ TrackFile = Annotated[
 ]
 VehicleFmu = Annotated[
     Path | None,
-    typer.Option("--vehicle-fmu", help="Vehicle FMU; ours, exported now, if not given.", metavar="F"),
+    typer.Option(
+        "--vehicle-fmu", help="Vehicle FMU; ours, exported now, if not given.", metavar="F"
+    ),
 ]
 TrackFmu = Annotated[
     Path | None,
@@ -101,8 +103,9 @@ def frequencies_of(text: str) -> FloatArray:
     if count > MAX_FREQUENCIES:
         raise UsageError(f"--frequencies {text}: over {MAX_FREQUENCIES} frequencies")
     if text.endswith("@log"):
-        return np.geomspace(start, stop, count)
-    grid = start + third * np.arange(count)
+        spaced: FloatArray = np.geomspace(start, stop, count)
+        return spaced
+    grid: FloatArray = start + third * np.arange(count, dtype=np.float64)
     return grid if stop - grid[-1] < 1e-9 * stop else np.append(grid, stop)
 
 

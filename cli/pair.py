@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.optimize import root
 
-from railcosim.master.component import FloatArray, Variable
+from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import CouplingError, connect_by_name
 from railcosim.master.fmu import FmuComponent
 from railcosim.master.signals import Signal
@@ -85,7 +85,7 @@ def open_pair(
         pool: Pool = {}
         _ask(cars, pool)
         irregularity = _irregularity(journey, _positions(cars, pool))
-        components = [irregularity, cars, rails]
+        components: list[Component] = [irregularity, cars, rails]
         needed = [*(f"{w}.position" for w in WHEELSETS), *FORCES]
         system = System(components, connect_by_name(components, required=needed))
         heights = irregularity.get_outputs()

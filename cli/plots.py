@@ -8,11 +8,12 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 import xarray as xr
+from cycler import cycler
 
 mpl.use("Agg")
-from matplotlib import pyplot as plt  # noqa: E402 (the backend first: no screen is needed)
+from matplotlib import pyplot as plt
 
-STYLE = {
+STYLE: Any = {
     "figure.dpi": 150,
     "font.size": 9,
     "axes.grid": True,
@@ -21,7 +22,7 @@ STYLE = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "legend.frameon": False,
-    "axes.prop_cycle": mpl.cycler(  # Okabe & Ito: told apart by everyone, and in grey
+    "axes.prop_cycle": cycler(  # Okabe & Ito: told apart by everyone, and in grey
         color=["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"]
     ),
     "lines.linewidth": 1.1,
@@ -47,7 +48,11 @@ def plot_run(run: xr.Dataset, path: Path) -> None:
         (
             "down (mm)",
             1e3,
-            ["wheelset[1].left.wheel_z", "wheelset[1].left.rail_z", "wheelset[1].left.irregularity_z"],
+            [
+                "wheelset[1].left.wheel_z",
+                "wheelset[1].left.rail_z",
+                "wheelset[1].left.irregularity_z",
+            ],
         ),
         ("acceleration (m/s²)", 1.0, ["bogie[1].az", "bogie[2].az"]),
         ("acceleration (m/s²)", 1.0, ["carbody.az"]),
@@ -99,7 +104,9 @@ def plot_response(frf: xr.Dataset, path: Path) -> None:
         save(figure, path)
 
 
-def plot_receptances(curves: dict[str, tuple[Any, Any]], path: Path, label: str, title: str) -> None:
+def plot_receptances(
+    curves: dict[str, tuple[Any, Any]], path: Path, label: str, title: str
+) -> None:
     """Magnitude and phase of responses (frequency in Hz, complex values) by name."""
     with plt.rc_context(STYLE):
         figure, (size, phase) = plt.subplots(

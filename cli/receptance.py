@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -137,7 +138,7 @@ def _keep(
     values: np.ndarray,
     name: str,
     unit: str,
-    attributes: dict[str, object],
+    attributes: Mapping[str, object],
     out: Path,
     plot: Path | None,
 ) -> None:

@@ -1,0 +1,1 @@
+"""Packs the models as FMUs."""

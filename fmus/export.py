@@ -96,9 +96,7 @@ def contact_defaults(vehicle: Vehicle) -> interface.Contact:
     return interface.Contact(k_H=tangent_stiffness(C, vehicle.wheel_load), C=C)
 
 
-def _contents(
-    vehicle: Vehicle, track: Track, progress: Callable[[str], None]
-) -> list[Content]:
+def _contents(vehicle: Vehicle, track: Track, progress: Callable[[str], None]) -> list[Content]:
     body = build_multibody(vehicle)
     progress("reducing the track")
     reduced = track_arrays(reduce_track(track))
@@ -119,7 +117,7 @@ def _contents(
                 model="vehicle",
                 text="Railway vehicle, vertical: "
                 + ("rail motion to contact force." if with_contact else "contact force to motion."),
-                table=interface.vehicle(**known),  # type: ignore[arg-type]
+                table=interface.vehicle(**known),
                 arrays=vehicle_content,
                 parameters=write_toml(vehicle, "Vehicle"),
             ),
@@ -127,8 +125,10 @@ def _contents(
                 name="TrackWithContact" if with_contact else "Track",
                 model="track",
                 text="Slab track, a ring of cells, vertical: "
-                + ("wheel motion to contact force." if with_contact else "contact force to motion."),
-                table=interface.track(**known),  # type: ignore[arg-type]
+                + (
+                    "wheel motion to contact force." if with_contact else "contact force to motion."
+                ),
+                table=interface.track(**known),
                 arrays=reduced,
                 parameters=write_toml(track, "Slab track"),
             ),
@@ -159,7 +159,9 @@ def _pack(content: Content, target: Path) -> Path:
         # Scripts of one name share a module in the host, so the name says what code it is.
         script = work / f"{package}_{content.name}.py"
         script.write_text(SCRIPT.format(package=package, name=content.name), encoding="utf-8")
-        resources = [work / n for n in (package, "model.npz", "interface.json", "modelDescription.xml")]
+        resources = [
+            work / n for n in (package, "model.npz", "interface.json", "modelDescription.xml")
+        ]
         packed = FmuBuilder.build_FMU(
             script, dest=work / "built", project_files=resources, documentation_folder=pages
         )

@@ -61,7 +61,9 @@ def wheels() -> Iterator[tuple[int, str]]:
             yield i, side
 
 
-def track(*, with_contact: bool, wheel_load: float, positions: list[float], contact: Contact) -> list[Scalar]:
+def track(
+    *, with_contact: bool, wheel_load: float, positions: list[float], contact: Contact
+) -> list[Scalar]:
     """Track (force to motion) or TrackWithContact (wheel motion to force).
 
     Parameters
@@ -96,7 +98,9 @@ def track(*, with_contact: bool, wheel_load: float, positions: list[float], cont
     return table + (_contact_parameters(contact) if with_contact else [])
 
 
-def vehicle(*, with_contact: bool, wheel_load: float, positions: list[float], contact: Contact) -> list[Scalar]:
+def vehicle(
+    *, with_contact: bool, wheel_load: float, positions: list[float], contact: Contact
+) -> list[Scalar]:
     """Vehicle (force to motion) or VehicleWithContact (rail motion to force); see `track`."""
     table = [_time()]
     for i, side in wheels():
@@ -201,7 +205,9 @@ def _bodies(*, with_contact: bool) -> list[Scalar]:
         for name, unit, text, nominal in rows
     ]
     for i in WHEELSETS:
-        own = [_rail_z(i, s, "input").name for s in SIDES] + [_irregularity(i, s).name for s in SIDES]
+        own = [_rail_z(i, s, "input").name for s in SIDES] + [
+            _irregularity(i, s).name for s in SIDES
+        ]
         depends = own if with_contact else [_force(i, s, "input").name for s in SIDES]
         table.append(
             Scalar(

@@ -78,14 +78,19 @@ def model_description(about: Description, table: Sequence[Scalar]) -> bytes:
     log = SubElement(root, "LogCategories")
     SubElement(log, "Category", name="logStatusError", description="Why a call failed")
     SubElement(
-        root, "DefaultExperiment", startTime="0", stopTime=repr(about.stop), stepSize=repr(about.step)
+        root,
+        "DefaultExperiment",
+        startTime="0",
+        stopTime=repr(about.stop),
+        stepSize=repr(about.step),
     )
     variables = SubElement(root, "ModelVariables")
     for reference, v in enumerate(table):
         _variable(variables, reference, v)
     _structure(SubElement(root, "ModelStructure"), table)
     indent(root)
-    return tostring(root, encoding="UTF-8", xml_declaration=True)
+    text: bytes = tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text
 
 
 def _units(parent: Element, used: set[str]) -> None:

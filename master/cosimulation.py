@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.schemes import Scheme, StepReport
 from railcosim.master.system import System

@@ -11,6 +11,7 @@ from typing import Any
 import fmpy.model_description
 import numpy as np
 from numpy.typing import NDArray
+
 from railcosim.master.archive import FmuError
 from railcosim.master.component import Variable
 

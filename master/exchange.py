@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
 from railcosim.master.connections import CouplingError
 
 BoolArray = NDArray[np.bool_]

@@ -13,6 +13,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+
 from railcosim.master.archive import FmuError, unpack
 from railcosim.master.component import ComponentError, FloatArray, Hold, Variable
 from railcosim.master.description import HOLD_PARAMETER, FmuDescription, read_description

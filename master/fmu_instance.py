@@ -13,6 +13,7 @@ from typing import Any
 import fmpy
 import fmpy.fmi2
 from fmpy.fmi1 import FMICallException
+
 from railcosim.master.archive import FmuError
 from railcosim.master.component import ComponentError
 from railcosim.master.description import FmuDescription

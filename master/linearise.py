@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+
 from railcosim.master.component import Component, ComponentError, FloatArray, Hold, Variable
 from railcosim.master.realisation import NEGLIGIBLE, Realisation, identify
 from railcosim.master.suggest import suggest

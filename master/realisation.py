@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
+
 from railcosim.master.component import FloatArray
 
 ComplexArray: TypeAlias = NDArray[np.complex128]

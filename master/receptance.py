@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+
 from railcosim.master.component import FloatArray
 from railcosim.master.linearise import LinearModel
 from railcosim.master.realisation import ComplexArray, pulse_transform

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+
 from railcosim.master.component import ComponentError
 from railcosim.master.cosimulation import CommunicationPoint, Divergence
 from railcosim.master.suggest import suggest

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from railcosim.master.component import FloatArray, Hold, Variable
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from railcosim.master.realisation import ComplexArray
 from railcosim.master.receptance import FrequencyResponse
 

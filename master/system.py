@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from railcosim.master.component import Component, FloatArray, Hold, Variable
 from railcosim.master.connections import Connection, CouplingError, check_connections
 from railcosim.master.exchange import exchange_plan

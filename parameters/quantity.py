@@ -126,6 +126,10 @@ def check(declared: Field[Any], value: object) -> float | int | bool:
         return value
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ParameterError(f"{declared.name} = {value!r}: must be a number in {known.unit}")
+    try:
+        float(value)
+    except OverflowError as error:  # a whole number may have any number of digits
+        raise ParameterError(f"{declared.name}: must be {known.allowed}, below 1e308") from error
     if isinstance(declared.default, int):
         if value != int(value if math.isfinite(value) else 0):
             raise ParameterError(f"{declared.name} = {value!r}: must be a whole number")

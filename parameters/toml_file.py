@@ -41,7 +41,9 @@ def read_toml(kind: type[T], path: Path) -> T:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ParameterError(f"{path}: cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # not UTF-8, not TOML, endless digits or brackets
+        if isinstance(error, ParameterError):
+            raise
         raise ParameterError(f"{path}: not a TOML file: {error}") from error
     try:
         return from_tables(kind, content)

@@ -1,0 +1,1 @@
+"""The monolithic solution that every coupled result is held against."""

@@ -29,7 +29,7 @@ def near(frequency: FloatArray, fine: FloatArray, response: ComplexArray) -> NDA
     """
     size = np.abs(response)
     dips = fine[1:-1][(size[1:-1] < size[:-2]) & (size[1:-1] < size[2:])]
-    close: NDArray[np.bool_] = (np.abs(frequency[:, None] / dips - 1) <= MARGIN).any(axis=1)
+    close: NDArray[np.bool_] = np.any(np.abs(frequency[:, None] / dips - 1) <= MARGIN, axis=1)
     return close
 
 

@@ -112,7 +112,12 @@ def assemble(vehicle: Vehicle, track: Track, position: FloatArray) -> Monolithic
     eye = sparse.eye_array(omega.size)
     M = sparse.block_diag([body.M, M_r, M_r, eye])
     K = sparse.block_diag(
-        [body.K, K_r, K_r, sparse.diags_array(omega**2 + track.foundation.series_stiffness * per_mass)]
+        [
+            body.K,
+            K_r,
+            K_r,
+            sparse.diags_array(omega**2 + track.foundation.series_stiffness * per_mass),
+        ]
     )
     C = sparse.block_diag([body.C, 0 * M_r, 0 * M_r, track.foundation.damping * per_mass * eye])
     zero = sparse.csr_array(body.K.shape)

@@ -1,6 +1,7 @@
 """Models that take seconds to make, made once."""
 
 import pytest
+
 from railcosim.fmus.export import export
 from railcosim.track.parameters import Mesh, Track
 from railcosim.track.reduced import reduce_track

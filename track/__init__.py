@@ -1,0 +1,1 @@
+"""The slab track. Knows nothing of FMI."""

@@ -96,7 +96,7 @@ class Cell:
 
 def railseats(track: Track) -> FloatArray:
     """Railseats along a cell, m: the middles of its bays, shape (bays,)."""
-    return (np.arange(track.bays) + 0.5) * track.fastening.spacing
+    return (np.arange(track.bays, dtype=np.float64) + 0.5) * track.fastening.spacing
 
 
 def build_cell(track: Track, parity: int, points: FloatArray | None = None) -> Cell:

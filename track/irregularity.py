@@ -40,16 +40,22 @@ class Spectrum:
 def _german(A_v: float) -> Callable[[FloatArray], FloatArray]:
     """A_v Oc^2 / ((O^2 + Or^2)(O^2 + Oc^2)), A_v in m2 rad/m."""
     Oc, Or = 0.8246, 0.0206
-    return lambda O: A_v * Oc**2 / ((O**2 + Or**2) * (O**2 + Oc**2))
+
+    def density(wavenumber: FloatArray) -> FloatArray:
+        squared = wavenumber**2
+        return A_v * Oc**2 / ((squared + Or**2) * (squared + Oc**2))
+
+    return density
 
 
-def _ballastless(O: FloatArray) -> FloatArray:
+def _ballastless(wavenumber: FloatArray) -> FloatArray:
     """S = A / f^n in mm2/(1/m), piecewise in f (1/m), held outside 0.005 to 0.5 1/m."""
-    f = np.clip(O / (2 * np.pi), 0.005, 0.5)
+    f = np.clip(wavenumber / (2 * np.pi), 0.005, 0.5)
     piece = np.searchsorted([0.0187, 0.0474, 0.1533], f)
     A = np.array([1.0544e-5, 3.5588e-3, 1.9784e-2, 3.9488e-4])[piece]
     n = np.array([3.3891, 1.9271, 1.3643, 3.4516])[piece]
-    return A / f**n * 1e-6 / (2 * np.pi)
+    density: FloatArray = A / f**n * 1e-6 / (2 * np.pi)
+    return density
 
 
 SPECTRA = {
@@ -137,14 +143,15 @@ def synthesise(name: str, length: float, seed: int = 1) -> Profile:
     step = SHORTEST / SAMPLES_PER_WAVE
     n = 2 * int(np.ceil(max(length, LONGEST) / step))
     dO = 2 * np.pi / (n * step)  # twice the length: the profile does not repeat
-    O = dO * np.arange(n // 2 + 1)
-    inside = (O >= 2 * np.pi / LONGEST) & (O <= 2 * np.pi / SHORTEST)
-    amplitude = np.zeros_like(O)
-    amplitude[inside] = np.sqrt(2 * SPECTRA[name].density(O[inside]) * dO)
-    phase = np.random.default_rng(seed).uniform(0, 2 * np.pi, O.size)
+    wavenumber: FloatArray = dO * np.arange(n // 2 + 1, dtype=np.float64)
+    longest, shortest = 2 * np.pi / LONGEST, 2 * np.pi / SHORTEST
+    inside = (wavenumber >= longest) & (wavenumber <= shortest)
+    amplitude = np.zeros_like(wavenumber)
+    amplitude[inside] = np.sqrt(2 * SPECTRA[name].density(wavenumber[inside]) * dO)
+    phase = np.random.default_rng(seed).uniform(0, 2 * np.pi, wavenumber.size)
     z = np.fft.irfft(amplitude * np.exp(1j * phase), n) * n / 2
     keep = int(np.ceil(length / step)) + 1
-    x = step * np.arange(keep)
+    x: FloatArray = step * np.arange(keep, dtype=np.float64)
     return Profile(name=f"{name}, seed {seed}", x=x, left=z[:keep], right=z[:keep])
 
 
@@ -169,7 +176,9 @@ def read_profile(path: Path) -> Profile:
     if header not in (["x", "left"], ["x", "left", "right"]):
         raise ParameterError(f"{path}: the header must be x,left,right (or x,left), in m")
     rows = []
-    for (number, _), cells in zip(numbered[1:], csv.reader(t for _, t in numbered[1:]), strict=True):
+    for (number, _), cells in zip(
+        numbered[1:], csv.reader(t for _, t in numbered[1:]), strict=True
+    ):
         try:
             row = [float(cell) for cell in cells]
         except ValueError as error:

@@ -50,13 +50,13 @@ class Rail(ParameterSet):
 
     @property
     def shear_stiffness(self) -> float:
-        """kappa G A, N."""
+        """Kappa G A, N."""
         shear_modulus = self.young_modulus / (2 * (1 + self.poisson_ratio))
         return self.shear_coefficient * shear_modulus * self.area
 
     @property
     def rotary_inertia(self) -> float:
-        """rho I, kg m."""
+        """Rho I, kg m."""
         return self.mass_per_length / self.area * self.second_moment
 
 
@@ -143,10 +143,11 @@ class Mesh(ParameterSet):
         source="pinned-pinned frequency 0.2 % high; else receptance within 2 % of 16 to 1 kHz",
     )  # fmt: skip
     highest_slab_frequency: float = quantity(
-        3000.0, "Hz", "free-plate modes kept", above=0, maximum=20000, source="about 50 of each parity"
+        3000.0, "Hz", "free-plate modes kept", above=0, maximum=20000,
+        source="about 50 of each parity",
     )  # fmt: skip
     highest_frequency: float = quantity(
-        5000.0, "Hz", "modes of the ring kept in the reduced model; from 0.6 of it on they fade out",
+        5000.0, "Hz", "modes of the ring kept; from 0.6 of it on they fade out",
         above=0, maximum=20000, source="receptance within 2e-3 of the finite elements to 1500 Hz",
     )  # fmt: skip
     loss_factor_frequency: float = quantity(

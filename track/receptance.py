@@ -103,7 +103,7 @@ def _one_parity(
     N, ends = track.mesh.cells, np.r_[0:2, cell.rail_size - 2 : cell.rail_size]
     inner = np.setdiff1d(np.arange(cell.K.shape[0]), ends)
     F = np.stack([p.row(cell) for p in loads], axis=1)
-    O = np.stack([p.row(cell) for p in observed], axis=1)
+    W = np.stack([p.row(cell) for p in observed], axis=1)
     D = cell.dynamic_stiffness(omega)
     D_ie = D[:, inner[:, None], ends]
     # Inner unknowns follow the ends (-T) and the loads (X): one factorisation for both.
@@ -112,7 +112,7 @@ def _one_parity(
     T, X = solved[:, :, :4], solved[:, :, 4:]
     S = D[:, ends[:, None], ends] - np.swapaxes(D_ie, 1, 2) @ T
     f = F[ends] - np.swapaxes(T, 1, 2) @ F[inner]
-    observe_ends = O[ends].T - O[inner].T @ T
+    observe_ends = W[ends].T - W[inner].T @ T
     # Bloch waves: the last node of a cell is the first of the next, e^{i mu} further on.
     mu = 2 * np.pi * np.arange(N) / N
     join = np.zeros((N, 4, 2), dtype=complex)
@@ -126,4 +126,5 @@ def _one_parity(
     phase = np.exp(1j * mu[:, None, None] * apart) / N  # (N, n_observed, n_loads)
     out: ComplexArray = np.einsum("woe,wqel,qol->wol", observe_ends, u_q, phase, optimize=True)
     same_cell = (apart % N == 0)[None]
-    return out + same_cell * (O[inner].T @ X)
+    out += same_cell * (W[inner].T @ X)
+    return out

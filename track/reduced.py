@@ -126,7 +126,8 @@ def _residual_compliance(track: Track, cells: list[Cell], modes: list[RingModes]
     for cell, ring in zip(cells, modes, strict=True):
         w = ring.shapes[0 : cell.rail_size : 2]
         by_modes += 0.5 * (w * w[:, ring.partner] @ (-1 / ring.poles)).real
-    return total - by_modes
+    residual: FloatArray = total - by_modes
+    return residual
 
 
 def _residual_pole(track: Track, cells: list[Cell], modes: list[RingModes]) -> complex:

@@ -1,0 +1,1 @@
+"""The vehicle and the contact of wheel and rail. Knows nothing of FMI."""

@@ -101,7 +101,9 @@ def tangent_stiffness(C: float, static_force: float) -> float:
     return float(1.5 * C ** (2 / 3) * static_force ** (1 / 3))
 
 
-def solve_compression(law: ContactLaw, G: FloatArray, gap: FloatArray, guess: FloatArray) -> FloatArray:
+def solve_compression(
+    law: ContactLaw, G: FloatArray, gap: FloatArray, guess: FloatArray
+) -> FloatArray:
     """Compressions for which the contact forces and what they deflect agree.
 
     Solves ``delta + G force(delta) = gap`` by Newton's method. With G positive semi-definite and a

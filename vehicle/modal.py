@@ -54,7 +54,7 @@ def modal_form(body: Multibody) -> ModalVehicle:
     m = elastic.shape[1]
     A = np.block([[np.zeros((m, m)), np.eye(m)], [-K, -C]])
     poles, right = eig(A)
-    inverse = np.linalg.inv(right)
+    inverse: ComplexArray = np.linalg.inv(right)
     # One of each conjugate pair, counted twice; a real pole counts once.
     keep = poles.imag >= 0
     weight = np.where(poles.imag > 0, 2.0, 1.0)[keep]
@@ -74,13 +74,13 @@ def _split(body: Multibody) -> tuple[FloatArray, FloatArray]:
 
     What the suspensions' forces accelerate, M^-1 S^T, is mass-orthogonal to what stretches none.
     """
-    rigid, elastic = body.rigid_modes, np.linalg.solve(body.M, body.stretch.T)
+    elastic = np.linalg.solve(body.M, body.stretch.T).astype(np.float64)
 
     def orthonormal(basis: FloatArray) -> FloatArray:
         L = np.linalg.cholesky(basis.T @ body.M @ basis)
         return basis @ np.linalg.inv(L).T
 
-    return orthonormal(rigid), orthonormal(elastic)
+    return orthonormal(body.rigid_modes), orthonormal(elastic)
 
 
 def _check(body: Multibody, modal: ModalVehicle) -> None:

@@ -1,0 +1,1 @@
+"""What travels in an FMU and steps its model; needs numpy only."""

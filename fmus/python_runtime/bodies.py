@@ -156,7 +156,7 @@ class VehicleBody:
         self.preload = float(arrays["wheel_load"])
         self.wheelset_x: FloatArray = arrays["wheelset_x"]
         # Wheelsets are the last coordinates; a contact force lifts them.
-        self._shapes = Shapes(self.modes[-4:], -arrays["left"][:, -4:].T, np.empty(0))
+        self._shapes = Shapes(self.modes[-4:], -arrays["left"][:, -4:].T, np.empty(0, complex))
         self._rigid = self.rigid[-4:]
 
     def shapes(self, position: FloatArray) -> Shapes:

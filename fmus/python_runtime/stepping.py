@@ -58,8 +58,8 @@ def coefficients(poles: ComplexArray, h: float) -> Coefficients:
     E = np.exp(z)
     small = np.abs(z) < SMALL
     safe = np.where(small, 1.0, z)
-    phi1 = np.where(small, _series(z, 1), np.expm1(safe) / safe)
-    phi2 = np.where(small, _series(z, 2), (phi1 - 1) / safe)
+    phi1: ComplexArray = np.where(small, _series(z, 1), np.expm1(safe) / safe)
+    phi2: ComplexArray = np.where(small, _series(z, 2), (phi1 - 1) / safe)
     return Coefficients(h=h, E=E, P0=h * (phi1 - phi2), P1=h * phi2)
 
 

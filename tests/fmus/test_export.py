@@ -11,6 +11,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
+
 from railcosim.fmus.content import track_arrays, vehicle_arrays
 from railcosim.fmus.export import contact_defaults, export
 from railcosim.fmus.python_runtime.bodies import TrackBody, VehicleBody

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
+
 from railcosim.fmus.content import track_arrays, vehicle_arrays
 from railcosim.fmus.python_runtime.bodies import TrackBody, VehicleBody
 from railcosim.fmus.python_runtime.motion import FromOutside, Inputs, Mover, OwnContact
@@ -17,7 +19,6 @@ from railcosim.fmus.python_runtime.stepping import (
 from railcosim.vehicle.contact import HertzContact, LinearContact
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import PrimarySuspension, SecondarySuspension, Vehicle
-from scipy.linalg import expm
 
 MULTIBODY = build_multibody(Vehicle())
 HERTZ = HertzContact(C=9.64e10)

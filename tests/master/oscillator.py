@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import expm
+
 from railcosim.master.component import FloatArray, Hold, Variable
 from railcosim.master.connections import connect_by_name
 from railcosim.master.system import System
-from scipy.linalg import expm
 
 M, K, C = 1.0, 20.0, 0.3  # kg, N/m, N s/m: both masses and their supports
 K_C, C_C = 50.0, 0.5  # N/m, N s/m: the coupling

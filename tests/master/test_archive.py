@@ -10,6 +10,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+
 from railcosim.master import archive
 from railcosim.master.archive import FmuError, unpack
 from railcosim.master.component import Hold

@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+
 from railcosim.master.component import ComponentError, Hold, Variable
 from railcosim.master.cosimulation import Divergence, FallbackWarning, cosimulate
 from railcosim.master.recording import Recorder, record

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from numpy.typing import NDArray
+
 from railcosim.master.component import ComponentError, FloatArray, Hold, Variable
 from railcosim.master.linearise import linearise
 from railcosim.master.receptance import receptance
@@ -207,7 +208,8 @@ def test_more_modes_than_a_record_can_tell_apart() -> None:
     s = 1j * OMEGA[:, None]
     exact = (shape[:1] / ((s - pole) * (s - pole.conj()))) @ shape.T
 
-    model = linearise(fake, at=[0.0], amplitude=1.0, step=8e-5, steps=13_000)
+    # The poles leave 4e-3; the estimate takes a thirtieth of it for the Fourier sum's error.
+    model = linearise(fake, at=[0.0], amplitude=1.0, step=8e-5, steps=13_000, tolerance=1e-3)
     error = np.abs(receptance(model, OMEGA)[:, :, 0] - exact) / np.abs(exact[:, :1])
     assert model.advice == ()
     assert len(model.realisations[0].poles) < 600

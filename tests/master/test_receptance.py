@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from railcosim.master.component import Variable
 from railcosim.master.linearise import LinearModel
 from railcosim.master.realisation import Realisation

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+
 from railcosim.master.component import Variable
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.files import load, save

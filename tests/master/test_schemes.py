@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from railcosim.master.component import Hold, Variable
 from railcosim.master.connections import CouplingError, connect_by_name
 from railcosim.master.cosimulation import cosimulate

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+
 from railcosim.master.component import FloatArray
 from railcosim.master.receptance import FrequencyResponse
 from railcosim.master.substructuring import Joint, couple

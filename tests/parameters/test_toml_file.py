@@ -3,6 +3,7 @@
 from dataclasses import fields, replace
 
 import pytest
+
 from railcosim.parameters import ParameterError, read_toml, write_toml
 from railcosim.parameters.toml_file import SIZE_LIMIT
 from railcosim.track.parameters import Fastening, Foundation, Mesh, Rail, Slab, Track
@@ -106,10 +107,21 @@ def test_a_mistake_is_named_in_one_line(write, text, said):
         assert part in message
 
 
-def test_integers_too_large_for_anything_are_refused(write):
-    path = write("[fastening]\nstiffness = 1" + 400 * "0")
-    with pytest.raises(ParameterError, match="stiffness"):
-        read_toml(Track, path)
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[fastening]\nstiffness = 1" + 400 * "0",
+        "[mesh]\ncells = 1" + 400 * "0",
+        "[fastening]\nstiffness = 1" + 5000 * "0",
+        "rail = " + 5000 * "[" + 5000 * "]",
+    ],
+    ids=["no float", "no float for an integer", "no integer", "too deep"],
+)
+def test_numbers_and_brackets_without_end_are_refused(write, text):
+    with pytest.raises(ParameterError, match=r"my track\.toml: ") as error:
+        read_toml(Track, write(text))
+    assert len(str(error.value)) < 400
+    assert "\n" not in str(error.value)
 
 
 def test_a_missing_file(tmp_path):

@@ -19,6 +19,7 @@ moving at v leaves a steady shape in x - v t: the same with omega = -kappa v.
 import numpy as np
 import pytest
 from numpy.polynomial import polynomial
+
 from railcosim.fmus.content import track_arrays
 from railcosim.fmus.python_runtime.bodies import TrackBody
 from railcosim.fmus.python_runtime.motion import FromOutside, Inputs, Mover

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from railcosim.fmus.content import track_arrays
 from railcosim.fmus.python_runtime.bodies import TrackBody
 from railcosim.fmus.python_runtime.stepping import State

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import railcosim.track.slab as slab_module
 from numpy.polynomial import legendre
+
+import railcosim.track.slab as slab_module
 from railcosim.track.parameters import Slab
 from railcosim.track.slab import free_plate_modes
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.polynomial import legendre
+
 from railcosim.reference.monolithic import assemble, frequency_response
 from railcosim.track.cell import EVEN, ODD, build_cell
 from railcosim.track.parameters import Fastening, Foundation, Mesh, Rail, Slab, Track

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+
 from railcosim.vehicle.contact import (
     ContactError,
     HertzContact,
@@ -11,7 +13,6 @@ from railcosim.vehicle.contact import (
     tangent_stiffness,
 )
 from railcosim.vehicle.parameters import Contact, Vehicle
-from scipy.optimize import brentq
 
 CONTACT = Contact()
 C = hertz_coefficient(

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
+
 from railcosim.vehicle.modal import modal_form
 from railcosim.vehicle.multibody import COORDINATES, WHEELSETS, build_multibody
 from railcosim.vehicle.parameters import PrimarySuspension, SecondarySuspension, Vehicle
-from scipy.linalg import eigh
 
 VEHICLE = Vehicle()
 BODY = build_multibody(VEHICLE)

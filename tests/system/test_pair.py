@@ -1,0 +1,139 @@
+"""The coupled pair against the monolithic system, in time and in frequency, and its orders."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+from railcosim.cli.compare import frequency_errors, newmark_forces
+from railcosim.cli.frequency import linear_models
+from railcosim.cli.pair import FADE_IN, FORCES, WHEELS, Journey, open_pair
+from railcosim.cli.time_run import Plan, run_pair
+from railcosim.master.receptance import frequency_response
+from railcosim.master.schemes.gauss_seidel import gauss_seidel
+from railcosim.master.schemes.jacobi import jacobi
+from railcosim.reference.agreement import near, relative_rms
+from railcosim.reference.monolithic import assemble
+from railcosim.track.irregularity import flat, synthesise
+
+SPEED = 250 / 3.6
+ROOT = Path(__file__).parents[2]
+
+
+def plan(folder: Path, scheme, *, step: float, stop: float, profile, k_H=1e9, owner="track"):
+    names = {"track": ("Vehicle", "TrackWithContact"), "vehicle": ("VehicleWithContact", "Track")}
+    vehicle, track = names[owner]
+    return Plan(
+        vehicle=folder / f"{vehicle}.fmu",
+        track=folder / f"{track}.fmu",
+        parameters={"contact.nonlinear": False, "contact.stiffness": k_H},
+        journey=Journey(speed=SPEED, held=True, profile=profile),
+        scheme=scheme,
+        step=step,
+        stop=stop,
+    )
+
+
+@pytest.mark.parametrize(
+    ("scheme", "limit"),
+    [
+        (jacobi(extrapolation=1), 1e-2),  # asked for; measured 5.8e-3
+        (gauss_seidel(first="vehicle", extrapolation=1), 3e-3),  # measured 1.4e-3
+    ],
+)
+def test_contact_force_against_newmark(exported, models, scheme, limit) -> None:
+    """0.1 ms, 1 GN/m, contact in the track: relative RMS of the force's dynamic part."""
+    run = plan(
+        exported.folder, scheme, step=1e-4, stop=0.15,
+        profile=synthesise("german-low", SPEED * 0.15 + FADE_IN),
+    )  # fmt: skip
+    dataset, stopped = run_pair(run, lambda done, total: None)
+    assert stopped is None
+    ours = np.stack([dataset[name].values for name in FORCES], axis=1)
+    mono = assemble(exported.vehicle, exported.track, models.positions)
+    theirs = newmark_forces(mono, models.positions, 1e9, run, lambda done, total: None)
+    assert relative_rms(ours, theirs, np.full(8, exported.vehicle.wheel_load)) < limit
+
+
+@pytest.mark.parametrize("owner", ["track", "vehicle"])
+@pytest.mark.parametrize("nonlinear", [True, False])
+def test_starts_at_rest(exported, owner, nonlinear) -> None:
+    """At rest on a flat track nothing moves, whoever owns the contact, and the weight is borne."""
+    run = plan(exported.folder, jacobi(), step=1e-4, stop=1e-3, profile=flat(10.0), owner=owner)
+    parameters = {"contact.nonlinear": nonlinear, "contact.stiffness": 1e9}
+    journey = Journey(speed=SPEED, held=True, profile=flat(10.0))
+    with open_pair(run.vehicle, run.track, parameters, journey) as pair:
+        pair.system.exchange()
+        first = pair.system.outputs.copy()
+        force = first[[k for k, n in enumerate(pair.system.names) if n.endswith("force_z")]]
+        # Newton's method ends within 0.1 N of the balance (pair.STILL).
+        assert force.sum() == pytest.approx(8 * exported.vehicle.wheel_load, abs=1.0)
+        # Wheels stand at different places of their bay, so their loads are not quite equal.
+        assert np.abs(force / exported.vehicle.wheel_load - 1).max() < 0.01
+    dataset, stopped = run_pair(run, lambda done, total: None)
+    assert stopped is None
+    # Ten steps at rest: what the balance left over, amplified by the contact in the vehicle.
+    assert np.abs(dataset["wheelset[1].left.wheel_z"].diff("time")).max() < 1e-10
+
+
+def test_observed_orders(exported) -> None:
+    """Jacobi and Gauss-Seidel: order 1 with constant and 2 with linear inputs, within 0.2."""
+    script = runpy.run_path(str(ROOT / "benchmarks" / "convergence.py"))
+    for name, (errors, order) in script["observed_orders"](exported.folder).items():
+        assert errors[-1] < errors[0], name
+        assert order == pytest.approx(script["SCHEMES"][name][1], abs=0.2), name
+
+
+def test_identified_receptance_of_the_track(models, carried) -> None:
+    """0.3-2000 Hz within 1e-4 of the reduced model the FMU carries, asked for; measured 4e-6."""
+    frequency = np.unique(np.r_[np.geomspace(0.3, 2000, 300), np.arange(1040, 1080, 1.0)])
+    exact = carried(2 * np.pi * frequency)
+    ours = frequency_response(models.track, 2 * np.pi * frequency).values
+    for k in range(8):
+        error = np.abs(ours[:, k, k] / exact[:, k, k] - 1)
+        counts = ~near(frequency, frequency, exact[:, k, k])
+        assert error[counts].max() < 1e-4, WHEELS[k]
+
+
+def test_identified_receptance_of_the_vehicle(exported, models) -> None:
+    """A free vehicle, rigid bodies included, against M, C and K; wheel receptances within 1e-4."""
+    mono = assemble(exported.vehicle, exported.track, models.positions)
+    M, C, K = (A[:10, :10].toarray() for A in (mono.M, mono.C, mono.K))
+    frequency = np.geomspace(0.3, 2000, 200)
+    omega = 2 * np.pi * frequency
+    s = 1j * omega[:, None, None]
+    direct = np.linalg.inv(s**2 * M + s * C + K)[:, 6:, 6:]
+    ours = frequency_response(models.vehicle, omega)
+    for i in range(4):
+        wheel = f"wheelset[{i + 1}].left"
+        # A contact force lifts the wheel.
+        error = np.abs(-ours.of(f"{wheel}.wheel_z", f"{wheel}.force_z") / direct[:, i, i] - 1)
+        assert error.max() < 1e-4
+
+
+@pytest.mark.parametrize("k_H", [0.1e9, 0.3e9, 1e9, 8e9])
+def test_coupled_response_against_monolithic(exported, models, k_H) -> None:
+    """0.3-1500 Hz within 5e-3 outside 1 % of antiresonances, asked for; measured 2e-3.
+
+    For the loaded wheelset, its rail, contact and bogie. Responses thousands of times weaker, of
+    a wheelset 18 m away, are known only to the accuracy that the strong ones leave them.
+    """
+    mono = assemble(exported.vehicle, exported.track, models.positions)
+    frequency = np.geomspace(0.3, 1500, 25)
+    errors = frequency_errors(models, mono, k_H, frequency, lambda done, total: None)
+    for excitation, by_output in errors.items():
+        for output, (error, strong) in by_output.items():
+            if "wheelset[4]" in output or "bogie[2]" in output:
+                assert np.nanmax(error) < 5e-3, (excitation, output)
+            else:
+                assert np.nanmax(error, where=strong, initial=0) < 3e-2, (excitation, output)
+
+
+def test_linearising_needs_forces_as_inputs(exported) -> None:
+    """A contact inside would cancel digits, so such an FMU is refused by name."""
+    with pytest.raises(ValueError, match="VehicleWithContact"):
+        linear_models(
+            exported.folder / "VehicleWithContact.fmu",
+            exported.folder / "Track.fmu",
+            lambda done, total: None,
+        )
