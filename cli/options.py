@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 from typing import Annotated
 
 import numpy as np
@@ -166,15 +168,33 @@ PICTURES = Suffixes("--plot", (".png", ".svg", ".pdf"))
 
 @contextmanager
 def progress(text: str) -> Iterator[Callable[[float, float], None]]:
-    """A progress bar on standard error; the callable takes what is done and the total."""
+    """A progress bar on standard error; the callable takes what is done and the total.
+
+    Ctrl-C is noted and raised at the next call: inside an FMU written in Python it would kill the
+    FMU, and with it what the run has recorded. A second Ctrl-C does not wait.
+    """
+    interrupted = False
+
+    def note(signum: int, frame: FrameType | None) -> None:
+        nonlocal interrupted
+        if interrupted:
+            raise KeyboardInterrupt
+        interrupted = True
+
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
     with Progress(*columns, TimeRemainingColumn(), console=errors, transient=True) as bar:
         task = bar.add_task(text, total=None)
 
         def update(done: float, total: float) -> None:
+            if interrupted:
+                raise KeyboardInterrupt
             bar.update(task, completed=done, total=total)
 
-        yield update
+        before = signal.signal(signal.SIGINT, note)
+        try:
+            yield update
+        finally:
+            signal.signal(signal.SIGINT, before)
 
 
 @contextmanager

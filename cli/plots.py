@@ -43,7 +43,7 @@ def _legend(axes: Any) -> None:
 
 def plot_run(run: xr.Dataset, path: Path) -> None:
     """Contact forces, wheel and rail motion, and accelerations over time."""
-    rows = [
+    candidates = [
         ("contact force, left (kN)", 1e-3, [f"{w}.left.force_z" for w in WHEELSETS]),
         (
             "down (mm)",
@@ -57,18 +57,23 @@ def plot_run(run: xr.Dataset, path: Path) -> None:
         ("acceleration (m/s²)", 1.0, ["bogie[1].az", "bogie[2].az"]),
         ("acceleration (m/s²)", 1.0, ["carbody.az"]),
     ]
+    rows = [(a, b, [n for n in names if n in run]) for a, b, names in candidates]
+    rows = [row for row in rows if row[2]]
     with plt.rc_context(STYLE):
-        figure, panels = plt.subplots(4, 1, figsize=(7.2, 7.6), sharex=True)
+        figure, panels = plt.subplots(
+            len(rows), 1, figsize=(7.2, 1.9 * len(rows)), sharex=True, squeeze=False
+        )
+        panels = panels[:, 0]
         for axes, (label, factor, names) in zip(panels, rows, strict=True):
             for name in names:
-                if name in run:
-                    short = name.removesuffix(".force_z").removesuffix(".left")
-                    axes.plot(run["time"], factor * run[name], label=short)
+                short = name.removesuffix(".force_z").removesuffix(".left")
+                axes.plot(run["time"], factor * run[name], label=short)
             axes.set_ylabel(label)
             _legend(axes)
         panels[-1].set_xlabel("time (s)")
         panels[0].set_title(str(run.attrs.get("title", "")), loc="left")
-        panels[0].set_xlim(float(run["time"][0]), float(run["time"][-1]))
+        if run.sizes["time"] > 1:
+            panels[0].set_xlim(float(run["time"][0]), float(run["time"][-1]))
         save(figure, path)
 
 

@@ -140,7 +140,7 @@ class Mesh(ParameterSet):
     )  # fmt: skip
     elements_per_bay: int = quantity(
         8, "1", "rail elements between two railseats (an even number)", minimum=2, maximum=64,
-        source="pinned-pinned frequency 0.2 % high; else receptance within 2 % of 16 to 1 kHz",
+        source="pinned-pinned frequency to 1e-5, receptance to 0.5 % below 1 kHz, 1.5 % below 2",
     )  # fmt: skip
     highest_slab_frequency: float = quantity(
         3000.0, "Hz", "free-plate modes kept", above=0, maximum=20000,

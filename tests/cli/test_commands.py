@@ -1,0 +1,202 @@
+"""The command line as a user meets it: results, pictures, and one line and a status for mistakes."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from railcosim.cli.options import UsageError, frequencies_of
+from railcosim.cli.plots import plot_run
+from railcosim.fmus.export import export
+from railcosim.master.files import load
+from railcosim.track.parameters import Mesh, Track
+from railcosim.vehicle.parameters import Vehicle
+
+COMMAND = [sys.executable, "-c", "from railcosim.cli.main import run; run()"]
+
+
+def railcosim(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "COLUMNS": "200", "OPENBLAS_NUM_THREADS": "1"}
+    return subprocess.run(
+        [*COMMAND, *(str(a) for a in arguments)],
+        cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("fmus")
+    export(Vehicle(), Track(mesh=Mesh(cells=6, highest_frequency=2000)), folder)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("text", "first", "last", "count"),
+    [
+        ("1:200:0.5", 1, 200, 399),
+        ("1:2:0.3", 1, 2, 5),  # the stop is included even where the step does not meet it
+        ("5:5:1", 5, 5, 1),
+        ("0.3:2000:300@log", 0.3, 2000, 300),
+    ],
+)
+def test_frequencies(text, first, last, count) -> None:
+    grid = frequencies_of(text)
+    assert grid.size == count
+    assert (grid[0], grid[-1]) == (pytest.approx(first), pytest.approx(last))
+    assert (np.diff(grid) > 0).all()
+
+
+@pytest.mark.parametrize(
+    "text", ["", "1:2", "a:b:c", "0:5:1", "5:1:1", "1:5:0", "1:nan:1", "1:1e9:1e-9", "1:5:2.5@log"]
+)
+def test_frequencies_that_are_none(text) -> None:
+    with pytest.raises(UsageError, match="--frequencies"):
+        frequencies_of(text)
+
+
+def test_run_and_its_picture(fmus, tmp_path) -> None:
+    done = railcosim(
+        "run", "--vehicle-fmu", fmus / "Vehicle.fmu", "--track-fmu", fmus / "TrackWithContact.fmu",
+        "--time", 0.01, "--out", "run.csv", "--plot", "run.png", folder=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    lines = (tmp_path / "run.csv").read_text().splitlines()
+    assert lines[0].startswith("#")
+    assert "time s" in lines[0]
+    assert lines[1].split(",")[0] == "time"
+    run = load(tmp_path / "run.csv")
+    assert run.sizes["time"] == 101
+    assert run["wheelset[4].left.force_z"].attrs["units"] == "N"
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_run_that_diverges_keeps_what_it_had(fmus, tmp_path) -> None:
+    """Contact in the vehicle, 8 GN/m and constant inputs at 1 ms: unstable by far."""
+    done = railcosim(
+        "run", "--vehicle-fmu", fmus / "VehicleWithContact.fmu", "--track-fmu", fmus / "Track.fmu",
+        "--contact-stiffness", 8e9, "--inputs", "constant", "--step", 1e-3, "--time", 0.5,
+        "--out", "run.nc", folder=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    for word in ("t = ", "Jacobi", "0.001 s", "Try"):
+        assert word in done.stderr
+    kept = load(tmp_path / "run.nc")
+    assert 2 < kept.sizes["time"] < 501
+    assert "diverged" in kept.attrs["stopped"]
+
+
+def test_an_interrupted_run_keeps_what_it_had(fmus, tmp_path) -> None:
+    """Ctrl-C lands inside an FMU's Python most of the time; it must not take the run with it."""
+    arguments = ["run", "--vehicle-fmu", fmus / "Vehicle.fmu", "--track-fmu",
+                 fmus / "TrackWithContact.fmu", "--time", "60", "--out", "run.nc"]  # fmt: skip
+    process = subprocess.Popen(
+        [*COMMAND, *map(str, arguments)], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+    )  # fmt: skip
+    time.sleep(6)  # imports and the start take two; the run would take minutes
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "interrupted" in said
+    assert "Traceback" not in said
+    assert load(tmp_path / "run.nc").sizes["time"] > 10
+
+
+def test_gauss_seidel_and_rolling_wheels(fmus, tmp_path) -> None:
+    done = railcosim(
+        "run", "--vehicle-fmu", fmus / "Vehicle.fmu", "--track-fmu", fmus / "TrackWithContact.fmu",
+        "--scheme", "gauss-seidel", "--first", "track", "--time", 0.01, "--speed", 300,
+        "--irregularity", "none", "--out", "run.nc", folder=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    run = load(tmp_path / "run.nc")
+    travelled = run["wheelset[1].position"].values[[0, -1]]
+    assert np.diff(travelled)[0] == pytest.approx(300 / 3.6 * 0.01)
+    assert run.attrs["scheme"].startswith("Gauss-Seidel, track first")
+
+
+def test_track_receptance_of_own_parameters(tmp_path) -> None:
+    printed = railcosim("parameters", "--track", folder=tmp_path)
+    assert printed.returncode == 0
+    text = printed.stdout
+    (tmp_path / "my.toml").write_text(text.replace("cells = 20", "cells = 6"))
+    done = railcosim(
+        "track-receptance", "--track", "my.toml", "--at", "midspan", "--load", "single",
+        "--frequencies", "50:55:1", "--out", "r.csv", "--plot", "r.png", folder=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    header = (tmp_path / "r.csv").read_text().splitlines()[1]
+    assert header == "frequency,receptance.re,receptance.im"
+    assert load(tmp_path / "r.csv")["receptance"].dtype == complex
+
+
+def test_receptance_of_any_fmu(fmus, tmp_path) -> None:
+    """Vehicle.fmu, wheel 4: at high frequency the mass of the wheelset, -1 / (m omega^2)."""
+    done = railcosim(
+        "receptance", fmus / "Vehicle.fmu", "--input", "wheelset[4].left.force_z",
+        "--output", "wheelset[4].left.wheel_z", "--frequencies", "500:1000:5@log", "--step", 1e-4,
+        "--steps", 13000, "--out", "r.nc", folder=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    r = load(tmp_path / "r.nc")
+    omega = 2 * np.pi * r["frequency"].values
+    # The primary suspension still adds c / (m omega) = 2.5 % at 500 Hz, at a right angle.
+    assert (r["receptance"].values * -(1680 * omega**2)).real == pytest.approx(-1, rel=3e-3)
+
+
+BAD = {
+    "unknown irregularity": ["run", "--irregularity", "none-such", "--out", "r.nc"],
+    "unknown suffix": ["run", "--out", "r.txt"],
+    "no such folder": ["run", "--out", "nowhere/r.nc"],
+    "negative step": ["run", "--step=-1", "--out", "r.nc"],
+    "stiffness in words": ["frf", "--contact-stiffness", "soft", "--out", "r.nc"],
+    "frequencies": ["frf", "--frequencies", "1:2", "--out", "r.nc"],
+    "not an FMU": ["receptance", "my.toml", "--input", "a", "--output", "b", "--out", "r.nc"],
+    "missing FMU": ["receptance", "no.fmu", "--input", "a", "--output", "b", "--out", "r.nc"],
+    "negative stiffness": ["export", "--track", "my.toml", "--out", "fmus"],
+    "unknown option": ["run", "--fast", "--out", "r.nc"],
+    "unknown scheme": ["run", "--scheme", "magic", "--out", "r.nc"],
+    "neither of two": ["parameters"],
+    "place off the track": ["track-receptance", "--at", "1e9", "--out", "r.nc"],
+}
+
+
+@pytest.mark.parametrize("mistake", BAD)
+def test_a_mistake_is_one_line_and_status_2(mistake, tmp_path) -> None:
+    (tmp_path / "my.toml").write_text("[fastening]\nstiffness = -3e7\n")
+    done = railcosim(*BAD[mistake], folder=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+def test_the_line_says_what_is_wrong_and_allowed(tmp_path) -> None:
+    (tmp_path / "my.toml").write_text("[fastening]\nstiffness = -3e7\n")
+    said = railcosim("export", "--track", "my.toml", "--out", "fmus", folder=tmp_path).stderr
+    for word in ("my.toml", "[fastening]", "stiffness", "-3e+07", "> 0"):
+        assert word in said
+
+
+def test_the_fmu_variable_is_named(fmus, tmp_path) -> None:
+    done = railcosim(
+        "receptance", fmus / "Vehicle.fmu", "--input", "wheelset[4].force", "--output", "carbody.z",
+        "--out", "r.nc", folder=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "wheelset[4].force" in done.stderr
+    assert "wheelset[4].left.force_z" in done.stderr
+
+
+def test_plot_of_a_run_that_stopped_at_once(tmp_path) -> None:
+    """One point is a picture without curves, not an error."""
+    import xarray as xr  # noqa: PLC0415 (only here)
+
+    run = xr.Dataset({"carbody.az": ("time", [0.0])}, {"time": [0.0]}, {"title": "stopped"})
+    plot_run(run, tmp_path / "one.png")
+    assert (tmp_path / "one.png").exists()
