@@ -43,7 +43,9 @@ app.command("parameters")(export.parameters)
 def run() -> None:
     """Entry point: exit status 0 done, 2 bad input, 1 a run that failed; never a traceback."""
     try:
-        app(standalone_mode=False)
+        stopped = app(standalone_mode=False)
+        if stopped:  # typer turns Ctrl-C into a number
+            _fail("interrupted", FAILED)
     except (ParameterError, FmuError, CouplingError, UsageError) as error:
         _fail(str(error), BAD_INPUT)
     except (Divergence, ComponentError, ArithmeticError, OSError) as error:
