@@ -1,4 +1,4 @@
-"""The command line as a user meets it: results, pictures, and one line and a status for mistakes."""
+"""The command line as a user meets it: results, pictures, and one line for a mistake."""
 
 import os
 import signal

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from railcosim.cli.compare import frequency_errors, newmark_forces
 from railcosim.cli.frequency import linear_models
 from railcosim.cli.pair import FADE_IN, FORCES, WHEELS, Journey, open_pair
