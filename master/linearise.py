@@ -142,6 +142,7 @@ def linearise(
     height = np.broadcast_to(np.asarray(amplitude, dtype=float), (len(columns),))
     together = np.eye(len(columns)) if directions is None else np.asarray(directions, dtype=float)
     _require(together.shape == 2 * (len(columns),), "directions must be a row and column an input")
+    _require(np.linalg.matrix_rank(together) == len(columns), "directions are not independent")
     _require(u.shape == (len(component.inputs),), f"`at` must hold {len(component.inputs)} inputs")
     _require(bool(np.all(height != 0.0)), "an amplitude is zero: nothing would be excited")
     _require(step > 0.0, f"step is {step} s; it must be positive")
@@ -153,53 +154,71 @@ def linearise(
     component.set_inputs(u)
     total = (steps + CHECK_STEPS) * (len(columns) + 1)
     bench = _Bench(component, u, rows, time, component.save_state(), total, progress)
-    nothing = np.zeros_like(u)
-    rest = bench.run(step, steps, nothing), bench.run(CHECK_STEP * step, CHECK_STEPS, nothing)
     observed = tuple(component.outputs[row] for row in rows)
-    # One pulse is identified (by LAPACK, beside the interpreter) while the next one is run.
-    with ThreadPoolExecutor(max_workers=1) as background:
-        found = []
-        for direction in together:
-            pulse = nothing.copy()
-            pulse[columns] = direction * height
-            record = bench.run(step, steps, pulse) - rest[0]
-            check = bench.run(CHECK_STEP * step, CHECK_STEPS, CHECK_PULSE * pulse) - rest[1]
-            scale = _scale(record, observed)
-            found.append((record, check, scale, background.submit(identify, record, step, scale)))
-    realisations, remainders, errors, advice = [], [], [], []
-    for direction, (record, check, scale, identified) in zip(together, found, strict=True):
-        model = identified.result()
-        left = (record - model.pulse_response(step, steps)) * (scale > 0.0)
-        missed = check / CHECK_PULSE - model.pulse_response(CHECK_STEP * step, CHECK_STEPS)
-        excited = [component.inputs[c].name for c, d in zip(columns, direction, strict=True) if d]
-        error, sentences = _assess(
-            " with ".join(excited),
-            _relative(left, scale),
-            _relative(left[-steps // 10 :], scale),
-            _relative(missed, scale),
-            tolerance,
-        )
-        realisations.append(model)
-        remainders.append(left * (np.abs(left) > NEGLIGIBLE * scale).any())
+    pulses = np.zeros((len(columns), u.size))
+    pulses[:, columns] = together * height
+    found = _excite(bench, pulses, step, steps, observed)
+    bench.rewind()
+    errors, advice = [], []
+    for pulse, one in zip(pulses, found, strict=True):
+        excited = [v.name for v, p in zip(component.inputs, pulse, strict=True) if p]
+        error, sentences = _assess(" with ".join(excited), one, tolerance)
         errors.append(error)
         advice += sentences
-    # Pulse responses are H @ (together * height).T; what is wanted is H.
-    mixing = np.linalg.inv((together * height).T)
-    bench.rewind()
     for sentence in advice:
         warnings.warn(f"{component.name}: {sentence}", RuntimeWarning, stacklevel=2)
+    # Responses to the pulses are H @ (together * height).T; what is wanted is H.
+    mixing = np.linalg.inv((together * height).T)
     return LinearModel(
         name=component.name,
         inputs=tuple(component.inputs[column] for column in columns),
         outputs=observed,
-        realisations=tuple(realisations),
-        remainder=np.stack(remainders, axis=2),
+        realisations=tuple(one.model for one in found),
+        remainder=np.stack([_kept(one) for one in found], axis=2),
         mixing=mixing,
         step=step,
         error_estimate=np.stack(errors, axis=1) @ (np.abs(mixing) > 0),
         steps=total,
         advice=tuple(advice),
     )
+
+
+@dataclass(frozen=True)
+class _Identified:
+    """What was found from one pulse."""
+
+    model: Realisation
+    left: FloatArray
+    """What its poles leave of the response, shape (n_steps + 1, n_outputs)."""
+    missed: FloatArray
+    """Their error for a pulse of another height and length, shape (CHECK_STEPS + 1, n_outputs)."""
+    scale: FloatArray
+    """Magnitude of the outputs, shape (n_outputs,)."""
+
+
+def _excite(
+    bench: _Bench, pulses: FloatArray, step: float, steps: int, observed: Sequence[Variable]
+) -> list[_Identified]:
+    """Run the pulses (n_runs, component's inputs) and identify each response."""
+    nothing = np.zeros(pulses.shape[1])
+    rest = bench.run(step, steps, nothing), bench.run(CHECK_STEP * step, CHECK_STEPS, nothing)
+    # One response is identified (by LAPACK, beside the interpreter) while the next one is recorded.
+    with ThreadPoolExecutor(max_workers=1) as background:
+        records = []
+        for pulse in pulses:
+            record = bench.run(step, steps, pulse) - rest[0]
+            check = bench.run(CHECK_STEP * step, CHECK_STEPS, CHECK_PULSE * pulse) - rest[1]
+            scale = _scale(record, observed)
+            records.append((record, check, scale, background.submit(identify, record, step, scale)))
+    return [
+        _Identified(
+            model=(model := identified.result()),
+            left=(record - model.pulse_response(step, steps)) * (scale > 0.0),
+            missed=check / CHECK_PULSE - model.pulse_response(CHECK_STEP * step, CHECK_STEPS),
+            scale=scale,
+        )
+        for record, check, scale, identified in records
+    ]
 
 
 @dataclass
@@ -265,10 +284,16 @@ def _relative(error: FloatArray, scale: FloatArray) -> FloatArray:
     return relative
 
 
-def _assess(
-    name: str, left: FloatArray, at_end: FloatArray, missed: FloatArray, tolerance: float
-) -> tuple[FloatArray, list[str]]:
+def _kept(found: _Identified) -> FloatArray:
+    """What the poles leave, or zeros if that is negligible."""
+    kept: FloatArray = found.left * np.any(np.abs(found.left) > NEGLIGIBLE * found.scale)
+    return kept
+
+
+def _assess(name: str, found: _Identified, tolerance: float) -> tuple[FloatArray, list[str]]:
     """Error estimate of each output, and a sentence if it is poor."""
+    left, missed = _relative(found.left, found.scale), _relative(found.missed, found.scale)
+    at_end = _relative(found.left[-len(found.left) // 10 :], found.scale)
     # The check cannot foresee what the poles leave: only an error beyond that is news.
     surprise = np.where(missed <= 3.0 * left, 0.0, missed)
     error = np.maximum(np.maximum(at_end, left / 30.0), surprise)

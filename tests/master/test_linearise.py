@@ -241,6 +241,30 @@ def oscillator(
     )
 
 
+def test_inputs_excited_together() -> None:
+    """Two equal masses, pushed together and apart, with amplitudes that differ: still H by input."""
+    M, K = np.diag([2.0, 2.0]), np.array([[3e4, -1e4], [-1e4, 3e4]])
+    C, B = 1e-3 * K, np.eye(2)
+    omega = 2.0 * np.pi * np.linspace(1.0, 200.0, 100)
+    exact = exact_motion(M, C, K, B, omega)
+    for directions in ([[1, 1], [1, -1]], [[1, 2], [0, 1]]):
+        model = linearise(
+            mechanical(M, C, K, B), at=np.zeros(2), amplitude=[1.0, 3.0], step=1e-3, steps=2000,
+            directions=directions,
+        )  # fmt: skip
+        # The rounding of a record of 2000 steps over the smallest response, a 1e4th of the peak.
+        error = np.abs(receptance(model, omega) - exact) / np.abs(exact)
+        assert error.max() < 1e-8
+    with pytest.raises(ValueError, match="independent"):
+        linearise(
+            mechanical(M, C, K, B),
+            at=np.zeros(2),
+            amplitude=1.0,
+            step=1e-3,
+            directions=np.ones((2, 2)),
+        )
+
+
 def test_noise_costs_accuracy_but_no_sense() -> None:
     """A solver that errs by 1e-8: states are dropped until the model does not explain noise."""
     matrices = oscillator(20.0)

@@ -30,6 +30,7 @@ def oscillator_model() -> LinearModel:
         outputs=(Variable(name="z", unit="m"), Variable(name="az", unit="m/s2")),
         realisations=(one, none),
         remainder=np.zeros((1, 2, 2)),
+        mixing=np.eye(2),
         step=1e-3,
         error_estimate=np.zeros((2, 2)),
         steps=0,
