@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 
 # Our matrices are small: BLAS threads wait for each other longer than they work. To be set before
 # numpy is loaded; who wants threads sets the variable.
@@ -42,6 +43,7 @@ app.command("parameters")(export.parameters)
 
 def run() -> None:
     """Entry point: exit status 0 done, 2 bad input, 1 a run that failed; never a traceback."""
+    warnings.showwarning = _note
     try:
         stopped = app(standalone_mode=False)
         if stopped:  # typer turns Ctrl-C into a number
@@ -59,6 +61,11 @@ def run() -> None:
         if usage is None:
             raise
         _fail(usage(), BAD_INPUT)
+
+
+def _note(message: Warning | str, *where: object) -> None:
+    """Show a warning as a line for users: which line of ours gave it is of no use to them."""
+    errors.print(f"note: {_plain(str(message))}", highlight=False, soft_wrap=True)
 
 
 def _fail(sentence: str, exit_status: int) -> None:

@@ -62,7 +62,7 @@ def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
             "motion": "irregularity moves" if journey.held else "wheels roll",
             "irregularity": journey.profile.name,
             "railcosim_version": version("railcosim"),
-            "stopped": str(stopped or "no"),
+            "stopped": "no" if stopped is None else str(stopped) or "interrupted",
             **{f"parameter {k}": float(v) for k, v in plan.parameters.items()},
         }
         for fmu in (pair.vehicle, pair.track):

@@ -105,7 +105,9 @@ def test_an_interrupted_run_keeps_what_it_had(fmus, tmp_path) -> None:
     assert process.returncode == 1
     assert "interrupted" in said
     assert "Traceback" not in said
-    assert load(tmp_path / "run.nc").sizes["time"] > 10
+    kept = load(tmp_path / "run.nc")
+    assert kept.sizes["time"] > 10
+    assert kept.attrs["stopped"] == "interrupted"
 
 
 def test_gauss_seidel_and_rolling_wheels(fmus, tmp_path) -> None:

@@ -255,13 +255,10 @@ def test_inputs_excited_together() -> None:
         # The rounding of a record of 2000 steps over the smallest response, a 1e4th of the peak.
         error = np.abs(receptance(model, omega) - exact) / np.abs(exact)
         assert error.max() < 1e-8
+    dependent = np.ones((2, 2))
     with pytest.raises(ValueError, match="independent"):
         linearise(
-            mechanical(M, C, K, B),
-            at=np.zeros(2),
-            amplitude=1.0,
-            step=1e-3,
-            directions=np.ones((2, 2)),
+            mechanical(M, C, K, B), at=np.zeros(2), amplitude=1.0, step=1e-3, directions=dependent
         )
 
 
