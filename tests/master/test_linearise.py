@@ -242,7 +242,7 @@ def oscillator(
 
 
 def test_inputs_excited_together() -> None:
-    """Two equal masses, pushed together and apart, with amplitudes that differ: still H by input."""
+    """Two equal masses pushed together and apart, with unequal amplitudes: still H by input."""
     M, K = np.diag([2.0, 2.0]), np.array([[3e4, -1e4], [-1e4, 3e4]])
     C, B = 1e-3 * K, np.eye(2)
     omega = 2.0 * np.pi * np.linspace(1.0, 200.0, 100)
