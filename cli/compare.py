@@ -115,7 +115,9 @@ def compare(
     )
     with progress("direct solves, monolithic") as update:
         errors = frequency_errors(models, mono, k_H, frequency, update)
-    console.print(_table(errors, f"Relative error of the coupled FRF, k_H = {k_H / 1e9:g} GN/m"))
+    console.print(
+        error_table(errors, f"Relative error of the coupled FRF, k_H = {k_H / 1e9:g} GN/m")
+    )
 
 
 def newmark_forces(
@@ -175,7 +177,8 @@ def _is_force(output: str) -> bool:
     return output.endswith(".force")
 
 
-def _table(errors: Errors, title: str) -> Table:
+def error_table(errors: Errors, title: str) -> Table:
+    """Show the worst error of every output."""
     table = Table(
         title=f"{title}\nworst outside 1 % of antiresonances; in brackets: where the response is "
         f"above {WEAK:g} of the largest of its kind"

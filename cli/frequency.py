@@ -23,7 +23,7 @@ from .pair import FORCES, WHEELS, WHEELSETS
 # the free vehicle, 6.3 kHz of the track. The record lasts a third of the longest period of the
 # vehicle, and until only the undamped modes of the track are left.
 VEHICLE_GRID = (1e-4, 13_000)
-TRACK_GRID = (5e-5, 30_000)
+TRACK_GRID = (4.5e-5, 33_000)
 TOLERANCE = 1e-3  # for a warning; the check sees the poles alone, and the rest makes up for them
 PULSE = 1e4  # N; our FMUs are linear, so its size matters for rounding only
 # Both wheels of a wheelset together, then against each other: each shows half of the track's modes.

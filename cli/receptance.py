@@ -51,8 +51,8 @@ def receptance(
     frequencies: Frequencies = "1:1000:400@log",
     step: Annotated[
         float, typer.Option(help="Step, s: half its inverse above the FMU's highest frequency.")
-    ] = 5e-5,
-    steps: Annotated[int, typer.Option(help="Number of steps.")] = 30_000,
+    ] = 4.5e-5,
+    steps: Annotated[int, typer.Option(help="Number of steps.")] = 33_000,
     amplitude: Annotated[float, typer.Option(help="Pulse height, in the input's unit.")] = 1e4,
     plot: PlotFile = None,
 ) -> None:

@@ -1,5 +1,6 @@
 """One small pair of FMUs for all system tests: a ring of 6 cells, the paper's otherwise."""
 
+import runpy
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,20 +43,14 @@ def models(exported: Exported) -> Models:
 
 @pytest.fixture(scope="session")
 def carried(exported: Exported, models: Models):
-    """The 8 x 8 receptance of the reduced track that the FMU carries, as a function of omega."""
+    """Driving-point receptances (n_omega, 8) of the reduced track that the FMU carries."""
+    script = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks" / "accuracy.py"))
     body = TrackBody(track_arrays(reduce_track(exported.track)))
-    shapes = body.shapes(models.positions)
 
     def receptance(omega: np.ndarray) -> np.ndarray:
-        # Each sum is real for real weights, so both halves of 1 / (i omega - pole) are taken apart.
-        out = np.empty((omega.size, 8, 8), dtype=complex)
-        for k, w in enumerate(omega):
-            s = 1j * w
-            weight, other = 1 / (s - body.poles), 1 / (s - body.poles.conj())
-            # Re(u b weight) with a complex weight: half the sum with the conjugate mode's.
-            plus = body._compliance(shapes, 0.5 * (weight + other.conj()))
-            minus = body._compliance(shapes, -0.5j * (weight - other.conj()))
-            out[k] = plus + 1j * minus
-        return out
+        response = script["carried_receptance"]
+        return np.stack(
+            [response(body, omega, models.positions, k)[:, k] for k in range(8)], axis=1
+        )
 
     return receptance
