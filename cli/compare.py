@@ -173,6 +173,11 @@ def frequency_errors(
     return found
 
 
+def _short(output: str) -> str:
+    """Without the component in front, which a contact force does not have."""
+    return output if _is_force(output) else output.partition(".")[2]
+
+
 def _is_force(output: str) -> bool:
     return output.endswith(".force")
 
@@ -193,5 +198,5 @@ def error_table(errors: Errors, title: str) -> Table:
             cells.append(
                 f"{np.nanmax(error):.1e} ({np.nanmax(error, where=strong, initial=0):.1e})"
             )
-        table.add_row(output.partition(".")[2].replace("[", r"\["), *cells)
+        table.add_row(_short(output).replace("[", r"\["), *cells)
     return table

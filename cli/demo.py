@@ -112,14 +112,15 @@ def _of(system: FrequencyResponse, values: ComplexArray, output: str) -> Complex
 
 
 def _table(rows: list[tuple[Row, float]]) -> Table:
-    table = Table(title="Resonances from the FMUs (Hz), Xu & Lu 2021")
-    for name in ("quantity", "paper", "independent", "railcosim", "difference", "note"):
-        table.add_column(name, justify="left" if name in {"quantity", "note"} else "right")
+    notes = [f"* {row.quantity}: {row.note}" for row, _ in rows if row.note]
+    table = Table(title="Resonances from the FMUs (Hz), Xu & Lu 2021", caption="\n".join(notes))
+    table.add_column("quantity", no_wrap=True)
+    for name in ("paper", "independent", "railcosim", "difference"):
+        table.add_column(name, justify="right")
     for row, found in rows:
         difference = f"{100 * (found / row.independent - 1):+.1f} %"
-        table.add_row(
-            row.quantity, row.paper, f"{row.independent:g}", f"{found:.3g}", difference, row.note
-        )
+        name = row.quantity + (" *" if row.note else "")
+        table.add_row(name, row.paper, f"{row.independent:g}", f"{found:.3g}", difference)
     return table
 
 

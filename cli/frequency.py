@@ -228,7 +228,7 @@ def dataset(
         else:
             name = output.partition(".")[2]
             unit, text = known[name].unit, known[name].description
-        units = {"units": f"{unit}/{per}", "long_name": text}
+        units = {"units": f"({unit})/{per}" if "/" in unit else f"{unit}/{per}", "long_name": text}
         variables[name] = ("frequency", values[:, k], units)
     frequency = ("frequency", system.omega / (2 * np.pi), {"units": "Hz", "long_name": "frequency"})
     about = {"excitation": excitation, "system": system.name, **models.attributes, **attrs}

@@ -63,7 +63,7 @@ def run() -> None:
         _fail(usage(), BAD_INPUT)
 
 
-def _note(message: Warning | str, *where: object) -> None:
+def _note(message: Warning | str, *where: object, **more: object) -> None:
     """Show a warning as a line for users: which line of ours gave it is of no use to them."""
     errors.print(f"note: {_plain(str(message))}", highlight=False, soft_wrap=True)
 

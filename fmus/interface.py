@@ -29,6 +29,8 @@ class Scalar:
         Real, Integer or Boolean.
     start : float, int, bool or None
         Start value of inputs and parameters.
+    display_unit : str
+        What people read it in, if not in `unit`.
     nominal : float
         A typical magnitude.
     minimum, maximum : float or None
@@ -44,6 +46,7 @@ class Scalar:
     variability: str = "continuous"
     type: str = "Real"
     start: float | int | bool | None = None
+    display_unit: str = ""
     nominal: float = 1.0
     minimum: float | None = None
     maximum: float | None = None
@@ -148,14 +151,15 @@ def _wheel(i: int, side: str, quantity: str, **known: object) -> Scalar:
 
 def _force(i: int, side: str, causality: str, start: float | None = None) -> Scalar:
     return _wheel(
-        i, side, "force_z", unit="N", causality=causality, start=start, nominal=1e5,
+        i, side, "force_z", unit="N", display_unit="kN",
+        causality=causality, start=start, nominal=1e5,
         description="contact force, compression positive: down on the rail, up on the wheel",
     )  # fmt: skip
 
 
 def _rail_z(i: int, side: str, causality: str) -> Scalar:
     return _wheel(
-        i, side, "rail_z", unit="m", causality=causality, nominal=1e-3,
+        i, side, "rail_z", unit="m", display_unit="mm", causality=causality, nominal=1e-3,
         start=0.0 if causality == "input" else None,
         description="deflection of the rail under the wheel, down, from the unloaded track",
     )  # fmt: skip
@@ -170,7 +174,7 @@ def _rail_vz(i: int, side: str) -> Scalar:
 
 def _wheel_z(i: int, side: str, causality: str) -> Scalar:
     return _wheel(
-        i, side, "wheel_z", unit="m", causality=causality, nominal=1e-3,
+        i, side, "wheel_z", unit="m", display_unit="mm", causality=causality, nominal=1e-3,
         start=0.0 if causality == "input" else None,
         description="displacement of the wheel, down, from touching the unloaded track",
     )  # fmt: skip
@@ -185,7 +189,8 @@ def _wheel_vz(i: int, side: str) -> Scalar:
 
 def _irregularity(i: int, side: str) -> Scalar:
     return _wheel(
-        i, side, "irregularity_z", unit="m", causality="input", start=0.0, nominal=1e-3,
+        i, side, "irregularity_z", unit="m", display_unit="mm",
+        causality="input", start=0.0, nominal=1e-3,
         description="rail surface under the wheel below its nominal height, down positive",
     )  # fmt: skip
 
@@ -258,7 +263,8 @@ def _contact_parameters(contact: Contact) -> list[Scalar]:
             description="true: F = C delta^1.5 with loss of contact; false: F = k_H delta",
         ),
         Scalar(
-            name="contact.stiffness", unit="N/m", causality="parameter", variability="fixed",
+            name="contact.stiffness", unit="N/m", display_unit="GN/m",
+            causality="parameter", variability="fixed",
             start=contact.k_H, minimum=1.0, nominal=1e9,
             description="k_H of the linear law; default: tangent of Hertz at the static load",
         ),
@@ -273,7 +279,8 @@ def _contact_parameters(contact: Contact) -> list[Scalar]:
 def _journey(start_position: float) -> list[Scalar]:
     return [
         Scalar(
-            name="speed", unit="m/s", causality="parameter", variability="fixed",
+            name="speed", unit="m/s", display_unit="km/h",
+            causality="parameter", variability="fixed",
             start=250 / 3.6, nominal=100.0, description="speed, forward; 0 holds the positions",
         ),
         Scalar(
@@ -286,7 +293,8 @@ def _journey(start_position: float) -> list[Scalar]:
 def _start_heights() -> list[Scalar]:
     return [
         Scalar(
-            name=f"wheelset[{i}].start_z", unit="m", causality="parameter", variability="fixed",
+            name=f"wheelset[{i}].start_z", unit="m", display_unit="mm",
+            causality="parameter", variability="fixed",
             start=0.0, nominal=1e-3,
             description=f"height of wheelset {i} (down) the vehicle starts at rest with; in "
             f"equilibrium with the track where wheelset[{i}].az is then zero",

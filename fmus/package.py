@@ -119,8 +119,8 @@ def _variable(parent: Element, reference: int, v: Scalar) -> None:
     detail: dict[str, str] = {}
     if v.type == "Real" and v.unit:
         detail["unit"] = v.unit
-        if v.unit in DISPLAY_UNITS:
-            detail["displayUnit"] = DISPLAY_UNITS[v.unit][0]
+        if v.display_unit:
+            detail["displayUnit"] = v.display_unit
     if v.minimum is not None:
         detail["min"] = repr(v.minimum)
     if v.maximum is not None:

@@ -1,5 +1,10 @@
 """Models that take seconds to make, made once."""
 
+import os
+
+# As the command line does, and before numpy is loaded: the matrices are small.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 
 from railcosim.fmus.export import export

@@ -16,6 +16,7 @@ from railcosim.parameters import ParameterError
 FloatArray = NDArray[np.float64]
 
 SHORTEST, LONGEST = 0.8, 50.0  # m, wavelengths that a synthesised profile contains
+PERIOD = 1000.0  # m; a synthesised profile up to this long is a part of one and the same
 SAMPLES_PER_WAVE = 16  # of the shortest wave: a cubic spline is then within 1e-4 of it
 MAX_ROWS = 5_000_000  # of a measured profile: 1000 km at 0.2 m
 
@@ -141,8 +142,9 @@ def synthesise(name: str, length: float, seed: int = 1) -> Profile:
             f"unknown irregularity {name!r}: allowed are none, {', '.join(SPECTRA)}, or a .csv file"
         )
     step = SHORTEST / SAMPLES_PER_WAVE
-    n = 2 * int(np.ceil(max(length, LONGEST) / step))
-    dO = 2 * np.pi / (n * step)  # twice the length: the profile does not repeat
+    # Whole periods, so that runs of different length meet the same profile.
+    n = int(np.ceil(length / PERIOD)) * round(PERIOD / step)
+    dO = 2 * np.pi / (n * step)
     wavenumber: FloatArray = dO * np.arange(n // 2 + 1, dtype=np.float64)
     longest, shortest = 2 * np.pi / LONGEST, 2 * np.pi / SHORTEST
     inside = (wavenumber >= longest) & (wavenumber <= shortest)

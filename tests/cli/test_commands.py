@@ -110,6 +110,17 @@ def test_an_interrupted_run_keeps_what_it_had(fmus, tmp_path) -> None:
     assert kept.attrs["stopped"] == "interrupted"
 
 
+def test_loss_of_contact_is_told(fmus, tmp_path) -> None:
+    """Contact in the vehicle at 0.1 ms is unstable, but hammering wheels keep the forces finite."""
+    done = railcosim(
+        "run", "--vehicle-fmu", fmus / "VehicleWithContact.fmu", "--track-fmu", fmus / "Track.fmu",
+        "--contact", "vehicle", "--step", 1e-4, "--time", 0.05, "--out", "run.nc", folder=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0
+    assert "off the rail" in done.stderr
+    assert "half the step" in done.stderr
+
+
 def test_gauss_seidel_and_rolling_wheels(fmus, tmp_path) -> None:
     done = railcosim(
         "run", "--vehicle-fmu", fmus / "Vehicle.fmu", "--track-fmu", fmus / "TrackWithContact.fmu",
