@@ -115,7 +115,7 @@ def _table(rows: list[tuple[Row, float]]) -> Table:
     notes = [f"* {row.quantity}: {row.note}" for row, _ in rows if row.note]
     table = Table(title="Resonances from the FMUs (Hz), Xu & Lu 2021", caption="\n".join(notes))
     table.add_column("quantity", no_wrap=True)
-    for name in ("paper", "independent", "railcosim", "difference"):
+    for name in ("paper", "indep.", "ours", "diff."):  # 80 columns hold no more
         table.add_column(name, justify="right")
     for row, found in rows:
         difference = f"{100 * (found / row.independent - 1):+.1f} %"

@@ -75,6 +75,11 @@ def open_pair(
     with ExitStack() as stack:
         cars = stack.enter_context(FmuComponent.load(vehicle, name="vehicle"))
         rails = stack.enter_context(FmuComponent.load(track, name="track"))
+        if not any(v.name == FORCES[0] for fmu in (cars, rails) for v in fmu.outputs):
+            raise CouplingError(
+                f"{vehicle} and {track}: neither owns the contact (has an output {FORCES[0]}); "
+                "give VehicleWithContact.fmu or TrackWithContact.fmu as one of them"
+            )
         for fmu in (cars, rails):
             known = fmu.description.parameters
             fmu.set_parameters({k: v for k, v in parameters.items() if k in known})

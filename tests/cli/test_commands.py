@@ -196,6 +196,15 @@ def test_the_line_says_what_is_wrong_and_allowed(tmp_path) -> None:
         assert word in said
 
 
+def test_a_pair_without_a_contact_is_refused(fmus, tmp_path) -> None:
+    done = railcosim(
+        "run", "--vehicle-fmu", fmus / "Vehicle.fmu", "--track-fmu", fmus / "Track.fmu",
+        "--out", "r.nc", folder=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "TrackWithContact.fmu" in done.stderr
+
+
 def test_the_fmu_variable_is_named(fmus, tmp_path) -> None:
     done = railcosim(
         "receptance", fmus / "Vehicle.fmu", "--input", "wheelset[4].force", "--output", "carbody.z",
