@@ -37,7 +37,9 @@ FREQUENCY = np.unique(np.r_[np.geomspace(0.3, 2000, 500), np.arange(1040, 1081, 
 OMEGA = 2 * np.pi * FREQUENCY
 
 
-def carried_receptance(body: TrackBody, omega: NDArray, position: NDArray, load: int) -> NDArray:
+def carried_receptance(
+    body: TrackBody, omega: NDArray, position: NDArray, load: int = 0
+) -> NDArray:
     """Response of the reduced model at the 8 contacts to one force, shape (n_omega, 8), m/N.
 
     Under cos(omega t) a mode is b/2 (e^{i omega t}/(i omega - p) + e^{-i omega t}/(-i omega - p));

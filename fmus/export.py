@@ -90,7 +90,7 @@ def contact_defaults(vehicle: Vehicle) -> interface.Contact:
     C = hertz_coefficient(
         young_modulus=c.young_modulus,
         poisson_ratio=c.poisson_ratio,
-        wheel_radius=c.wheel_radius,
+        wheel_radius=vehicle.wheelset.radius,
         rail_radius=c.rail_radius,
     )
     return interface.Contact(k_H=tangent_stiffness(C, vehicle.wheel_load), C=C)

@@ -10,7 +10,6 @@ from dataclasses import asdict, dataclass, field, replace
 
 WHEELSETS = (1, 2, 3, 4)
 SIDES = ("left", "right")
-SIDE_SIGN = {"left": -1, "right": 1}
 
 
 @dataclass(frozen=True, kw_only=True)

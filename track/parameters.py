@@ -8,7 +8,6 @@ from railcosim.parameters import ParameterError, ParameterSet, quantity, switch
 
 A2 = "Xu & Lu 2021, Table A2"
 CHN60 = "CHN60 rail section"
-SLAB_READING = "a multiple of Table A2's slab and joint"
 
 
 @dataclass(frozen=True, kw_only=True)

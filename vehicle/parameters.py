@@ -98,7 +98,7 @@ class Geometry(ParameterSet):
 
 @dataclass(frozen=True, kw_only=True)
 class Contact(ParameterSet):
-    """Hertz contact of one wheel on one rail, for the law of eq. 18."""
+    """Hertz contact of a wheel, whose radius is the wheelset's, on a rail: eq. 18."""
 
     young_modulus: float = quantity(
         2.059e11, "N/m2", "elastic modulus of wheel and rail", above=0, source="as the rail's"
@@ -106,7 +106,6 @@ class Contact(ParameterSet):
     poisson_ratio: float = quantity(
         0.3, "1", "Poisson ratio of wheel and rail", minimum=0, maximum=0.499, source="steel"
     )
-    wheel_radius: float = quantity(0.43, "m", "rolling radius of the wheel", above=0, source=A1)
     rail_radius: float = quantity(
         0.3, "m", "radius of the rail head across", above=0, source="CHN60 rail section"
     )

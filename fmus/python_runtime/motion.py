@@ -42,10 +42,6 @@ class Inputs:
             self.load + part * (end.load - self.load),
         )
 
-    def finite(self) -> bool:
-        """Whether all numbers are finite."""
-        return bool(np.isfinite(self.position).all() and np.isfinite(self.load).all())
-
 
 class Forces(Protocol):
     """Where the contact forces come from."""

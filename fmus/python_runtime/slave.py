@@ -25,7 +25,7 @@ from .stepping import State
 
 FloatArray = NDArray[np.float64]
 MODELS: dict[str, Any] = {"track": TrackModel, "vehicle": VehicleModel}
-HELD, EXTRAPOLATED, INTERPOLATED = 0, 1, 2
+EXTRAPOLATED, INTERPOLATED = 1, 2  # of input_hold; with 0 inputs are held
 
 
 class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types

@@ -4,14 +4,15 @@ The harmonic response is put together from the two things a step uses, `drive` a
 test holds for shapes, partners, parities and the residual at once.
 """
 
+import runpy
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from railcosim.fmus.content import track_arrays
 from railcosim.fmus.python_runtime.bodies import TrackBody
-from railcosim.fmus.python_runtime.stepping import State
 from railcosim.track.cell import EVEN, ODD, build_cell
 from railcosim.track.parameters import Fastening, Mesh, Rail, Slab, Track
 from railcosim.track.receptance import Point, direct_receptance
@@ -21,20 +22,8 @@ from railcosim.track.ring import ring_modes
 SEAT, QUARTER, MIDSPAN = 0.3125, 0.46875, 0.625  # m, nodes of the default mesh
 
 
-def modal_receptance(body, omega, position, load=0):
-    """Complex amplitudes at the 8 contacts for a unit force at one, shape (n_omega, 8).
-
-    Under cos(omega t) a mode is b/2 (e^{i omega t}/(i omega - p) + e^{-i omega t}/(-i omega - p));
-    the deflection at omega t = 0 and -pi/2 is the real and the imaginary part of the receptance.
-    """
-    shapes, none = body.shapes(position), np.empty(0)
-    b = body.drive(shapes, np.eye(8)[load]).s
-    out = np.empty((omega.size, 8), dtype=complex)
-    for k, w in enumerate(omega):
-        plus, minus = b / (1j * w - body.poles), b / (-1j * w - body.poles)
-        out[k] = body.motion(shapes, State((plus + minus) / 2, none, none))
-        out[k] += 1j * body.motion(shapes, State(1j * (minus - plus) / 2, none, none))
-    return out
+SCRIPT = Path(__file__).parents[2] / "benchmarks" / "accuracy.py"
+modal_receptance = runpy.run_path(str(SCRIPT))["carried_receptance"]
 
 
 def driving_point(body, omega, x):

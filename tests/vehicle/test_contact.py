@@ -18,7 +18,7 @@ CONTACT = Contact()
 C = hertz_coefficient(
     young_modulus=CONTACT.young_modulus,
     poisson_ratio=CONTACT.poisson_ratio,
-    wheel_radius=CONTACT.wheel_radius,
+    wheel_radius=Vehicle().wheelset.radius,
     rail_radius=CONTACT.rail_radius,
 )
 HERTZ = HertzContact(C=C)
