@@ -17,8 +17,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.cli.pair import FORCES, Journey
-from railcosim.cli.time_run import Plan, run_pair
+from railcosim.analysis.pair import FORCES, Journey
+from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.fmus.export import export
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.gauss_seidel import gauss_seidel

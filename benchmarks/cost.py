@@ -20,8 +20,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.cli.frequency import coupled, linear_models
-from railcosim.cli.pair import FADE_IN, Journey, open_pair
+from railcosim.analysis.frequency import coupled, linear_models
+from railcosim.analysis.pair import FADE_IN, Journey, open_pair
 from railcosim.fmus.export import export
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.recording import Recorder

@@ -12,6 +12,9 @@ import typer
 from numpy.typing import NDArray
 from rich.table import Table
 
+from railcosim.analysis.frequency import Models, coupled, linear_models, response
+from railcosim.analysis.pair import FADE_IN, FORCES, Journey
+from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.master.component import FloatArray
 from railcosim.master.realisation import ComplexArray
 from railcosim.reference.agreement import near, relative_rms
@@ -20,7 +23,6 @@ from railcosim.reference.newmark import newmark
 from railcosim.vehicle.contact import LinearContact
 
 from .export import exported
-from .frequency import Models, coupled, linear_models, response
 from .options import (
     Frequencies,
     Irregularity,
@@ -37,9 +39,7 @@ from .options import (
     track_of,
     vehicle_of,
 )
-from .pair import FADE_IN, FORCES, Journey
 from .run_command import FMUS, ORDERS, SCHEMES, Extrapolation, Owner, SchemeName
-from .time_run import Plan, run_pair
 
 Progress = Callable[[float, float], None]
 REFINEMENT = (

@@ -11,22 +11,30 @@ import numpy as np
 import typer
 from rich.table import Table
 
+from railcosim.analysis.frequency import (
+    Models,
+    apart,
+    coupled,
+    dataset,
+    linear_models,
+    on_rigid_track,
+    response,
+)
+from railcosim.analysis.pair import FADE_IN, Journey
+from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.master.files import save
 from railcosim.master.realisation import ComplexArray
 from railcosim.master.receptance import FrequencyResponse
 from railcosim.master.schemes.jacobi import jacobi
+from railcosim.plots.old_plots import plot_receptances, plot_response
 from railcosim.track.irregularity import synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
 from .export import exported
-from .frequency import Models, apart, coupled, dataset, linear_models, on_rigid_track, response
 from .options import console, progress
-from .pair import FADE_IN, Journey
-from .plots import plot_receptances, plot_response
 from .run_command import keep
 from .table import K_H, RAIL, WHEEL, Row, resonances
-from .time_run import Plan, run_pair
 
 SPEED, STOP = 250 / 3.6, 1.0
 FREQUENCY = np.geomspace(0.3, 1500, 1500)

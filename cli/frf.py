@@ -7,10 +7,18 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from railcosim.analysis.frequency import (
+    apart,
+    coupled,
+    dataset,
+    linear_models,
+    on_rigid_track,
+    response,
+)
 from railcosim.master.files import save
+from railcosim.plots.old_plots import plot_response
 
 from .export import fmus_of
-from .frequency import apart, coupled, dataset, linear_models, on_rigid_track, response
 from .options import (
     PICTURES,
     RESULTS,
@@ -27,7 +35,6 @@ from .options import (
     progress,
     stiffness_of,
 )
-from .plots import plot_response
 
 
 def frf(

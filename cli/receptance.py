@@ -15,6 +15,7 @@ from railcosim.master.files import save
 from railcosim.master.fmu import FmuComponent
 from railcosim.master.linearise import linearise
 from railcosim.master.receptance import receptance as receptance_of
+from railcosim.plots.old_plots import plot_receptances
 from railcosim.track.cell import railseats
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, direct_receptance
@@ -33,7 +34,6 @@ from .options import (
     progress,
     track_of,
 )
-from .plots import plot_receptances
 
 
 class Load(StrEnum):

@@ -12,10 +12,13 @@ import numpy as np
 import typer
 import xarray as xr
 
+from railcosim.analysis.pair import FADE_IN, FORCES, Journey
+from railcosim.analysis.time_run import Plan, Stopped, run_pair
 from railcosim.master.files import save
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
+from railcosim.plots.old_plots import plot_run
 
 from .export import fmus_of
 from .options import (
@@ -33,9 +36,6 @@ from .options import (
     profile_of,
     progress,
 )
-from .pair import FADE_IN, FORCES, Journey
-from .plots import plot_run
-from .time_run import Plan, Stopped, run_pair
 
 
 class SchemeName(StrEnum):

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from railcosim.analysis.frequency import Models, apart, coupled, on_rigid_track, response
 from railcosim.master.component import FloatArray
 from railcosim.master.receptance import FrequencyResponse
-
-from .frequency import Models, apart, coupled, on_rigid_track, response
 
 POINTS = 600  # a window: 0.2 % apart in the widest
 K_H = 0.3e9  # N/m, the paper's in these figures (eq. 19)

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from railcosim.cli.options import UsageError, frequencies_of
-from railcosim.cli.plots import plot_run
 from railcosim.fmus.export import export
 from railcosim.master.files import load
+from railcosim.plots.old_plots import plot_run
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.parameters import Vehicle
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railcosim.cli.frequency import Models, linear_models
+from railcosim.analysis.frequency import Models, linear_models
 from railcosim.fmus.content import track_arrays
 from railcosim.fmus.export import export
 from railcosim.fmus.python_runtime.bodies import TrackBody

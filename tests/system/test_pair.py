@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from railcosim.analysis.frequency import linear_models
+from railcosim.analysis.pair import FADE_IN, FORCES, WHEELS, Journey, open_pair
+from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.cli.compare import frequency_errors, newmark_forces
-from railcosim.cli.frequency import linear_models
-from railcosim.cli.pair import FADE_IN, FORCES, WHEELS, Journey, open_pair
-from railcosim.cli.time_run import Plan, run_pair
 from railcosim.master.receptance import frequency_response
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi

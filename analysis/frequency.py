@@ -10,13 +10,13 @@ import numpy as np
 import xarray as xr
 
 from railcosim.master.component import FloatArray
+from railcosim.master.connections import CouplingError
 from railcosim.master.fmu import FmuComponent
 from railcosim.master.linearise import LinearModel, linearise
 from railcosim.master.realisation import ComplexArray
 from railcosim.master.receptance import FrequencyResponse, frequency_response, lag
 from railcosim.master.substructuring import Joint, couple
 
-from .options import UsageError
 from .pair import FORCES, WHEELS, WHEELSETS
 
 # Step (s) and number of steps. Half the inverse of the step is above the highest pole: 22 Hz of
@@ -95,7 +95,7 @@ def _takes_forces(fmu: FmuComponent) -> None:
     names = {v.name for v in fmu.inputs}
     missing = [name for name in FORCES if name not in names]
     if missing:
-        raise UsageError(
+        raise CouplingError(
             f"{fmu.description.path}: has no input {missing[0]!r}; give an FMU that takes contact "
             "forces (Vehicle.fmu, Track.fmu), not one that owns the contact"
         )
@@ -201,12 +201,12 @@ def response(
         phases = lag(system.omega, np.tile(delays, 2))
         wanted = {f"{wheel}.gap": phases[:, k] for k, wheel in enumerate(WHEELS)}
     if not wanted:
-        raise UsageError(
-            f"--input {excitation}: must be wheelset[1..4].force_z, wheelset[1..4].rail_force_z "
+        raise CouplingError(
+            f"excitation {excitation}: must be wheelset[1..4].force_z, wheelset[1..4].rail_force_z "
             "or irregularity_z"
         )
     if not set(wanted) <= inputs:
-        raise UsageError(f"--input {excitation}: there is no such input in {system.name}")
+        raise CouplingError(f"excitation {excitation}: there is no such input in {system.name}")
     amplitudes = [np.broadcast_to(v, system.omega.shape) for v in wanted.values()]
     return system.combined(list(wanted), np.stack(amplitudes, axis=1))
 

@@ -1,0 +1,1 @@
+"""The figures of Xu & Lu (2021), from the FMUs."""

@@ -1,0 +1,1 @@
+"""Charts: described once, drawn on paper (matplotlib) and on screens (plotly)."""
