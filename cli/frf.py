@@ -50,7 +50,8 @@ def frf(
         typer.Option(
             "--input",
             help="wheelset[i].force_z: unit force on a wheelset; wheelset[i].rail_force_z: on each "
-            "rail under it; irregularity_z: unit irregularity, met by each wheelset with its lag.",
+            "rail under it; wheelset[i].irregularity_z: unit irregularity under it alone; "
+            "irregularity_z: under all, met by each wheelset with its lag.",
         ),
     ] = "wheelset[4].force_z",
     speed: Speed = 250.0,
@@ -74,7 +75,7 @@ def frf(
         fmus_of(vehicle_fmu, track_fmu, "Vehicle", "Track") as (vehicle, track),
         progress("linearising") as update,
     ):
-        models = linear_models(vehicle, track, update)
+        models = linear_models(vehicle, None if rigid_track else track, update)
     if uncoupled:
         system = apart(models, omega)
     elif rigid_track:

@@ -117,8 +117,8 @@ def receptance(model: LinearModel, omega: ArrayLike) -> ComplexArray:
     if model.remainder.any():
         columns = model.remainder.reshape(len(model.remainder), -1)
         response += pulse_transform(columns, model.step, frequencies).reshape(response.shape)
-    mixed: ComplexArray = response @ model.mixing
-    return mixed
+    flat: ComplexArray = response.reshape(-1, len(model.mixing)) @ model.mixing  # one BLAS call
+    return flat.reshape(response.shape)
 
 
 def frequency_response(model: LinearModel, omega: ArrayLike) -> FrequencyResponse:

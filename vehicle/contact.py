@@ -101,6 +101,11 @@ def tangent_stiffness(C: float, static_force: float) -> float:
     return float(1.5 * C ** (2 / 3) * static_force ** (1 / 3))
 
 
+def coefficient_for(k_H: float, static_force: float) -> float:
+    """C of F = C delta^1.5 (N/m^1.5) whose tangent at a static force (N) is k_H (N/m)."""
+    return float((k_H / (1.5 * static_force ** (1 / 3))) ** 1.5)
+
+
 def solve_compression(
     law: ContactLaw, G: FloatArray, gap: FloatArray, guess: FloatArray
 ) -> FloatArray:

@@ -1,0 +1,166 @@
+"""Responses to irregularity over the plane of its wavelength and the speed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import CubicSpline
+
+from railcosim.master.component import FloatArray
+from railcosim.master.realisation import ComplexArray
+from railcosim.master.receptance import FrequencyResponse
+
+from .pair import WHEELSETS
+
+Response: TypeAlias = Callable[[FloatArray], FrequencyResponse]  # of omega (rad/s)
+
+FIRST_POINTS, MOST_POINTS = 500, 20_000  # frequencies of the table that is interpolated
+TOLERANCE = 2e-3  # of the local response: a fifth of a colour step on a map of three decades
+BLOCK = 20_000  # points of the plane at once: 20 MB
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """Responses to unit irregularity under one wheelset at a time, at any frequency.
+
+    Attributes
+    ----------
+    outputs : tuple of str
+        What responds.
+    spline : CubicSpline
+        Of log(frequency in Hz), to (n_outputs, 4).
+    points : int
+        Frequencies at which the system was solved.
+    """
+
+    outputs: tuple[str, ...]
+    spline: CubicSpline
+    points: int
+
+    def at(self, frequency: FloatArray) -> ComplexArray:
+        """Responses at frequencies (n,) in Hz, shape (n, n_outputs, 4)."""
+        values: ComplexArray = self.spline(np.log(frequency))
+        return values
+
+    def only(self, output: str) -> Transfer:
+        """The same for one output."""
+        k = self.outputs.index(output)
+        spline = CubicSpline.construct_fast(self.spline.c[:, :, k : k + 1], self.spline.x)
+        return Transfer((output,), spline, self.points)
+
+
+def transfer(system: Response, outputs: Sequence[str], lowest: float, highest: float) -> Transfer:
+    """Tabulate a system's response to irregularity, as finely as it needs.
+
+    Intervals are halved until a cubic spline foresees every new point: 14 times around the narrow
+    pinned-pinned resonance, once or twice elsewhere.
+
+    Parameters
+    ----------
+    system : callable
+        Angular frequencies to the coupled response, such as ``lambda w: coupled(models, w, k_H)``.
+    outputs : sequence of str
+        Names in that response.
+    lowest, highest : float
+        Frequencies in Hz.
+
+    Raises
+    ------
+    ArithmeticError
+        If the response is rougher than `MOST_POINTS` frequencies can show.
+    """
+    if not 0 < lowest < highest:
+        raise ValueError(f"needs 0 < lowest < highest frequency, got {lowest}, {highest} Hz")
+    at = np.linspace(np.log(lowest), np.log(highest), FIRST_POINTS)
+    values = _gaps(system, outputs, at)
+    unsure = np.ones(at.size - 1, dtype=bool)  # intervals
+    while at.size < MOST_POINTS:
+        spline = CubicSpline(at, values)
+        middle = (at[1:] + at[:-1])[unsure] / 2
+        new = _gaps(system, outputs, middle)
+        size = np.abs(new).sum(axis=2)  # all wheelsets together: one alone may be as good as zero
+        error = np.abs(spline(middle) - new).sum(axis=2) / np.where(size > 0, size, 1.0)
+        wrong = middle[error.max(axis=1) > TOLERANCE]
+        order = np.argsort(np.concatenate([at, middle]))
+        at = np.concatenate([at, middle])[order]
+        values = np.concatenate([values, new])[order]
+        if wrong.size == 0:
+            return Transfer(tuple(outputs), CubicSpline(at, values), at.size)
+        # Both halves of an interval that was not foreseen, and their neighbours.
+        unsure = np.zeros(at.size - 1, dtype=bool)
+        found = np.searchsorted(at, wrong)
+        unsure[np.clip(found[:, None] + np.arange(-2, 2), 0, at.size - 2)] = True
+    raise ArithmeticError(
+        f"the response cannot be interpolated between {lowest:g} and {highest:g} Hz"
+    )
+
+
+def _gaps(system: Response, outputs: Sequence[str], log_frequency: FloatArray) -> ComplexArray:
+    """Responses to unit irregularity under both wheels of each wheelset, (n, n_outputs, 4)."""
+    solved = system(2 * np.pi * np.exp(log_frequency))
+    values = solved.values[:, solved.rows(outputs)]
+    sides = [solved.columns(f"{w}.{side}.gap" for w in WHEELSETS) for side in ("left", "right")]
+    both: ComplexArray = values[:, :, sides[0]] + values[:, :, sides[1]]
+    return both
+
+
+def plane(
+    table: Transfer, positions: FloatArray, wavelength: FloatArray, speed: FloatArray
+) -> ComplexArray:
+    """Response to unit irregularity which every wheelset meets with its lag.
+
+    Parameters
+    ----------
+    table : Transfer
+        Between the lowest and the highest of ``speed / wavelength``.
+    positions : array, shape (4,)
+        Wheelsets, m.
+    wavelength : array, shape (n_wavelength,)
+        m.
+    speed : array, shape (n_speed,)
+        m/s.
+
+    Returns
+    -------
+    array, shape (n_outputs, n_wavelength, n_speed)
+        Per m of irregularity. A lag in time is one in place over the speed, so the phases depend on
+        the wavelength alone (eq. 16 of Xu & Lu).
+    """
+    out = np.empty((len(table.outputs), wavelength.size, speed.size), dtype=complex)
+    phase = np.exp(-2j * np.pi * (positions.max() - positions) / wavelength[:, None])
+    rows = max(1, BLOCK // speed.size)
+    for begin in range(0, wavelength.size, rows):
+        part = slice(begin, begin + rows)
+        frequency = speed / wavelength[part, None]
+        single = table.at(frequency.ravel()).reshape(*frequency.shape, -1, 4)
+        out[:, part] = np.einsum("lvoi,li->olv", single, phase[part], optimize=True)
+    return out
+
+
+def plane_dataset(
+    table: Transfer,
+    positions: FloatArray,
+    wavelength: FloatArray,
+    speed: FloatArray,
+    units: Sequence[str],
+    **attributes: object,
+) -> xr.Dataset:
+    """Responses over the plane as a dataset; `units` of the outputs without the per m."""
+    values = plane(table, positions, wavelength, speed)
+    coordinates = {
+        "wavelength": ("wavelength", wavelength, {"units": "m", "long_name": "wavelength"}),
+        "speed": ("speed", speed, {"units": "m/s", "long_name": "speed"}),
+    }
+    variables = {
+        name.partition(".")[2]: (
+            ("wavelength", "speed"),
+            values[k],
+            {"units": f"{unit}/m", "long_name": f"{name} per m of irregularity"},
+        )
+        for k, (name, unit) in enumerate(zip(table.outputs, units, strict=True))
+    }
+    return xr.Dataset(variables, coordinates, dict(attributes))

@@ -1,0 +1,41 @@
+"""One number of the paper beside ours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """A row of the table.
+
+    Attributes
+    ----------
+    figure : str
+        Where the paper says it: a figure's number, or "text".
+    quantity : str
+        What it is.
+    paper, ours : float or str
+        A number, or words where the paper prints none.
+    unit : str
+        Of both; "1" for a ratio.
+    note : str
+        A reason, or how it was found.
+    agrees : bool or None
+        None where the paper gives nothing to hold it against.
+    """
+
+    figure: str
+    quantity: str
+    paper: float | str
+    ours: float | str
+    unit: str
+    note: str = ""
+    agrees: bool | None = None
+
+    @property
+    def relative_difference(self) -> float | None:
+        """(ours - paper) / paper, of two numbers."""
+        if isinstance(self.paper, str) or isinstance(self.ours, str):
+            return None
+        return (self.ours - self.paper) / self.paper

@@ -1,0 +1,253 @@
+"""What the figures are made from: the FMUs, their linear models, and runs in time."""
+
+from __future__ import annotations
+
+import hashlib
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from fmpy import read_model_description
+
+from railcosim.analysis.frequency import (
+    TRACK_GRID,
+    Models,
+    coupled,
+    linear_track,
+    linear_vehicle,
+    on_rigid_track,
+    wheelset_positions,
+)
+from railcosim.analysis.pair import FADE_IN, FORCES, Journey
+from railcosim.analysis.parallel import Progress, Task, completed
+from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.fmus.export import export
+from railcosim.master.component import FloatArray
+from railcosim.master.files import load, save
+from railcosim.master.linearise import LinearModel
+from railcosim.master.receptance import FrequencyResponse
+from railcosim.master.schemes.jacobi import jacobi
+from railcosim.track.irregularity import synthesise
+from railcosim.track.parameters import Track
+from railcosim.vehicle.contact import coefficient_for
+from railcosim.vehicle.parameters import Vehicle
+
+SPEED = 250 / 3.6  # m/s, figure 3
+K_H = 0.3e9  # N/m, of the paper's figures without another one (eq. 19)
+SPECTRUM = "german-low"  # the paper does not name its spectrum
+WAVELENGTHS = (0.2, 150.0)  # m: 0.46 to 347 Hz at that speed
+STEP = 1e-4  # s
+PAIR = ("Vehicle", "TrackWithContact")
+KEPT = ["carbody.az", *FORCES]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """One run in time with nonlinear contact."""
+
+    k_H: float
+    seed: int
+    rolling: bool = False
+
+    @property
+    def name(self) -> str:
+        """Of its file."""
+        motion = "_rolling" if self.rolling else ""
+        return f"run_{self.k_H / 1e9:g}GN_seed{self.seed}{motion}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effort:
+    """How much of everything: in full, or for a quick look.
+
+    Attributes
+    ----------
+    runs : tuple of Run
+        For figure 3.
+    duration, settling : float
+        Of a run, and what of its beginning is left out, s.
+    steps : int
+        Of a pulse on the track.
+    points : int
+        Wavelengths and speeds of a map; ten times as many frequencies of a curve.
+    """
+
+    runs: tuple[Run, ...]
+    duration: float
+    settling: float
+    steps: int
+    points: int
+
+
+STIFFNESSES = (0.1e9, 1e9, 8e9)
+FULL = Effort(
+    runs=(
+        *(Run(k_H=k_H, seed=seed) for k_H in STIFFNESSES for seed in (1, 2)),
+        Run(k_H=1e9, seed=1, rolling=True),
+    ),
+    duration=12.0,
+    settling=2.0,
+    steps=TRACK_GRID[1],
+    points=400,
+)
+QUICK = Effort(
+    runs=tuple(Run(k_H=k_H, seed=1) for k_H in STIFFNESSES),
+    duration=1.5,
+    settling=0.5,
+    steps=TRACK_GRID[1] // 4,
+    points=120,
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Laboratory:
+    """Everything a figure may need; see `prepare`.
+
+    Attributes
+    ----------
+    effort : Effort
+        How fine.
+    models : Models
+        Linear models, wheelset 4 above a railseat.
+    midspan : Models or None
+        The same with wheelset 4 between two railseats, if asked for.
+    runs : dict
+        Runs in time, if asked for.
+    """
+
+    effort: Effort
+    models: Models
+    midspan: Models | None = None
+    runs: dict[Run, xr.Dataset] = field(default_factory=dict)
+    vehicle: Vehicle = field(default_factory=Vehicle)
+    track: Track = field(default_factory=Track)
+
+    @property
+    def positions(self) -> FloatArray:
+        """Of the wheelsets, m."""
+        return self.models.positions
+
+    def frequencies(self, low: float, high: float) -> FloatArray:
+        """For a curve, Hz."""
+        return np.geomspace(low, high, 10 * self.effort.points)
+
+    def coupled(self, k_H: float = K_H) -> Callable[[FloatArray], FrequencyResponse]:
+        """Vehicle on flexible track, of omega."""
+        return lambda omega: coupled(self.models, omega, k_H)
+
+    def rigid(self, k_H: float = K_H) -> Callable[[FloatArray], FrequencyResponse]:
+        """Vehicle on rigid track, of omega."""
+        return lambda omega: on_rigid_track(self.models, omega, k_H)
+
+
+def prepare(
+    out: Path, effort: Effort, *, midspan: bool, runs: bool, progress: Progress
+) -> Laboratory:
+    """Export the FMUs, linearise them and run them, on all cores.
+
+    Runs are kept in the folder and not repeated.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for FMUs and runs.
+    effort : Effort
+        How much.
+    midspan, runs : bool
+        Whether these are needed.
+    progress : callable
+        Told what is done and the total.
+    """
+    vehicle, track = Vehicle(), Track()
+    fmus = export(vehicle, track, out / "fmus")
+    positions = wheelset_positions(fmus["Vehicle"])
+    places = {"railseat": positions}
+    if midspan:
+        places["midspan"] = positions + track.fastening.spacing / 2
+    tasks = [Task(name="vehicle", function=linear_vehicle, arguments=(fmus["Vehicle"],), cost=10.0)]
+    tasks += [
+        Task(
+            name=name,
+            function=_track,
+            arguments=(fmus["Track"], at, effort.steps),
+            cost=6.0 + 1e-3 * effort.steps,
+        )
+        for name, at in places.items()
+    ]
+    wanted = effort.runs if runs else ()
+    files = {run: _file(out, run, effort, fmus) for run in wanted}
+    tasks += [
+        Task(
+            name=run.name,
+            function=_run,
+            arguments=(fmus, run, effort.duration, vehicle.wheel_load, files[run]),
+            cost=effort.duration * (14.0 if run.rolling else 7.0),
+        )
+        for run in wanted
+        if not files[run].exists()
+    ]
+    found = dict(completed(tasks, progress))
+    models = {name: _models(found, name, at) for name, at in places.items()}
+    return Laboratory(
+        effort=effort,
+        models=models["railseat"],
+        midspan=models.get("midspan"),
+        runs={run: load(file) for run, file in files.items()},
+        vehicle=vehicle,
+        track=track,
+    )
+
+
+def _models(found: dict[str, Any], name: str, positions: FloatArray) -> Models:
+    (cars, cars_sha), (rails, rails_sha) = found["vehicle"], found[name]
+    return Models(cars, rails, positions, {"vehicle_fmu": cars_sha, "track_fmu": rails_sha})
+
+
+def _file(out: Path, run: Run, effort: Effort, fmus: dict[str, Path]) -> Path:
+    """Name of a run's file: another FMU, or another duration, is another file."""
+    guids = "".join(read_model_description(fmus[name]).guid for name in PAIR)
+    mark = hashlib.sha256(f"{guids}{effort.duration}{STEP}{SPECTRUM}{WAVELENGTHS}".encode())
+    return out / "runs" / f"{run.name}_{mark.hexdigest()[:8]}.nc"
+
+
+def _track(
+    fmu: Path, positions: FloatArray, steps: int, progress: Progress
+) -> tuple[LinearModel, str]:
+    with warnings.catch_warnings():
+        if steps < TRACK_GRID[1]:  # a quick look; how good is known, see `linear_track`
+            warnings.simplefilter("ignore", RuntimeWarning)
+        return linear_track(fmu, positions, steps, progress)
+
+
+def _run(
+    fmus: dict[str, Path],
+    run: Run,
+    duration: float,
+    wheel_load: float,
+    file: Path,
+    progress: Progress,
+) -> None:
+    """Run the pair with Hertz's law that has the tangent k_H at the static load, and save it."""
+    length = SPEED * duration + FADE_IN
+    profile = synthesise(SPECTRUM, length, run.seed, wavelengths=WAVELENGTHS)
+    plan = Plan(
+        vehicle=fmus[PAIR[0]],
+        track=fmus[PAIR[1]],
+        parameters={
+            "contact.nonlinear": True,
+            "contact.hertz_coefficient": coefficient_for(run.k_H, wheel_load),
+        },
+        journey=Journey(speed=SPEED, held=not run.rolling, profile=profile),
+        scheme=jacobi(extrapolation=1),
+        step=STEP,
+        stop=duration,
+    )
+    recorded, stopped = run_pair(plan, progress)
+    if stopped is not None:
+        raise stopped
+    file.parent.mkdir(exist_ok=True)
+    save(recorded[KEPT], file)
