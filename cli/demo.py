@@ -26,7 +26,8 @@ from railcosim.master.files import save
 from railcosim.master.realisation import ComplexArray
 from railcosim.master.receptance import FrequencyResponse
 from railcosim.master.schemes.jacobi import jacobi
-from railcosim.plots.old_plots import plot_receptances, plot_response
+from railcosim.plots.picture import save_picture
+from railcosim.plots.results import receptance_chart, response_chart
 from railcosim.track.irregularity import synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
@@ -99,19 +100,19 @@ def _frequency_results(models: Models, out: Path) -> None:
         contact_stiffness=K_H, title=f"unit force on wheelset 4, k_H {K_H / 1e9:g} GN/m",
     )  # fmt: skip
     save(frf, out / "frf.nc")
-    plot_response(frf, out / "frf.png")
+    save_picture(response_chart(frf), out / "frf.png")
     curves = {
         "rail, without vehicle": (FREQUENCY, _of(systems["apart"], on_rails["apart"], RAIL)),
         "rail, with vehicle": (FREQUENCY, _of(systems["coupled"], on_rails["coupled"], RAIL)),
     }
-    plot_receptances(
-        curves, out / "rail.png", "receptance (m/N)", "rail at a railseat, unit force on each rail"
-    )
+    title = "rail at a railseat, unit force on each rail"
+    save_picture(receptance_chart(curves, "receptance (m/N)", title), out / "rail.png")
     curves = {
         name: (FREQUENCY, _of(systems[name], values[name], WHEEL))
         for name in ("rigid track", "coupled")
     }
-    plot_receptances(curves, out / "wheel.png", "receptance (m/N)", "wheelset 4, unit force on it")
+    title = "wheelset 4, unit force on it"
+    save_picture(receptance_chart(curves, "receptance (m/N)", title), out / "wheel.png")
 
 
 def _of(system: FrequencyResponse, values: ComplexArray, output: str) -> ComplexArray:

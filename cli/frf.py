@@ -16,7 +16,8 @@ from railcosim.analysis.frequency import (
     response,
 )
 from railcosim.master.files import save
-from railcosim.plots.old_plots import plot_response
+from railcosim.plots.picture import save_picture
+from railcosim.plots.results import response_chart
 
 from .export import fmus_of
 from .options import (
@@ -90,5 +91,5 @@ def frf(
     save(result, out)
     console.print(f"{out}: {omega.size} frequencies", highlight=False)
     if plot is not None:
-        plot_response(result, plot)
+        save_picture(response_chart(result), plot)
         console.print(str(plot), highlight=False)

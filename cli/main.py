@@ -18,7 +18,7 @@ from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import Divergence
 from railcosim.parameters import ParameterError
 
-from . import compare, demo, export, frf, receptance, run_command
+from . import compare, demo, export, frf, paper, receptance, run_command
 from .options import UsageError, errors
 
 BAD_INPUT, FAILED = 2, 1
@@ -38,6 +38,7 @@ app.command("frf")(frf.frf)
 app.command("receptance")(receptance.receptance)
 app.command("track-receptance")(receptance.track_receptance)
 app.command("compare")(compare.compare)
+app.command("paper")(paper.paper)
 app.command("parameters")(export.parameters)
 
 

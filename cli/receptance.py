@@ -15,7 +15,8 @@ from railcosim.master.files import save
 from railcosim.master.fmu import FmuComponent
 from railcosim.master.linearise import linearise
 from railcosim.master.receptance import receptance as receptance_of
-from railcosim.plots.old_plots import plot_receptances
+from railcosim.plots.picture import save_picture
+from railcosim.plots.results import receptance_chart
 from railcosim.track.cell import railseats
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, direct_receptance
@@ -149,5 +150,6 @@ def _keep(
     console.print(f"{out}: {frequency.size} frequencies", highlight=False)
     if plot is not None:
         title = ", ".join(f"{v}" for k, v in attributes.items() if k != "error_estimate")
-        plot_receptances({name: (frequency, values)}, plot, f"{name} ({unit})", title)
+        chart = receptance_chart({name: (frequency, values)}, f"{name} ({unit})", title)
+        save_picture(chart, plot)
         console.print(str(plot), highlight=False)

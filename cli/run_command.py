@@ -18,7 +18,8 @@ from railcosim.master.files import save
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
-from railcosim.plots.old_plots import plot_run
+from railcosim.plots.picture import save_picture
+from railcosim.plots.results import run_chart
 
 from .export import fmus_of
 from .options import (
@@ -134,7 +135,7 @@ def keep(dataset: xr.Dataset, stopped: Stopped, out: Path, plot: Path | None) ->
     save(dataset, out)
     console.print(f"{out}: {dataset.sizes['time']} communication points", highlight=False)
     if plot is not None:
-        plot_run(dataset, plot)
+        save_picture(run_chart(dataset), plot)
         console.print(str(plot), highlight=False)
     forces = np.array([dataset[name].values for name in FORCES if name in dataset])
     lost = float((forces <= 0).any(axis=0).mean()) if forces.size else 0.0

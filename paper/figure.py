@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from scipy.signal import find_peaks
 
 from railcosim.analysis.frequency import response
 from railcosim.analysis.resonance import resonance
@@ -57,9 +58,14 @@ def sizes(
 
 
 def peak(frequency: FloatArray, size: FloatArray, low: float, high: float) -> float:
-    """Resonance between two frequencies, Hz."""
+    """Highest resonance between two frequencies, Hz; NaN if the response has no top there."""
     inside = (frequency >= low) & (frequency <= high)
-    return resonance(frequency[inside], size[inside])
+    f, s = frequency[inside], size[inside]
+    tops, _ = find_peaks(s)
+    if tops.size == 0:
+        return float("nan")
+    top = tops[np.argmax(s[tops])]
+    return resonance(f[top - 1 : top + 2], s[top - 1 : top + 2])
 
 
 def dip(frequency: FloatArray, size: FloatArray, low: float, high: float) -> float:

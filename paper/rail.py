@@ -49,7 +49,6 @@ def figure_13(lab: Laboratory) -> Figure:
             x_log=True,
             y_log=True,
             x_range=(1.0, 1500.0),
-            y_range=(1e-10, 1e-7),
             title=title,
         )
         for with_vehicle, title, first in (

@@ -69,10 +69,11 @@ def _frequencies(number: int, name: str, frequency: FloatArray, found: Curves) -
 
     def row(quantity: str, paper: float, values: FloatArray, window: tuple[float, float],
             note: str = "", tolerance: float = 0.05) -> Finding:  # fmt: skip
-        ours = peak(frequency, values, *window)
+        found = peak(frequency, values, *window)
+        ours = "no peak" if np.isnan(found) else found
         return Finding(
             figure=str(number), quantity=quantity, paper=paper, ours=ours, unit="Hz", note=note,
-            agrees=abs(ours / paper - 1) < tolerance,
+            agrees=abs(found / paper - 1) < tolerance,
         )  # fmt: skip
 
     if number == 4:

@@ -1,0 +1,76 @@
+"""railcosim paper."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from railcosim.paper.finding import Finding
+from railcosim.paper.laboratory import FULL, QUICK
+from railcosim.paper.reproduce import FIGURES, reproduce
+
+from .options import UsageError, console, progress
+
+
+def paper(
+    out: Annotated[Path, typer.Option("--out", help="Folder for everything.", metavar="DIR")],
+    figures: Annotated[
+        str, typer.Option("--figures", help="For instance 3,4,7-12; all of 3 to 23 if not given.")
+    ] = "",
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A minute instead of ten: coarser, short runs.")
+    ] = False,
+) -> None:
+    """Reproduce figures 3 to 23 of Xu & Lu (2021): pictures, data, table.csv and report.html.
+
+    Runs in time (figure 3) are kept in the folder and not repeated.
+    """
+    begun = time.perf_counter()
+    numbers = figures_of(figures)
+
+    def tell(text: str) -> None:
+        console.print(f"{time.perf_counter() - begun:5.0f} s  {text}", highlight=False)
+
+    with progress("reproducing") as update:
+        findings = reproduce(out, numbers, QUICK if quick else FULL, update, tell)
+    console.print(_differences(findings))
+    console.print(f"open {out / 'report.html'}", highlight=False)
+
+
+def figures_of(text: str) -> list[int]:
+    """Read ``3,4,7-12``; all if empty."""
+    if not text:
+        return sorted(FIGURES)
+    wanted: set[int] = set()
+    for part in text.split(","):
+        first, _, last = part.strip().partition("-")
+        try:
+            wanted |= set(range(int(first), int(last or first) + 1))
+        except ValueError as error:
+            raise UsageError(f"--figures {text}: {part!r} is no number and no range") from error
+    unknown = sorted(wanted - set(FIGURES))
+    if unknown or not wanted:
+        raise UsageError(f"--figures {text}: there are figures 3 to 23")
+    return sorted(wanted)
+
+
+def _differences(findings: list[Finding]) -> Table:
+    """What does not agree, and how much does."""
+    judged = [finding for finding in findings if finding.agrees is not None]
+    differing = [finding for finding in judged if not finding.agrees]
+    table = Table(
+        title=f"{len(judged) - len(differing)} of {len(judged)} numbers agree; these do not "
+        "(reasons: report.html)"
+    )
+    table.add_column("figure")
+    table.add_column("quantity")
+    for name in ("paper", "ours", "unit"):
+        table.add_column(name, justify="right")
+    for f in differing:
+        values = [v if isinstance(v, str) else f"{v:.4g}" for v in (f.paper, f.ours)]
+        table.add_row(f.figure, f.quantity, *values, f.unit)
+    return table

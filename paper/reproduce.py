@@ -1,0 +1,128 @@
+"""All figures of the paper: prepared, drawn, saved and put on one page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from importlib.metadata import version
+from pathlib import Path
+
+from railcosim.analysis.parallel import Progress, Task, completed
+from railcosim.master.files import save
+from railcosim.plots.chart import Chart
+from railcosim.plots.picture import save_picture
+
+from . import maps, rail, random, stiffness, text, vehicle
+from .figure import Figure
+from .finding import Finding
+from .laboratory import QUICK, Effort, Laboratory, prepare
+from .report import Section, write_report, write_table
+
+FIGURES: dict[int, Callable[[Laboratory], Figure]] = {
+    number: make
+    for module in (random, vehicle, maps, rail, stiffness)
+    for number, make in module.FIGURES.items()
+}
+TITLE = "Xu & Lu (2021) from two FMUs"
+INTRO = (
+    "Influence of track flexibility and spatial coherence of track irregularity on vehicle-slab "
+    "track interaction, Int. J. Rail Transportation 9(4), 342-367, doi "
+    "10.1080/23248378.2020.1811170. Every figure is made from a vehicle FMU and a track FMU: "
+    "linearised and coupled in frequency, or run coupled in time. Hover for values, drag to zoom, "
+    "double-click to return."
+)
+
+
+def reproduce(
+    out: Path,
+    numbers: Collection[int],
+    effort: Effort,
+    progress: Progress,
+    tell: Callable[[str], None],
+) -> list[Finding]:
+    """Reproduce figures of the paper into a folder.
+
+    Each figure's files are complete before the next one is begun.
+
+    Parameters
+    ----------
+    out : Path
+        Folder, made if need be: ``figure_N.png``, ``.svg``, ``.nc``, ``table.csv``,
+        ``report.html``, and the FMUs and runs they are made from.
+    numbers : collection of int
+        Figures wanted, keys of `FIGURES`.
+    effort : Effort
+        How fine.
+    progress : callable
+        Told what is done and the total, in s.
+    tell : callable
+        Told what was finished.
+
+    Returns
+    -------
+    list of Finding
+        What was compared.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    lab = prepare(out, effort, midspan=13 in numbers, runs=3 in numbers, progress=progress)
+    tell("FMUs linearised" + (" and run in time" if 3 in numbers else ""))
+    figures, drawing = [], []
+    for number in sorted(numbers):
+        figure = FIGURES[number](lab)
+        save(figure.data, out / f"figure_{number}.nc")
+        figures.append(figure)
+        drawing.append(
+            Task(
+                name=f"figure {number}",
+                function=_draw,
+                arguments=(figure.chart, out, number),
+                cost=2.0,
+            )
+        )
+        if len(figure.data.dims) == 1:
+            save(figure.data, out / f"figure_{number}.csv")
+    tell("figures computed")
+    for _ in completed(drawing, progress):
+        pass
+    general = text.findings(lab)
+    findings = [*general, *(finding for figure in figures for finding in figure.findings)]
+    write_table(findings, out / "table.csv")
+    sections = [_section(figure, out) for figure in figures]
+    sections.append(
+        Section(
+            heading="Text: contact stiffness",
+            text="Numbers that the paper prints beside its figures.",
+            findings=general,
+            files=("table.csv",),
+        )
+    )
+    write_report(sections, out / "report.html", title=TITLE, intro=INTRO, about=_about(lab))
+    tell("report written")
+    return findings
+
+
+def _draw(chart: Chart, out: Path, number: int, progress: Progress) -> None:
+    for suffix in ("png", "svg"):
+        save_picture(chart, out / f"figure_{number}.{suffix}")
+
+
+def _section(figure: Figure, out: Path) -> Section:
+    files = (f"figure_{figure.number}.{s}" for s in ("png", "svg", "nc", "csv"))
+    return Section(
+        heading=f"Figure {figure.number}: {figure.title}",
+        text=figure.text,
+        chart=figure.chart,
+        findings=figure.findings,
+        files=tuple(name for name in files if (out / name).exists()),
+    )
+
+
+def _about(lab: Laboratory) -> dict[str, str]:
+    return {
+        "railcosim": version("railcosim"),
+        "effort": "quick look: coarser maps, short runs in time, shorter pulses"
+        if lab.effort is QUICK
+        else "full",
+        "contact stiffness": "0.3 GN/m where the paper gives no other",
+        "wheelset 4": "above a railseat (figure 13: also at mid-span)",
+        **lab.models.attributes,
+    }

@@ -1,0 +1,179 @@
+"""Charts on screens: hover and zoom, by plotly."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.offline import get_plotlyjs
+from plotly.subplots import make_subplots
+
+from .chart import Chart, FloatArray, Map, Panel
+from .style import GREY, color_of, shown_range
+
+HEIGHT = 340  # of a row, px
+CELLS = 160  # of a map each way: what a screen can show of it beside others
+POINTS = 1500  # of a curve
+
+
+def plotly_script() -> str:
+    """The script that every page with charts needs once, inline."""
+    return f"<script>{get_plotlyjs()}</script>"
+
+
+def interactive(chart: Chart, name: str) -> str:
+    """A chart as HTML: an element called `name` and the script that fills it.
+
+    Parameters
+    ----------
+    chart : Chart
+        What it shows.
+    name : str
+        Unique in the page.
+    """
+    columns = max(len(row) for row in chart.rows)
+    specs: list[list[Any]] = [
+        # A single panel is as wide as its row.
+        [{"colspan": columns}, *[None] * (columns - 1)] if len(row) == 1 else [{}] * columns
+        for row in chart.rows
+    ]
+    titles = [panel.title for row in chart.rows for panel in row]
+    figure = make_subplots(
+        rows=len(chart.rows), cols=columns, specs=specs, subplot_titles=titles,
+        horizontal_spacing=0.12, vertical_spacing=min(0.2, 0.36 / len(chart.rows)),
+    )  # fmt: skip
+    named: set[str] = set()
+    for i, row in enumerate(chart.rows, 1):
+        for j, panel in enumerate(row, 1):
+            if isinstance(panel, Map):
+                _map(figure, panel, i, j)
+            else:
+                _curves(figure, panel, i, j, named)
+            figure.update_xaxes(title_text=panel.x_label, row=i, col=j)
+            figure.update_yaxes(title_text=panel.y_label, row=i, col=j)
+    figure.update_layout(
+        template="plotly_white", height=HEIGHT * len(chart.rows) + 80, margin=_margin(),
+        legend={"orientation": "h", "y": -0.14 / len(chart.rows), "yanchor": "top"},
+        font={"size": 12},
+    )  # fmt: skip
+    html: str = figure.to_html(
+        full_html=False, include_plotlyjs=False, div_id=name,
+        config={"responsive": True, "displaylogo": False},
+    )  # fmt: skip
+    return html
+
+
+def _margin() -> dict[str, int]:
+    return {"l": 70, "r": 20, "t": 50, "b": 60}
+
+
+def _curves(figure: Any, panel: Panel, i: int, j: int, named: set[str]) -> None:
+    for k, curve in enumerate(panel.curves):
+        x, y = thinned(curve.x, curve.y)
+        if panel.y_log:
+            y = np.where(y > 0, y, np.nan)
+        figure.add_trace(
+            go.Scatter(
+                x=x, y=y, name=curve.name, mode="lines", legendgroup=curve.name,
+                showlegend=curve.name not in named,
+                line={"color": color_of(panel, k), "width": 1.6,
+                      "dash": "dash" if curve.dashed else "solid"},
+                hovertemplate=f"%{{x:.4g}}, %{{y:.3e}}<extra>{curve.name}</extra>",
+            ),
+            row=i, col=j,
+        )  # fmt: skip
+        named.add(curve.name)
+    for mark in panel.marks:
+        figure.add_vline(
+            x=mark.x, line={"color": GREY, "width": 1, "dash": "dot"}, row=i, col=j,
+            annotation_text=mark.label, annotation_font_size=10,
+        )  # fmt: skip
+    # A logarithmic axis is drawn over powers; plotly wants the range in them, too.
+    for axis, log, shown in (
+        ("xaxis", panel.x_log, panel.x_range),
+        ("yaxis", panel.y_log, shown_range(panel)),
+    ):
+        update = figure.update_xaxes if axis == "xaxis" else figure.update_yaxes
+        update(type="log" if log else "linear", row=i, col=j)
+        if shown is not None:
+            update(range=np.log10(shown).tolist() if log else list(shown), row=i, col=j)
+        if log:
+            update(exponentformat="power", dtick=1 if axis == "xaxis" else None, row=i, col=j)
+    if panel.second_x is not None:
+        _second(figure, panel, i, j)
+
+
+def _second(figure: Any, panel: Panel, i: int, j: int) -> None:
+    """Say the second axis in the ticks of the first: both stay right when zoomed."""
+    label, factor = panel.second_x or ("", 1.0)
+    for trace in figure.select_traces(row=i, col=j):
+        trace.customdata = factor * np.asarray(trace.x)
+        trace.hovertemplate = (
+            f"%{{x:.4g}}, %{{y:.3e}}<br>{label}: %{{customdata:.4g}}<extra>{trace.name}</extra>"
+        )
+
+
+def _map(figure: Any, panel: Map, i: int, j: int) -> None:
+    x, y = (a[:: max(1, -(-a.size // CELLS))] for a in (panel.x, panel.y))
+    steps = [max(1, -(-a.size // CELLS)) for a in (panel.y, panel.x)]
+    z = panel.z[:: steps[0], :: steps[1]].astype(np.float32)
+    top = float(np.log10(panel.z.max()))
+    domain = figure.get_subplot(i, j)
+    ticks = np.arange(np.ceil(top - panel.decades), np.floor(top) + 1)
+    figure.add_trace(
+        go.Heatmap(
+            x=x.astype(np.float32), y=y.astype(np.float32), z=np.log10(z), colorscale="Viridis",
+            zmin=top - panel.decades, zmax=top, zsmooth="best",
+            colorbar={
+                "title": {"text": panel.z_label, "side": "right"}, "tickvals": ticks,
+                "ticktext": [f"1e{t:.0f}" for t in ticks], "thickness": 14,
+                "x": domain.xaxis.domain[1] + 0.01, "len": np.diff(domain.yaxis.domain)[0],
+                "y": float(np.mean(domain.yaxis.domain)),
+            },
+            hovertemplate=f"{panel.x_label} %{{x:.3g}}<br>{panel.y_label} %{{y:.4g}}<br>"
+            "1e%{z:.2f}<extra></extra>",
+        ),
+        row=i, col=j,
+    )  # fmt: skip
+    for curve in panel.curves:
+        figure.add_trace(
+            go.Scatter(
+                x=curve.x, y=curve.y, mode="lines", name=curve.name, showlegend=False,
+                line={"color": "white", "dash": "dash", "width": 1.5},
+                hovertemplate=f"{curve.name}<extra></extra>",
+            ),
+            row=i, col=j,
+        )  # fmt: skip
+    points = [mark for mark in panel.marks if mark.y is not None]
+    if points:
+        figure.add_trace(
+            go.Scatter(
+                x=[m.x for m in points], y=[m.y for m in points], mode="markers+text",
+                text=[m.label for m in points], textposition="top right", showlegend=False,
+                textfont={"color": "white"},
+                marker={"color": "#D55E00", "size": 9, "line": {"color": "white", "width": 1}},
+                hovertemplate="%{text}: %{x:.2f}, %{y:.1f}<extra></extra>",
+            ),
+            row=i, col=j,
+        )  # fmt: skip
+    figure.update_xaxes(range=[float(panel.x[0]), float(panel.x[-1])], row=i, col=j)
+    figure.update_yaxes(range=[float(panel.y[0]), float(panel.y[-1])], row=i, col=j)
+
+
+def thinned(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """At most some `POINTS` points of a curve: of each group the lowest and the highest.
+
+    Peaks are kept, which leaving out every other point would lose.
+    """
+    if x.size <= POINTS:
+        return x, y
+    group = -(-2 * x.size // POINTS)
+    starts = np.arange(0, x.size, group)
+    kept = {0, x.size - 1}
+    for begin in starts:
+        part = y[begin : begin + group]
+        if np.isfinite(part).any():
+            kept |= {begin + int(np.nanargmin(part)), begin + int(np.nanargmax(part))}
+    at = np.array(sorted(kept))
+    return x[at], y[at]
