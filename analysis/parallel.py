@@ -5,14 +5,17 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+import numpy as np
+
 Progress: TypeAlias = Callable[[float, float], None]
 
 TICK = 0.2  # s between looks at the progress
+CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +31,7 @@ class Task:
     arguments : tuple
         What pickle can carry.
     cost : float
-        Roughly, s: for the progress bar, and because the longest begin first.
+        Roughly, s, for the progress bar.
     """
 
     name: str
@@ -40,44 +43,47 @@ class Task:
 _shared: Any = None  # in a worker: what is done of each task, and last whether to stop
 
 
-def completed(tasks: Sequence[Task], progress: Progress) -> Iterator[tuple[str, Any]]:
+def completed(
+    tasks: Iterable[Task], progress: Progress, *, total: float, most: int = 64
+) -> Iterator[tuple[str, Any]]:
     """Run tasks in other processes, one a core, and yield names and results as they come.
 
     Parameters
     ----------
-    tasks : sequence of Task
-        In any order.
+    tasks : iterable of Task
+        The longest first; a generator makes them while earlier ones run.
     progress : callable
-        Told the seconds' worth done and their total; may raise to stop everything.
+        Told the seconds' worth done and `total`; may raise to stop everything.
+    total : float
+        Cost of all tasks.
+    most : int
+        No more tasks than that.
 
     Raises
     ------
     concurrent.futures.process.BrokenProcessPool
         If a worker was killed.
     """
-    if not tasks:
-        return
     # Started afresh: a forked copy of a process that has run numerical threads can hang.
     context = multiprocessing.get_context("spawn")
-    shared = context.Array("d", len(tasks) + 1, lock=False)
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    total = sum(task.cost for task in tasks)
+    shared = context.Array("d", most + 1, lock=False)
     with ProcessPoolExecutor(
-        min(cores or 1, len(tasks)), mp_context=context, initializer=_begin, initargs=(shared,)
+        CORES, mp_context=context, initializer=_begin, initargs=(shared,)
     ) as pool:
-        order = sorted(range(len(tasks)), key=lambda k: -tasks[k].cost)
         running: dict[Future[Any], str] = {}
-        for k in order:
-            running[pool.submit(_work, k, tasks[k].function, tasks[k].arguments)] = tasks[k].name
+        costs: list[float] = []
         try:
+            for k, task in enumerate(tasks):
+                running[pool.submit(_work, k, task.function, task.arguments)] = task.name
+                costs.append(task.cost)
+                progress(float(np.dot(costs, shared[: len(costs)])), total)
             while running:
                 done, _ = wait(running, timeout=TICK, return_when=FIRST_COMPLETED)
-                parts = (task.cost * part for task, part in zip(tasks, shared, strict=False))
-                progress(sum(parts), total)
+                progress(float(np.dot(costs, shared[: len(costs)])), total)
                 for future in done:
                     yield running.pop(future), future.result()
         finally:
-            shared[len(tasks)] = 1.0
+            shared[most] = 1.0
             pool.shutdown(cancel_futures=True)
 
 

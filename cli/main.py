@@ -8,7 +8,8 @@ import warnings
 
 # Our matrices are small: BLAS threads wait for each other longer than they work. To be set before
 # numpy is loaded; who wants threads sets the variable.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+for library in ("OPENBLAS", "OMP"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 import typer
 

@@ -96,9 +96,9 @@ FULL = Effort(
 )
 QUICK = Effort(
     runs=tuple(Run(k_H=k_H, seed=1) for k_H in STIFFNESSES),
-    duration=1.5,
-    settling=0.5,
-    steps=TRACK_GRID[1] // 4,
+    duration=1.0,
+    settling=0.4,
+    steps=6000,
     points=120,
 )
 
@@ -190,7 +190,8 @@ def prepare(
         for run in wanted
         if not files[run].exists()
     ]
-    found = dict(completed(tasks, progress))
+    tasks.sort(key=lambda task: -task.cost)
+    found = dict(completed(tasks, progress, total=sum(task.cost for task in tasks)))
     models = {name: _models(found, name, at) for name, at in places.items()}
     return Laboratory(
         effort=effort,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from importlib.metadata import version
 from pathlib import Path
 
@@ -65,24 +65,20 @@ def reproduce(
     out.mkdir(parents=True, exist_ok=True)
     lab = prepare(out, effort, midspan=13 in numbers, runs=3 in numbers, progress=progress)
     tell("FMUs linearised" + (" and run in time" if 3 in numbers else ""))
-    figures, drawing = [], []
-    for number in sorted(numbers):
-        figure = FIGURES[number](lab)
-        save(figure.data, out / f"figure_{number}.nc")
-        figures.append(figure)
-        drawing.append(
-            Task(
-                name=f"figure {number}",
-                function=_draw,
-                arguments=(figure.chart, out, number),
-                cost=2.0,
-            )
-        )
-        if len(figure.data.dims) == 1:
-            save(figure.data, out / f"figure_{number}.csv")
-    tell("figures computed")
-    for _ in completed(drawing, progress):
+    figures: list[Figure] = []
+
+    def drawings() -> Iterator[Task]:
+        """Figures are computed here while others are drawn by the workers."""
+        for number in sorted(numbers):
+            figure = FIGURES[number](lab)
+            _save_data(figure, out)
+            figures.append(figure)
+            yield Task(name=figure.title, function=_draw, arguments=(figure.chart, out, number),
+                       cost=1.0)  # fmt: skip
+
+    for _ in completed(drawings(), progress, total=len(numbers)):
         pass
+    tell("figures drawn")
     general = text.findings(lab)
     findings = [*general, *(finding for figure in figures for finding in figure.findings)]
     write_table(findings, out / "table.csv")
@@ -101,8 +97,13 @@ def reproduce(
 
 
 def _draw(chart: Chart, out: Path, number: int, progress: Progress) -> None:
-    for suffix in ("png", "svg"):
-        save_picture(chart, out / f"figure_{number}.{suffix}")
+    save_picture(chart, *(out / f"figure_{number}.{suffix}" for suffix in ("png", "svg")))
+
+
+def _save_data(figure: Figure, out: Path) -> None:
+    save(figure.data, out / f"figure_{figure.number}.nc")
+    if len(figure.data.dims) == 1:
+        save(figure.data, out / f"figure_{figure.number}.csv")
 
 
 def _section(figure: Figure, out: Path) -> Section:

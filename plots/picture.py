@@ -37,14 +37,14 @@ STYLE: Any = {
 OUTLINE = [patheffects.withStroke(linewidth=2.2, foreground="white")]
 
 
-def save_picture(chart: Chart, path: Path) -> None:
-    """Draw a chart into a file.
+def save_picture(chart: Chart, *paths: Path) -> None:
+    """Draw a chart into files.
 
     Parameters
     ----------
     chart : Chart
         What it shows.
-    path : Path
+    *paths : Path
         ``.png``, ``.svg`` or ``.pdf``.
     """
     columns = max(len(row) for row in chart.rows)
@@ -56,8 +56,9 @@ def save_picture(chart: Chart, path: Path) -> None:
             np.atleast_1d(figure.subfigures(len(chart.rows), 1)), chart.rows, strict=True
         ):
             _row(part, row, bottom=not chart.share_x or row is chart.rows[-1])
-        metadata = {"Date": None} if path.suffix == ".svg" else {}
-        figure.savefig(path, metadata=metadata)
+        for path in paths:
+            figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else {})
+            figure.set_layout_engine("none")  # found once, good for all
         plt.close(figure)
 
 
