@@ -14,6 +14,7 @@ import numpy as np
 
 Progress: TypeAlias = Callable[[float, float], None]
 
+MOST = 256  # tasks of one set of workers
 TICK = 0.2  # s between looks at the progress
 CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -43,48 +44,69 @@ class Task:
 _shared: Any = None  # in a worker: what is done of each task, and last whether to stop
 
 
-def completed(
-    tasks: Iterable[Task], progress: Progress, *, total: float, most: int = 64
-) -> Iterator[tuple[str, Any]]:
-    """Run tasks in other processes, one a core, and yield names and results as they come.
+class Workers:
+    """Processes, one a core, that stop when the block ends; more than one round of tasks may run.
 
     Parameters
     ----------
-    tasks : iterable of Task
-        The longest first; a generator makes them while earlier ones run.
     progress : callable
-        Told the seconds' worth done and `total`; may raise to stop everything.
-    total : float
-        Cost of all tasks.
-    most : int
-        No more tasks than that.
-
-    Raises
-    ------
-    concurrent.futures.process.BrokenProcessPool
-        If a worker was killed.
+        Told the seconds' worth done and the total; may raise to stop everything.
     """
-    # Started afresh: a forked copy of a process that has run numerical threads can hang.
-    context = multiprocessing.get_context("spawn")
-    shared = context.Array("d", most + 1, lock=False)
-    with ProcessPoolExecutor(
-        CORES, mp_context=context, initializer=_begin, initargs=(shared,)
-    ) as pool:
+
+    def __init__(self, progress: Progress) -> None:
+        # Started afresh: a forked copy of a process that has run numerical threads can hang.
+        context = multiprocessing.get_context("spawn")
+        self._progress = progress
+        self._shared = context.Array("d", MOST + 1, lock=False)
+        self._costs: list[float] = []
+        self._pool = ProcessPoolExecutor(
+            CORES, mp_context=context, initializer=_begin, initargs=(self._shared,)
+        )
+
+    def __enter__(self) -> Workers:
+        """Begin at once, so that they are ready when there is work."""
+        for _ in range(CORES):
+            self._pool.submit(_ready)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Let running tasks stop at their next word of progress."""
+        self._shared[MOST] = 1.0
+        self._pool.shutdown(cancel_futures=True)
+
+    def completed(self, tasks: Iterable[Task], total: float) -> Iterator[tuple[str, Any]]:
+        """Run tasks and yield names and results as they come.
+
+        Parameters
+        ----------
+        tasks : iterable of Task
+            The longest first; a generator makes them while earlier ones run.
+        total : float
+            Cost of all of them.
+
+        Raises
+        ------
+        concurrent.futures.process.BrokenProcessPool
+            If a worker was killed.
+        """
         running: dict[Future[Any], str] = {}
-        costs: list[float] = []
-        try:
-            for k, task in enumerate(tasks):
-                running[pool.submit(_work, k, task.function, task.arguments)] = task.name
-                costs.append(task.cost)
-                progress(float(np.dot(costs, shared[: len(costs)])), total)
-            while running:
-                done, _ = wait(running, timeout=TICK, return_when=FIRST_COMPLETED)
-                progress(float(np.dot(costs, shared[: len(costs)])), total)
-                for future in done:
-                    yield running.pop(future), future.result()
-        finally:
-            shared[most] = 1.0
-            pool.shutdown(cancel_futures=True)
+        begin = len(self._costs)
+        for task in tasks:
+            k = len(self._costs)
+            if k == MOST:
+                raise ValueError(f"at most {MOST} tasks")
+            self._costs.append(task.cost)
+            running[self._pool.submit(_work, k, task.function, task.arguments)] = task.name
+            self._tell(begin, total)
+        while running:
+            done, _ = wait(running, timeout=TICK, return_when=FIRST_COMPLETED)
+            self._tell(begin, total)
+            for future in done:
+                yield running.pop(future), future.result()
+
+    def _tell(self, begin: int, total: float) -> None:
+        parts = self._shared[begin : len(self._costs)]
+        self._progress(float(np.dot(self._costs[begin:], parts)), total)
 
 
 def _begin(shared: Any) -> None:
@@ -92,6 +114,10 @@ def _begin(shared: Any) -> None:
     global _shared  # noqa: PLW0603 - how a pool hands something to its workers
     _shared = shared
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _ready() -> None:
+    """Nothing: a worker that answers has been started."""
 
 
 def _work(k: int, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:

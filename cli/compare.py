@@ -24,6 +24,7 @@ from railcosim.vehicle.contact import LinearContact
 
 from .export import exported
 from .options import (
+    ContactStiffness,
     Frequencies,
     Irregularity,
     Speed,
@@ -61,9 +62,7 @@ OBSERVED = {  # outputs of the coupled FMUs, and their rows among the monolithic
 def compare(
     vehicle: VehicleFile = None,
     track: TrackFile = None,
-    contact_stiffness: Annotated[
-        str, typer.Option("--contact-stiffness", help="Linear contact stiffness k_H, N/m.")
-    ] = "1e9",
+    contact_stiffness: ContactStiffness = "1e9",
     frequencies: Frequencies = "0.3:1500:60@log",
     scheme: Annotated[SchemeName, typer.Option(help="Coupling scheme.")] = SchemeName.JACOBI,
     inputs: Annotated[

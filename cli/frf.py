@@ -23,6 +23,7 @@ from .export import fmus_of
 from .options import (
     PICTURES,
     RESULTS,
+    ContactStiffness,
     Frequencies,
     Out,
     PlotFile,
@@ -42,9 +43,7 @@ def frf(
     out: Out,
     vehicle_fmu: VehicleFmu = None,
     track_fmu: TrackFmu = None,
-    contact_stiffness: Annotated[
-        str, typer.Option("--contact-stiffness", help="Linear contact stiffness k_H, N/m.")
-    ] = "1e9",
+    contact_stiffness: ContactStiffness = "1e9",
     frequencies: Frequencies = "1:200:0.5",
     excitation: Annotated[
         str,

@@ -6,10 +6,10 @@ import os
 import sys
 import warnings
 
-# Our matrices are small: BLAS threads wait for each other longer than they work. To be set before
+# Our matrices are small: threads wait for each other longer than they work. To be set before
 # numpy is loaded; who wants threads sets the variable.
-for library in ("OPENBLAS", "OMP"):
-    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import typer
 
@@ -19,7 +19,7 @@ from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import Divergence
 from railcosim.parameters import ParameterError
 
-from . import compare, demo, export, frf, paper, receptance, run_command
+from . import compare, demo, export, frf, irregularity, map_command, paper, receptance, run_command
 from .options import UsageError, errors
 
 BAD_INPUT, FAILED = 2, 1
@@ -39,6 +39,8 @@ app.command("frf")(frf.frf)
 app.command("receptance")(receptance.receptance)
 app.command("track-receptance")(receptance.track_receptance)
 app.command("compare")(compare.compare)
+app.command("map")(map_command.map_command)
+app.command("irregularity")(irregularity.irregularity)
 app.command("paper")(paper.paper)
 app.command("parameters")(export.parameters)
 

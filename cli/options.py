@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from railcosim.parameters import read_toml
-from railcosim.track.irregularity import Profile, flat, read_profile, synthesise
+from railcosim.track.irregularity import QUALITIES, Profile, flat, read_profile, synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
@@ -60,12 +60,15 @@ Frequencies = Annotated[
         "--frequencies", help="start:stop:step in Hz, stop included, or start:stop:N@log."
     ),
 ]
+ContactStiffness = Annotated[
+    str, typer.Option("--contact-stiffness", help="Linear contact stiffness k_H, N/m.")
+]
 Speed = Annotated[float, typer.Option("--speed", help="km/h")]
 Irregularity = Annotated[
     str,
     typer.Option(
         "--irregularity",
-        help="none, german-low, german-high, ballastless, or a CSV file with x,left,right in m.",
+        help=f"none, {', '.join(QUALITIES)}, or a CSV file with x,left,right in m.",
     ),
 ]
 
@@ -81,29 +84,34 @@ def track_of(file: Path | None) -> Track:
 
 
 def frequencies_of(text: str) -> FloatArray:
-    """Read ``start:stop:step`` or ``start:stop:N@log``, Hz.
+    """Read ``start:stop:step`` or ``start:stop:N@log``, Hz; see `grid_of`."""
+    return grid_of("--frequencies", text, "Hz")
+
+
+def grid_of(option: str, text: str, unit: str) -> FloatArray:
+    """Read ``start:stop:step`` or ``start:stop:N@log``, all positive.
 
     Raises
     ------
     UsageError
         Saying what is wrong with it.
     """
-    form = "start:stop:step (Hz, stop included) or start:stop:N@log"
+    form = f"start:stop:step ({unit}, stop included) or start:stop:N@log"
     parts = text.removesuffix("@log").split(":")
     try:
         start, stop, third = (float(part) for part in parts)
     except ValueError as error:
-        raise UsageError(f"--frequencies {text}: must be {form}") from error
+        raise UsageError(f"{option} {text}: must be {form}") from error
     if not (0 < start <= stop and third > 0 and math.isfinite(stop + third)):
-        raise UsageError(f"--frequencies {text}: needs 0 < start <= stop and a third number > 0")
+        raise UsageError(f"{option} {text}: needs 0 < start <= stop and a third number > 0")
     if text.endswith("@log"):
         count = int(third)
         if count != third:
-            raise UsageError(f"--frequencies {text}: N = {third:g} must be a whole number")
+            raise UsageError(f"{option} {text}: N = {third:g} must be a whole number")
     else:
         count = math.floor((stop - start) / third * (1 + 1e-12) + 1e-9) + 1
     if count > MAX_FREQUENCIES:
-        raise UsageError(f"--frequencies {text}: over {MAX_FREQUENCIES} frequencies")
+        raise UsageError(f"{option} {text}: over {MAX_FREQUENCIES} values")
     if text.endswith("@log"):
         spaced: FloatArray = np.geomspace(start, stop, count)
         return spaced

@@ -23,7 +23,7 @@ from railcosim.analysis.frequency import (
     wheelset_positions,
 )
 from railcosim.analysis.pair import FADE_IN, FORCES, Journey
-from railcosim.analysis.parallel import Progress, Task, completed
+from railcosim.analysis.parallel import Progress, Task, Workers
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.fmus.export import export
 from railcosim.master.component import FloatArray
@@ -96,8 +96,8 @@ FULL = Effort(
 )
 QUICK = Effort(
     runs=tuple(Run(k_H=k_H, seed=1) for k_H in STIFFNESSES),
-    duration=1.0,
-    settling=0.4,
+    duration=0.7,
+    settling=0.2,
     steps=6000,
     points=120,
 )
@@ -145,7 +145,7 @@ class Laboratory:
 
 
 def prepare(
-    out: Path, effort: Effort, *, midspan: bool, runs: bool, progress: Progress
+    out: Path, effort: Effort, *, midspan: bool, runs: bool, workers: Workers
 ) -> Laboratory:
     """Export the FMUs, linearise them and run them, on all cores.
 
@@ -159,8 +159,8 @@ def prepare(
         How much.
     midspan, runs : bool
         Whether these are needed.
-    progress : callable
-        Told what is done and the total.
+    workers : Workers
+        Who does it.
     """
     vehicle, track = Vehicle(), Track()
     fmus = export(vehicle, track, out / "fmus")
@@ -191,7 +191,7 @@ def prepare(
         if not files[run].exists()
     ]
     tasks.sort(key=lambda task: -task.cost)
-    found = dict(completed(tasks, progress, total=sum(task.cost for task in tasks)))
+    found = dict(workers.completed(tasks, sum(task.cost for task in tasks)))
     models = {name: _models(found, name, at) for name, at in places.items()}
     return Laboratory(
         effort=effort,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterator
 from importlib.metadata import version
 from pathlib import Path
 
-from railcosim.analysis.parallel import Progress, Task, completed
+from railcosim.analysis.parallel import Progress, Task, Workers
 from railcosim.master.files import save
 from railcosim.plots.chart import Chart
 from railcosim.plots.picture import save_picture
@@ -63,21 +63,22 @@ def reproduce(
         What was compared.
     """
     out.mkdir(parents=True, exist_ok=True)
-    lab = prepare(out, effort, midspan=13 in numbers, runs=3 in numbers, progress=progress)
-    tell("FMUs linearised" + (" and run in time" if 3 in numbers else ""))
     figures: list[Figure] = []
 
-    def drawings() -> Iterator[Task]:
+    def drawings(lab: Laboratory) -> Iterator[Task]:
         """Figures are computed here while others are drawn by the workers."""
         for number in sorted(numbers):
             figure = FIGURES[number](lab)
             _save_data(figure, out)
             figures.append(figure)
-            yield Task(name=figure.title, function=_draw, arguments=(figure.chart, out, number),
-                       cost=1.0)  # fmt: skip
+            arguments = (figure.chart, out, number)
+            yield Task(name=figure.title, function=_draw, arguments=arguments, cost=1.0)
 
-    for _ in completed(drawings(), progress, total=len(numbers)):
-        pass
+    with Workers(progress) as workers:
+        lab = prepare(out, effort, midspan=13 in numbers, runs=3 in numbers, workers=workers)
+        tell("FMUs linearised" + (" and run in time" if 3 in numbers else ""))
+        for _ in workers.completed(drawings(lab), total=len(numbers)):
+            pass
     tell("figures drawn")
     general = text.findings(lab)
     findings = [*general, *(finding for figure in figures for finding in figure.findings)]

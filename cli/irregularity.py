@@ -1,0 +1,89 @@
+"""railcosim irregularity."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from railcosim.plots.chart import Chart, Curve, Panel
+from railcosim.plots.picture import save_picture
+from railcosim.track.irregularity import (
+    QUALITIES,
+    Profile,
+    Quality,
+    estimated_density,
+    read_profile,
+    synthesise,
+    write_profile,
+)
+from railcosim.track.irregularity.synthesis import quality
+
+from .options import PICTURES, PlotFile, Suffixes, console, positive
+
+PROFILES = Suffixes("--out", (".csv",))
+SEGMENT = 0.25  # of a profile's length: a compromise of scatter and longest wave
+
+
+def irregularity(
+    out: Annotated[Path, typer.Option("--out", help="Profile, CSV.", metavar="FILE.csv")],
+    name: Annotated[
+        str, typer.Option("--class", help=f"{', '.join(QUALITIES)}, or a CSV file to look at.")
+    ] = "german-low",
+    length: Annotated[float, typer.Option(help="m")] = 1000.0,
+    seed: Annotated[int, typer.Option(help="Of the random phases.", min=0)] = 1,
+    shortest: Annotated[float, typer.Option(help="Wavelength, m.")] = 0.8,
+    longest: Annotated[float, typer.Option(help="Wavelength, m.")] = 50.0,
+    cross_level: Annotated[
+        bool, typer.Option("--cross-level", help="Left and right rail differ by the class's.")
+    ] = False,
+    plot: PlotFile = None,
+) -> None:
+    """Make a random profile of a class of track, and hold its spectrum against the class's."""
+    PROFILES.check(out)
+    PICTURES.check(plot)
+    if name.endswith(".csv"):
+        profile, target = read_profile(Path(name)), None
+    else:
+        positive("--length", length, "m")
+        waves = (positive("--shortest", shortest, "m"), longest)
+        target = quality(name)
+        profile = synthesise(name, length, seed, wavelengths=waves, coherent=not cross_level)
+    write_profile(profile, out)
+    deviation = [1e3 * float(z.std()) for z in (profile.left, profile.right)]
+    console.print(
+        f"{out}: {profile.x[-1] - profile.x[0]:g} m, standard deviation left {deviation[0]:.3g} "
+        f"mm, right {deviation[1]:.3g} mm",
+        highlight=False,
+    )
+    if plot is not None:
+        save_picture(_chart(profile, target), plot)
+        console.print(str(plot), highlight=False)
+
+
+def _chart(profile: Profile, target: Quality | None) -> Chart:
+    heights = tuple(
+        Curve(name=side, x=profile.x, y=1e3 * z)
+        for side, z in (("left", profile.left), ("right", profile.right))
+    )
+    Omega, S = estimated_density(profile, SEGMENT * float(profile.x[-1] - profile.x[0]))
+    curves = [Curve(name="this profile, left", x=Omega, y=S)]
+    if target is not None:
+        side = target.vertical.density(Omega)
+        title = target.vertical.title
+        if target.cross_level is not None and not np.array_equal(profile.left, profile.right):
+            side = side + target.cross_level.density(Omega) / 4
+            title += " and cross-level"
+        curves.append(Curve(name=title, x=Omega, y=side, dashed=True))
+    span = (float(Omega[0]), float(Omega[-1]))
+    return Chart(
+        title=profile.name,
+        rows=(
+            (Panel(x_label="along the track (m)", y_label="down (mm)", curves=heights,
+                   x_range=(float(profile.x[0]), float(profile.x[-1]))),),
+            (Panel(x_label="wavenumber (rad/m)", y_label="one-sided density (m²/(rad/m))",
+                   curves=tuple(curves), x_log=True, y_log=True, x_range=span),),
+        ),
+    )  # fmt: skip
