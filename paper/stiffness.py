@@ -31,18 +31,18 @@ def figure_body(lab: Laboratory, number: int) -> Figure:
     findings = []
     for motion, by in curves.items():
         found = [peak(frequency, by[k], *WINDOWS[motion]) for k in STIFFNESSES]
+        quantity = f"{name} {motion}, first peak: change over k_H"
+        if np.isnan(found).any():
+            findings.append(
+                Finding(figure=str(number), quantity=quantity, paper="none", ours="no peak",
+                        unit="1", note="so heavily damped that there is no peak to move")
+            )  # fmt: skip
+            continue
         spread = max(found) / min(found) - 1
         findings.append(
-            Finding(
-                figure=str(number),
-                quantity=f"{name} {motion}, first peak: change over k_H",
-                paper="none",
-                ours=spread,
-                unit="1",
-                agrees=spread < 0.01,
-                note=f"{min(found):.3f} to {max(found):.3f} Hz",
-            )
-        )
+            Finding(figure=str(number), quantity=quantity, paper="none", ours=spread, unit="1",
+                    agrees=spread < 0.01, note=f"{min(found):.3f} to {max(found):.3f} Hz")
+        )  # fmt: skip
     return Figure(
         number=number,
         title=f"Response of the {name} to irregularity, three contact stiffnesses",

@@ -70,7 +70,7 @@ def _margin() -> dict[str, int]:
 
 def _curves(figure: Any, panel: Panel, i: int, j: int, named: set[str]) -> None:
     for k, curve in enumerate(panel.curves):
-        x, y = thinned(curve.x, curve.y)
+        x, y = thinned(curve.x, curve.y, log=panel.x_log)
         if panel.y_log:
             y = np.where(y > 0, y, np.nan)
         figure.add_trace(
@@ -86,8 +86,15 @@ def _curves(figure: Any, panel: Panel, i: int, j: int, named: set[str]) -> None:
         named.add(curve.name)
     for mark in panel.marks:
         figure.add_vline(
-            x=mark.x, line={"color": GREY, "width": 1, "dash": "dot"}, row=i, col=j,
-            annotation_text=mark.label, annotation_font_size=10,
+            x=mark.x, line={"color": GREY, "width": 1, "dash": "dot"}, row=i, col=j
+        )  # fmt: skip
+        axes = figure.get_subplot(i, j)
+        figure.add_annotation(  # placed in powers on a logarithmic axis
+            x=np.log10(mark.x) if panel.x_log else mark.x, y=0,
+            xref=axes.xaxis.plotly_name.replace("axis", ""),
+            yref=axes.yaxis.plotly_name.replace("axis", "") + " domain", text=mark.label,
+            showarrow=False, textangle=-90, xanchor="right", yanchor="bottom",
+            font={"size": 10, "color": "#555555"},
         )  # fmt: skip
     # A logarithmic axis is drawn over powers; plotly wants the range in them, too.
     for axis, log, shown in (
@@ -161,19 +168,27 @@ def _map(figure: Any, panel: Map, i: int, j: int) -> None:
     figure.update_yaxes(range=[float(panel.y[0]), float(panel.y[-1])], row=i, col=j)
 
 
-def thinned(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """At most some `POINTS` points of a curve: of each group the lowest and the highest.
+def thinned(x: FloatArray, y: FloatArray, *, log: bool = False) -> tuple[FloatArray, FloatArray]:
+    """At most some `POINTS` points of a curve: the lowest and the highest of equal shares of x.
 
     Peaks are kept, which leaving out every other point would lose.
+
+    Parameters
+    ----------
+    x, y : array, shape (n,)
+        x increasing.
+    log : bool
+        Shares of a logarithmic axis, which shows x > 0 only.
     """
+    if log:
+        x, y = x[x > 0], y[x > 0]
     if x.size <= POINTS:
         return x, y
-    group = -(-2 * x.size // POINTS)
-    starts = np.arange(0, x.size, group)
+    place = np.log(x) if log else x
+    share = (place - place[0]) / (place[-1] - place[0]) * (POINTS / 2)
+    starts = np.flatnonzero(np.diff(np.floor(share), prepend=-1))
     kept = {0, x.size - 1}
-    for begin in starts:
-        part = y[begin : begin + group]
-        if np.isfinite(part).any():
-            kept |= {begin + int(np.nanargmin(part)), begin + int(np.nanargmax(part))}
+    for begin, end in zip(starts, np.append(starts[1:], x.size), strict=True):
+        kept |= {begin + int(np.argmin(y[begin:end])), begin + int(np.argmax(y[begin:end]))}
     at = np.array(sorted(kept))
     return x[at], y[at]
