@@ -41,6 +41,7 @@ from .options import (
     vehicle_of,
 )
 from .run_command import FMUS, ORDERS, SCHEMES, Extrapolation, Owner, SchemeName
+from .uncoupled import compare_uncoupled
 
 Progress = Callable[[float, float], None]
 REFINEMENT = (
@@ -73,11 +74,24 @@ def compare(
     time: Annotated[float, typer.Option(help="How long, s.")] = 0.3,
     speed: Speed = 250.0,
     irregularity: Irregularity = "german-low",
+    uncoupled: Annotated[
+        bool,
+        typer.Option(
+            "--uncoupled",
+            help="Compare with simpler models instead: rigid track, no phase lag, rigid contact, "
+            "no vehicle. Uses --frequencies, --speed and --contact-stiffness.",
+        ),
+    ] = False,
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder for the page of --uncoupled.", metavar="DIR")
+    ] = Path("railcosim-uncoupled"),
 ) -> None:
     """Compare coupled FMUs with the monolithic solution, in time and in frequency.
 
     Time: Newmark with steps four times shorter, wheels held, irregularity moving. Frequency: one
     direct solve of everything at each frequency.
+
+    With --uncoupled: what each part of the coupling changes, and where it may be neglected.
     """
     k_H = stiffness_of(contact_stiffness)
     v = positive("--speed", speed, "km/h") / 3.6
@@ -89,6 +103,9 @@ def compare(
         fmus = exported(cars, rails, Path(folder))
         with progress("linearising") as update:
             models = linear_models(fmus["Vehicle"], fmus["Track"], update)
+        if uncoupled:
+            compare_uncoupled(models, _fine(frequency), k_H, v, out)
+            return
         mono = assemble(cars, rails, models.positions)
         with progress("coupled FMUs in time") as update:
             names = FMUS[contact]
@@ -117,6 +134,11 @@ def compare(
     console.print(
         error_table(errors, f"Relative error of the coupled FRF, k_H = {k_H / 1e9:g} GN/m")
     )
+
+
+def _fine(frequency: FloatArray) -> FloatArray:
+    """The same range as finely as resonances and third octaves need."""
+    return np.geomspace(frequency[0], frequency[-1], max(FINE, frequency.size))
 
 
 def newmark_forces(

@@ -43,7 +43,13 @@ class Section:
 
 
 def write_report(
-    sections: Sequence[Section], path: Path, *, title: str, intro: str, about: Mapping[str, str]
+    sections: Sequence[Section],
+    path: Path,
+    *,
+    title: str,
+    intro: str,
+    about: Mapping[str, str],
+    columns: tuple[str, str] = ("paper", "ours"),
 ) -> None:
     """Write a self-contained page: nothing in it is fetched from elsewhere.
 
@@ -57,6 +63,8 @@ def write_report(
         Its heading and first sentences.
     about : mapping of str to str
         What it was made from.
+    columns : tuple of str
+        Headings of the tables' two columns of values.
     """
     environment = Environment(
         loader=PackageLoader("railcosim.paper", "."), autoescape=True, trim_blocks=True,
@@ -75,7 +83,7 @@ def write_report(
     ]
     page = environment.get_template("report.html.j2").render(
         sections=list(zip(sections, charts, strict=True)), title=title, intro=intro, about=about,
-        counts=counts, differing=[f for f in findings if f.agrees is False], verdicts=VERDICTS,
+        counts=counts, columns=columns, differing=[f for f in findings if f.agrees is False],
         script=Markup(plotly_script()),
     )  # fmt: skip
     path.write_text(page, encoding="utf-8")
