@@ -1,0 +1,148 @@
+"""Cost in the frequency domain beside the peers', in one run and one table.
+
+    python benchmarks/frequency.py [--rolland PYTHON] [--paper]
+
+PYTHON is an interpreter that has rolland (3.12 or newer); this one if not given. With --paper,
+`railcosim paper` is timed as well, quick and in full.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from railcosim.analysis.frequency import Models, coupled, linear_models
+from railcosim.analysis.plane import plane, transfer
+from railcosim.fmus.export import export
+from railcosim.paper.maps import OUTPUTS
+from railcosim.reference.monolithic import assemble, frequency_response
+from railcosim.track.parameters import Track
+from railcosim.track.receptance import Point, direct_receptance
+from railcosim.vehicle.parameters import Vehicle
+
+K_H, SAMPLE, GRID = 1e9, 20, 400
+VEHICLE = [f"vehicle.bogie[{j}].{q}" for j in (1, 2) for q in ("z", "pitch")]
+MOUNTS = (100, 160)  # 160: as many as our ring has
+Rows = list[tuple[str, str, str]]
+
+
+def seconds(work: Callable[[], object], repeats: int = 3) -> float:
+    """Least time of some work, after once to warm up."""
+    times = []
+    for _ in range(repeats + 1):
+        begun = perf_counter()
+        work()
+        times.append(perf_counter() - begun)
+    return min(times[1:])
+
+
+def frequency_domain(models: Models) -> Rows:
+    """The coupled response and the map, against a direct solve of everything each time."""
+    omega = 2 * np.pi * np.geomspace(0.14, 1111, 4000)
+    one = seconds(lambda: coupled(models, omega, K_H)) / omega.size
+    mono = assemble(Vehicle(), Track(), models.positions)
+    load = mono.wheels[[3]].toarray().T
+    few = omega[:: omega.size // SAMPLE]
+    solve = (
+        seconds(lambda: frequency_response(mono, few, K_H, models.positions, load), 1) / few.size
+    )
+    wavelength, speed = np.linspace(0.1, 20, GRID), np.linspace(10, 400, GRID) / 3.6
+    outputs = [*OUTPUTS, *VEHICLE]
+    ends = float(speed[0] / wavelength[-1]), float(speed[-1] / wavelength[0])
+
+    def whole() -> None:
+        table = transfer(lambda w: coupled(models, w, K_H), outputs, *ends)
+        plane(table, models.positions, wavelength, speed)
+
+    mapped = seconds(whole)
+    every = solve * GRID**2
+    return [
+        ("coupled FRF, a frequency, 8 wheels", f"{1e3 * one:.3f} ms", ""),
+        (f"direct solve of {mono.K.shape[0]} unknowns, a frequency", f"{1e3 * solve:.0f} ms",
+         f"{solve / one:.0f} x"),
+        (f"map {GRID} x {GRID}, {len(outputs)} responses", f"{mapped:.2f} s", ""),
+        ("the same, one direct solve a grid point (from a sample)", f"{every / 3600:.1f} h",
+         f"{every / mapped:.0f} x"),
+    ]  # fmt: skip
+
+
+def receptances(python: str) -> Rows:
+    """The rail on a rigid slab: rolland's Green's functions beside our finite elements."""
+    frequency = np.geomspace(10, 1500, 200)
+    track = Track()
+    track = replace(track, slab=replace(track.slab, present=False))
+    seat = Point(x=3.5 * track.fastening.spacing)
+    ours = direct_receptance(track, 2 * np.pi * frequency, [seat], [seat])[:, 0, 0]
+    time = seconds(
+        lambda: direct_receptance(track, 2 * np.pi * frequency, [seat], [seat])
+    ) / frequency.size  # fmt: skip
+    rows = [("rail on rigid slab, finite elements, a frequency", f"{1e3 * time:.2f} ms", "")]
+    script = Path(__file__).with_name("rolland_receptance.py")
+    for mounts in MOUNTS:
+        command = [python, str(script), str(mounts), *(repr(float(f)) for f in frequency)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            why = (done.stderr.strip().splitlines() or ["?"])[-1]
+            return [*rows, ("rolland: did not run", why[:50], "")]
+        cost, *theirs = (float(x) for x in done.stdout.split())
+        difference = np.max(np.abs(np.abs(ours) / theirs - 1))
+        rows.append(
+            (f"rolland, {mounts} mounts (differs by {difference:.1e} at most)", f"{cost:.2f} ms",
+             f"{cost / (1e3 * time):.2f} x")
+        )  # fmt: skip
+    return rows
+
+
+def paper(folder: Path) -> Rows:
+    """The whole paper."""
+    command = [str(Path(sys.executable).with_name("railcosim")), "paper"]
+    rows = []
+    for options in (["--quick"], []):
+        begun = perf_counter()
+        out = str(folder / f"paper{len(options)}")
+        subprocess.run([*command, *options, "--out", out], check=True, capture_output=True)
+        name = " ".join(["railcosim paper", *options])
+        rows.append((name, f"{perf_counter() - begun:.0f} s", ""))
+    return rows
+
+
+def main() -> None:
+    """Print the table."""
+    arguments = sys.argv[1:]
+    python = sys.executable
+    if "--rolland" in arguments:
+        python = arguments[arguments.index("--rolland") + 1]
+    with TemporaryDirectory(prefix="railcosim_") as name:
+        folder = Path(name)
+        fmus = export(Vehicle(), Track(), folder)
+        begun = perf_counter()
+        models = linear_models(fmus["Vehicle"], fmus["Track"], lambda done, total: None)
+        rows: Rows = [("linearise both FMUs, once", f"{perf_counter() - begun:.0f} s", "")]
+        rows += frequency_domain(models)
+        rows += receptances(python)
+        if "--paper" in arguments:
+            rows += paper(folder)
+    table = Table(title=f"Frequency domain; {os.cpu_count()} cores, one thread")
+    for heading in ("what", "cost", "against the line above"):
+        table.add_column(heading, justify="left" if heading == "what" else "right")
+    for row in rows:
+        table.add_row(*row)
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

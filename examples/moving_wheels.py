@@ -1,0 +1,38 @@
+"""Co-simulation with wheels that roll over a dip, with nonlinear contact.
+
+python examples/moving_wheels.py [PICTURE]
+"""
+
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from railcosim.analysis.pair import Journey
+from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.fmus.export import export
+from railcosim.master.schemes.jacobi import jacobi
+from railcosim.plots.picture import save_picture
+from railcosim.plots.results import run_chart
+from railcosim.track.irregularity import dip
+from railcosim.track.parameters import Track
+from railcosim.vehicle.parameters import Vehicle
+
+speed = 250 / 3.6  # m/s
+with TemporaryDirectory() as folder:
+    fmus = export(Vehicle(), Track(), Path(folder))
+    plan = Plan(
+        vehicle=fmus["Vehicle"],
+        track=fmus["TrackWithContact"],  # the stiff contact sits with the track
+        parameters={"contact.nonlinear": True},
+        journey=Journey(speed=speed, held=False, profile=dip(length=2.0, depth=1e-3, at=12.0)),
+        scheme=jacobi(extrapolation=1),
+        step=1e-4,  # s
+        stop=0.25,
+    )
+    run, stopped = run_pair(plan, lambda done, total: None)
+if stopped is not None:
+    raise stopped  # `run` holds what was recorded until then
+
+force = run["wheelset[1].left.force_z"] / 1e3
+print(f"first wheel: {float(force[0]):.1f} kN at rest, up to {float(force.max()):.1f} kN")
+save_picture(run_chart(run), Path(sys.argv[1] if len(sys.argv) > 1 else "dip.png"))
