@@ -70,10 +70,14 @@ def third_octaves(frequency: FloatArray, psd: FloatArray) -> tuple[FloatArray, F
 def band_difference(
     f1: FloatArray, psd1: FloatArray, f2: FloatArray, psd2: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Centres (Hz) of the third octaves both densities cover, and 10 lg(power 1 / power 2), dB."""
+    """Centres (Hz) of the third octaves both densities cover, and 10 lg(power 1 / power 2), dB.
+
+    Infinite where one of them has no power.
+    """
     (c1, p1), (c2, p2) = third_octaves(f1, psd1), third_octaves(f2, psd2)
     centres, i1, i2 = np.intersect1d(np.round(c1, 9), np.round(c2, 9), return_indices=True)
-    return centres, 10 * np.log10(p1[i1] / p2[i2])
+    with np.errstate(divide="ignore"):
+        return centres, 10 * np.log10(p1[i1] / p2[i2])
 
 
 def band_error(centres: FloatArray, segment: float, averages: float) -> FloatArray:

@@ -27,7 +27,11 @@ RAIL = replace(
 
 def filled(cls: type[Any], **known: float) -> Any:
     """An object with ones for what a vertical model does not use."""
-    asked = [f.name for f in fields(cls) if f.default is MISSING and f.default_factory is MISSING]
+    asked = [
+        f.name
+        for f in fields(cls)
+        if f.init and f.default is MISSING and f.default_factory is MISSING
+    ]
     return cls(**(dict.fromkeys(asked, 1.0) | known))
 
 

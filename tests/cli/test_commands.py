@@ -13,7 +13,8 @@ import pytest
 from railcosim.cli.options import UsageError, frequencies_of
 from railcosim.fmus.export import export
 from railcosim.master.files import load
-from railcosim.plots.old_plots import plot_run
+from railcosim.plots.picture import save_picture
+from railcosim.plots.results import run_chart
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.parameters import Vehicle
 
@@ -220,5 +221,5 @@ def test_plot_of_a_run_that_stopped_at_once(tmp_path) -> None:
     import xarray as xr  # noqa: PLC0415 (only here)
 
     run = xr.Dataset({"carbody.az": ("time", [0.0])}, {"time": [0.0]}, {"title": "stopped"})
-    plot_run(run, tmp_path / "one.png")
+    save_picture(run_chart(run), tmp_path / "one.png")
     assert (tmp_path / "one.png").exists()
