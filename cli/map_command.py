@@ -103,7 +103,7 @@ def _dataset(
     **attributes: object,
 ) -> xr.Dataset:
     """Variables ``name`` on flexible track and ``name.rigid`` on rigid track."""
-    parts = {}
+    parts: dict[str, xr.DataArray] = {}
     for kind, table in tables.items():
         units = ["rad" if o.endswith("pitch") else "m" for o in table.outputs]
         part = plane_dataset(table, models.positions, wavelength, speed, units)
@@ -123,7 +123,8 @@ def _critical(models: Models, kind: str, k_H: float) -> list[Critical]:
         values = system.combined([f"{WHEELSETS[3]}.gap"], [1.0])
         size = np.abs(values[:, system.rows([f"vehicle.{name}"])[0]])
         found.append(resonance(frequency, size))
-    return critical_points(models.positions, *found, ORDERS)
+    bounce, pitch = found
+    return critical_points(models.positions, bounce, pitch, ORDERS)
 
 
 def _table(

@@ -246,7 +246,8 @@ def pulse_transform(pulse: FloatArray, step: float, omega: FloatArray) -> Comple
     held = _hold(
         np.asarray(-1j * omega, dtype=np.complex128), step
     )  # transform of the pulse itself
-    return response * (step / held)[:, None]
+    transformed: ComplexArray = response * (step / held)[:, None]
+    return transformed
 
 
 def _realisations(

@@ -52,7 +52,8 @@ def _over(
     """Magnitude per k_H A, shape (n_wavelength, n_speed)."""
     table = _table(lab, rigid=rigid)
     values = plane(table, lab.positions, wavelength, speed)[table.outputs.index(output)]
-    return np.abs(values) / K_H
+    size: FloatArray = np.abs(values) / K_H
+    return size
 
 
 def resonances(lab: Laboratory) -> tuple[float, float, float]:
@@ -232,7 +233,7 @@ def _dataset(
     lab: Laboratory, output: str, unit: str, wavelength: FloatArray, speed: FloatArray
 ) -> xr.Dataset:
     """Rigid and flexible track, complex, per m of irregularity."""
-    parts = {}
+    parts: dict[str, xr.DataArray] = {}
     for track, rigid in (("flexible", False), ("rigid", True)):
         table = _table(lab, rigid=rigid)
         if output in table.outputs:

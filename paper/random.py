@@ -214,8 +214,8 @@ def _data(
         "frequency_time": ("frequency_time", next(iter(timed.values()))[0], hertz),
         "centre": ("centre", next(iter(bands.values()))[0], hertz),
     }
-    about = {"spectrum": SPECTRUM, "speed": SPEED, "shortest_wave": WAVELENGTHS[0]}
-    return xr.Dataset(variables, axes, about)
+    attributes = {"spectrum": SPECTRUM, "speed": SPEED, "shortest_wave": WAVELENGTHS[0]}
+    return xr.Dataset(variables, axes, attributes)
 
 
 FIGURES: dict[int, Callable[[Laboratory], Figure]] = {3: figure_3}

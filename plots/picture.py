@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-import numpy as np
 
 mpl.use("Agg")
 from cycler import cycler
@@ -53,7 +52,7 @@ def save_picture(chart: Chart, *paths: Path) -> None:
         figure = plt.figure(figsize=size, layout="constrained")
         figure.suptitle(chart.title, x=0.01, ha="left", fontsize=10)
         for part, row in zip(
-            np.atleast_1d(figure.subfigures(len(chart.rows), 1)), chart.rows, strict=True
+            figure.subfigures(len(chart.rows), 1, squeeze=False)[:, 0], chart.rows, strict=True
         ):
             _row(part, row, bottom=not chart.share_x or row is chart.rows[-1])
         for path in paths:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -188,7 +189,7 @@ def thinned(x: FloatArray, y: FloatArray, *, log: bool = False) -> tuple[FloatAr
     share = (place - place[0]) / (place[-1] - place[0]) * (POINTS / 2)
     starts = np.flatnonzero(np.diff(np.floor(share), prepend=-1))
     kept = {0, x.size - 1}
-    for begin, end in zip(starts, np.append(starts[1:], x.size), strict=True):
+    for begin, end in pairwise([*starts.tolist(), x.size]):
         kept |= {begin + int(np.argmin(y[begin:end])), begin + int(np.argmax(y[begin:end]))}
     at = np.array(sorted(kept))
     return x[at], y[at]

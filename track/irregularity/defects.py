@@ -74,7 +74,6 @@ def wheel_flat(flat_length: float, wheel_radius: float, at: float, turns: int) -
 def _around(at: float, length: float) -> FloatArray:
     """Places: fine over the defect and as much again on each side, coarse to both ends."""
     fine = at + np.linspace(-length, length, 2 * SAMPLES + 1)
-    ends = [min(0.0, at - length - LEVEL), at + length + LEVEL]
-    level = np.linspace(*ends, 20)
+    level = np.linspace(min(0.0, at - length - LEVEL), at + length + LEVEL, 20)
     outside = level[(level < fine[0]) | (level > fine[-1])]
     return np.sort(np.concatenate([outside, fine]))
