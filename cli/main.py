@@ -19,7 +19,18 @@ from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import Divergence
 from railcosim.parameters import ParameterError
 
-from . import compare, demo, export, frf, irregularity, map_command, paper, receptance, run_command
+from . import (
+    compare,
+    demo,
+    export,
+    frf,
+    irregularity,
+    map_command,
+    paper,
+    receptance,
+    ride_command,
+    run_command,
+)
 from .options import UsageError, errors
 
 BAD_INPUT, FAILED = 2, 1
@@ -40,6 +51,7 @@ app.command("receptance")(receptance.receptance)
 app.command("track-receptance")(receptance.track_receptance)
 app.command("compare")(compare.compare)
 app.command("map")(map_command.map_command)
+app.command("ride")(ride_command.ride_command)
 app.command("irregularity")(irregularity.irregularity)
 app.command("paper")(paper.paper)
 app.command("parameters")(export.parameters)

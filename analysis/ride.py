@@ -1,0 +1,86 @@
+"""Ride on a random track: densities of accelerations and contact forces, and what people feel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from railcosim.master.component import FloatArray
+from railcosim.master.receptance import FrequencyResponse
+from railcosim.track.irregularity import Quality
+
+from .comfort import reaction, sperling, weighted_acceleration
+from .critical import bogie_distance
+from .frequency import Models, coupled
+from .random import acceleration_psd, response_psd, standard_deviation
+
+CENTRE, PITCH = "vehicle.carbody.z", "vehicle.carbody.pitch"
+FLOOR = ("floor above front bogie", "floor above rear bogie")
+OTHERS = {
+    "bogie[1].az": "vehicle.bogie[1].z",
+    "bogie[2].az": "vehicle.bogie[2].z",
+    **{f"wheelset[{i}].az": f"vehicle.wheelset[{i}].left.wheel_z" for i in (1, 2, 3, 4)},
+}
+
+
+def ride(
+    models: Models, frequency: FloatArray, k_H: float, speed: float, quality: Quality
+) -> xr.Dataset:
+    """One-sided densities over frequency, each with its standard deviation.
+
+    Parameters
+    ----------
+    models : Models
+        Vehicle and track.
+    frequency : array, shape (n,)
+        Hz; their ends bound what the standard deviations count.
+    k_H : float
+        Contact stiffness, N/m.
+    speed : float
+        m/s.
+    quality : Quality
+        Of the track. Both rails are alike: the vehicle does not roll, and a wheelset that cannot
+        would squeeze a cross-level out of its contact springs.
+
+    Returns
+    -------
+    xarray.Dataset
+        Accelerations in (m/s2)^2/Hz with the attributes ``standard_deviation``, and of the car body
+        also ``iso_2631`` (W_k-weighted, m/s2), ``sperling`` (Wz); contact forces in N^2/Hz.
+    """
+    omega = 2 * np.pi * frequency
+    system = _with_floor(coupled(models, omega, k_H), bogie_distance(models.positions) / 2)
+    psd = response_psd(system, models.positions, speed, quality.vertical.density)
+    columns = dict(zip(system.outputs, psd.T, strict=True))
+    hertz = {"units": "Hz", "long_name": "frequency"}
+    out = xr.Dataset(coords={"frequency": ("frequency", frequency, hertz)})
+    body = {"carbody.az": CENTRE, **{name: name for name in FLOOR}}
+    for name, output in (body | OTHERS).items():
+        density = acceleration_psd(omega, columns[output])
+        about: dict[str, object] = {"units": "(m/s2)2/Hz", "long_name": f"density of {name}"}
+        if name in body:
+            about["iso_2631"] = weighted_acceleration(frequency, density)
+            about["sperling"] = sperling(frequency, density)
+            about["reaction"] = reaction(weighted_acceleration(frequency, density))
+        out[name] = ("frequency", density, about)
+    for i in (1, 2, 3, 4):
+        for side in ("left", "right"):
+            name = f"wheelset[{i}].{side}.force_z"
+            about = {"units": "N2/Hz", "long_name": f"density of {name}"}
+            out[name] = ("frequency", columns[f"wheelset[{i}].{side}.force"], about)
+    for variable in out.data_vars.values():
+        variable.attrs["standard_deviation"] = float(standard_deviation(frequency, variable.values))
+    return out
+
+
+def _with_floor(system: FrequencyResponse, ahead: float) -> FrequencyResponse:
+    """Add the car body's floor above the bogies; a positive pitch lifts the front."""
+    z, pitch = (system.values[:, system.rows([name])] for name in (CENTRE, PITCH))
+    floor = [z - ahead * pitch, z + ahead * pitch]
+    return replace(
+        system,
+        outputs=(*system.outputs, *FLOOR),
+        values=np.concatenate([system.values, *floor], axis=1),
+    )

@@ -1,0 +1,110 @@
+"""railcosim ride."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+import typer
+import xarray as xr
+from rich.table import Table
+
+from railcosim.analysis.frequency import linear_models
+from railcosim.analysis.ride import ride
+from railcosim.master.files import save
+from railcosim.plots.chart import Chart, Curve, Panel
+from railcosim.plots.picture import save_picture
+from railcosim.track.irregularity import QUALITIES
+from railcosim.track.irregularity.synthesis import quality
+
+from .export import fmus_of
+from .options import (
+    PICTURES,
+    RESULTS,
+    ContactStiffness,
+    Frequencies,
+    Out,
+    PlotFile,
+    Speed,
+    TrackFmu,
+    VehicleFmu,
+    console,
+    frequencies_of,
+    positive,
+    progress,
+    stiffness_of,
+)
+
+SHOWN = {
+    "acceleration ((m/s²)²/Hz)": ["carbody.az", "floor above front bogie", "bogie[1].az"],
+    "contact force (N²/Hz)": ["wheelset[1].left.force_z", "wheelset[4].left.force_z"],
+}
+
+
+def ride_command(
+    out: Out,
+    vehicle_fmu: VehicleFmu = None,
+    track_fmu: TrackFmu = None,
+    name: Annotated[
+        str, typer.Option("--class", help=f"Class of the track: {', '.join(QUALITIES)}.")
+    ] = "german-low",
+    speed: Speed = 250.0,
+    frequencies: Frequencies = "0.3:300:3000@log",
+    contact_stiffness: ContactStiffness = "1e9",
+    plot: PlotFile = None,
+) -> None:
+    """Random response by pseudo-excitation: densities, standard deviations, ride comfort.
+
+    Both rails are alike, as the vertical vehicle does not roll. Comfort after ISO 2631-1 (W_k) and
+    Sperling (Wz).
+    """
+    RESULTS.check(out)
+    PICTURES.check(plot)
+    k_H = stiffness_of(contact_stiffness)
+    v = positive("--speed", speed, "km/h") / 3.6
+    frequency, track_quality = frequencies_of(frequencies), quality(name)
+    with (
+        fmus_of(vehicle_fmu, track_fmu, "Vehicle", "Track") as (vehicle, track),
+        progress("linearising") as update,
+    ):
+        models = linear_models(vehicle, track, update)
+    result = ride(models, frequency, k_H, v, track_quality)
+    result.attrs = {"irregularity": name, "speed": v, "contact_stiffness": k_H, **models.attributes}
+    save(result, out)
+    console.print(_table(result, f"{track_quality.vertical.title}, {speed:g} km/h"))
+    console.print(f"{out}: {frequency.size} frequencies", highlight=False)
+    if plot is not None:
+        save_picture(_chart(result, f"{name}, {speed:g} km/h"), plot)
+        console.print(str(plot), highlight=False)
+
+
+def _table(result: xr.Dataset, title: str) -> Table:
+    table = Table(title=title)
+    for heading in ("", "standard deviation", "ISO 2631 W_k", "Sperling Wz", "people say"):
+        table.add_column(heading)
+    for name, variable in result.data_vars.items():
+        if ".right." in str(name):
+            continue  # the same as on the left
+        about = variable.attrs
+        unit = "m/s²" if about["units"].startswith("(m") else "N"
+        felt = ["", "", ""]
+        if "sperling" in about:
+            felt = [f"{about['iso_2631']:.3f} m/s²", f"{about['sperling']:.2f}", about["reaction"]]
+        label = str(name).replace("[", r"\[")
+        table.add_row(label, f"{about['standard_deviation']:.3g} {unit}", *felt)
+    return table
+
+
+def _chart(result: xr.Dataset, title: str) -> Chart:
+    f = np.asarray(result["frequency"])
+    rows = tuple(
+        (
+            Panel(
+                x_label="frequency (Hz)", y_label=label, x_log=True, y_log=True,
+                curves=tuple(Curve(name=n, x=f, y=np.asarray(result[n])) for n in names),
+                x_range=(float(f[0]), float(f[-1])),
+            ),
+        )
+        for label, names in SHOWN.items()
+    )  # fmt: skip
+    return Chart(title=title, rows=rows, share_x=True)
