@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import time
 from pathlib import Path
 from typing import Annotated
@@ -26,6 +25,11 @@ from railcosim.master.files import save
 from railcosim.master.realisation import ComplexArray
 from railcosim.master.receptance import FrequencyResponse
 from railcosim.master.schemes.jacobi import jacobi
+from railcosim.paper.figure import RAIL, WHEEL
+from railcosim.paper.finding import Finding
+from railcosim.paper.laboratory import FULL, K_H, Laboratory
+from railcosim.paper.report import write_table
+from railcosim.paper.reproduce import FIGURES
 from railcosim.plots.picture import save_picture
 from railcosim.plots.results import receptance_chart, response_chart
 from railcosim.track.irregularity import synthesise
@@ -35,10 +39,10 @@ from railcosim.vehicle.parameters import Vehicle
 from .export import exported
 from .options import console, progress
 from .run_command import keep
-from .table import K_H, RAIL, WHEEL, Row, resonances
 
 SPEED, STOP = 250 / 3.6, 1.0
 FREQUENCY = np.geomspace(0.3, 1500, 1500)
+NUMBERS = (4, 5, 6, 13)  # figures of the paper whose resonances are printed
 
 
 def demo(
@@ -74,9 +78,10 @@ def demo(
         models = linear_models(fmus["Vehicle"], fmus["Track"], update)
     _say(begun, "linearised")
     _frequency_results(models, out)
-    rows = resonances(models)
-    _save_table(rows, out / "table.csv")
-    console.print(_table(rows))
+    lab = Laboratory(effort=FULL, models=models)
+    findings = [f for number in NUMBERS for f in FIGURES[number](lab).findings if f.unit == "Hz"]
+    write_table(findings, out / "table.csv")
+    console.print(_table(findings))
     _say(begun, f"done; pictures, results and table are in {out}")
 
 
@@ -120,27 +125,24 @@ def _of(system: FrequencyResponse, values: ComplexArray, output: str) -> Complex
     return column
 
 
-def _table(rows: list[tuple[Row, float]]) -> Table:
-    notes = [f"* {row.quantity}: {row.note}" for row, _ in rows if row.note]
-    table = Table(title="Resonances from the FMUs (Hz), Xu & Lu 2021", caption="\n".join(notes))
-    table.add_column("quantity", no_wrap=True)
-    for name in ("paper", "indep.", "ours", "diff."):  # 80 columns hold no more
-        table.add_column(name, justify="right")
-    for row, found in rows:
-        difference = f"{100 * (found / row.independent - 1):+.1f} %"
-        name = row.quantity + (" *" if row.note else "")
-        table.add_row(name, row.paper, f"{row.independent:g}", f"{found:.3g}", difference)
+def _table(findings: list[Finding]) -> Table:
+    noted = [finding for finding in findings if finding.note and not finding.agrees]
+    notes = dict.fromkeys(f"* {finding.note}" for finding in noted)
+    table = Table(
+        title="Resonances from the FMUs (Hz), Xu & Lu 2021",
+        caption="\n".join(
+            [*notes, "railcosim paper holds all its figures and numbers against ours"]
+        ),
+    )
+    table.add_column("quantity")
+    for name in ("paper", "ours", "diff."):
+        table.add_column(name, justify="right", no_wrap=True)
+    for f in findings:
+        ours = f.ours if isinstance(f.ours, str) else f"{f.ours:.3g}"
+        relative = f.relative_difference
+        difference = "" if relative is None else f"{100 * relative:+.1f} %"
+        table.add_row(f.quantity + (" *" if f in noted else ""), str(f.paper), ours, difference)
     return table
-
-
-def _save_table(rows: list[tuple[Row, float]], path: Path) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["quantity", "paper", "independent", "railcosim", "unit", "note"])
-        for row, found in rows:
-            writer.writerow(
-                [row.quantity, row.paper, row.independent, f"{found:.5g}", "Hz", row.note]
-            )
 
 
 def _say(begun: float, text: str) -> None:
