@@ -47,9 +47,9 @@ def figures_of(text: str) -> list[int]:
         return sorted(FIGURES)
     wanted: set[int] = set()
     for part in text.split(","):
-        first, _, last = part.strip().partition("-")
+        ends = part.split("-", 1)
         try:
-            wanted |= set(range(int(first), int(last or first) + 1))
+            wanted |= set(range(int(ends[0]), int(ends[-1]) + 1))
         except ValueError as error:
             raise UsageError(f"--figures {text}: {part!r} is no number and no range") from error
     unknown = sorted(wanted - set(FIGURES))

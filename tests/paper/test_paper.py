@@ -85,14 +85,15 @@ def test_every_figure_has_its_files(out) -> None:
         ("22", "rail antiresonance, k_H 8 GN/m", 491.0, 0.005),
         ("23", "first resonance, k_H 0.1 GN/m", 27.9, 0.02),
         ("23", "first resonance, k_H 8 GN/m", 34.4, 0.02),
-        ("text", "eq. 18: k_H at 79 kN", 1.298, 0.001),
+        ("text", "eq. 18: k_H at 79 kN", 1.298, 0.002),
         ("8", "critical speed, car body pitch, n = 1, rigid track", 105.1, 0.015),
     ],
 )
 def test_numbers(table, figure, quantity, independent, relative) -> None:
     """Within the independent model's last digit, or two per cent where the tracks' meshes differ.
 
-    The last one is undamped there: damping lowers the peak by one per cent.
+    The last one is undamped there: damping lowers the peak by one per cent. Equation 18's 1.298
+    comes from a coefficient of three digits, 3.02e7.
     """
     assert float(table[figure, quantity]["ours"]) == pytest.approx(independent, rel=relative)
 
