@@ -1,0 +1,179 @@
+"""How the runtime is compiled, kept and refused; a stub stands for its sources."""
+
+import ctypes
+import importlib.metadata
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from railcosim.fmus.native_runtime import compile as compiling
+from railcosim.fmus.native_runtime import platforms
+from railcosim.fmus.native_runtime.compile import CompilationFailed, CompilerMissing, build
+from railcosim.fmus.native_runtime.platforms import (
+    PLATFORMS,
+    UnknownPlatform,
+    local_platform,
+    platforms_named,
+)
+
+FRONT = """#include "fmi{0}Functions.h"
+#include "common.h"
+const char *fmi{0}GetVersion(void) {{ return common(); }}
+"""
+WINDOWS = platforms_named("win64")[0]
+
+
+@pytest.fixture
+def stub(tmp_path, monkeypatch):
+    """Sources with two fronts and a common part, an empty cache; its folder."""
+    sources = tmp_path / "C sources ä"  # as a user's home might be called
+    sources.mkdir()
+    for fmi in (2, 3):
+        (sources / f"fmi{fmi}.c").write_text(FRONT.format(fmi))
+    (sources / "common.h").write_text("const char *common(void);\n")
+    (sources / "common.c").write_text(
+        '#include "common.h"\nconst char *common(void) { return "2.0"; }\n'
+    )
+    monkeypatch.setattr(compiling, "SOURCES", sources)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache ä"))
+    monkeypatch.delenv("CC", raising=False)
+    return sources
+
+
+@pytest.fixture
+def counted(stub, tmp_path, monkeypatch):
+    """The system's compiler as `$CC`, each call of which leaves a line in a file; that file."""
+    if shutil.which("cc") is None:
+        pytest.skip("no C compiler: apt install gcc")
+    calls, wrapper = tmp_path / "calls", tmp_path / "counted-cc"
+    wrapper.write_text(f'#!/bin/sh\necho "$@" >> "{calls}"\nexec cc "$@"\n')
+    wrapper.chmod(0o755)
+    monkeypatch.setenv("CC", str(wrapper))
+
+    def compilations():
+        lines = calls.read_text().splitlines() if calls.exists() else []
+        return sum("--version" not in line for line in lines)
+
+    return compilations
+
+
+def no_zig(monkeypatch):
+    def absent(name):
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(compiling, "version", absent)
+
+
+def version_of(library, fmi):
+    function = getattr(ctypes.CDLL(str(library)), f"fmi{fmi}GetVersion")
+    function.restype = ctypes.c_char_p
+    return function()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_a_library_for_this_machine(counted, fmi):
+    told = []
+    library = build(fmi, progress=told.append)[local_platform()]
+    assert version_of(library, fmi) == b"2.0"
+    with pytest.raises(AttributeError):  # hidden
+        _ = ctypes.CDLL(str(library)).common
+    with pytest.raises(AttributeError):  # the other front
+        version_of(library, 5 - fmi)
+    assert told == [f"compiling for {local_platform().fmi2}"]
+
+
+def test_compiled_once(counted):
+    told = []
+    first = build(2)
+    assert build(2, progress=told.append) == first
+    assert counted() == 1
+    assert told == []
+
+
+@pytest.mark.parametrize("change", ["common.c", "common.h", "compiler", "version of FMI"])
+def test_compiled_again_when_something_changed(counted, stub, change, monkeypatch):
+    first = build(2)[local_platform()]
+    if change == "compiler":
+        monkeypatch.setattr(
+            compiling, "_system", lambda c: compiling.Compiler(tuple(c), "version 2")
+        )
+    elif change != "version of FMI":
+        path = stub / change
+        path.write_text(path.read_text() + "\n")
+    second = build(3 if change == "version of FMI" else 2)[local_platform()]
+    assert second != first
+    assert counted() == 2
+    assert first.is_file()  # another release of railcosim may still use it
+
+
+def test_several_at_once_get_whole_libraries(counted):
+    with ThreadPoolExecutor(4) as pool:
+        made = list(pool.map(lambda _: build(2)[local_platform()], range(4)))
+    assert len(set(made)) == 1
+    assert version_of(made[0], 2) == b"2.0"
+    assert list(made[0].parent.iterdir()) == [made[0]]  # nothing half-made
+
+
+def test_the_compilers_own_words(counted, stub):
+    (stub / "common.c").write_text("int common(void) { return missing_thing; }\n" * 40)
+    with pytest.raises(CompilationFailed, match="missing_thing") as failed:
+        build(2)
+    assert str(stub / "common.c") in str(failed.value)  # the command, to try by hand
+    assert len(str(failed.value).splitlines()) < 12
+    cache = stub.parent / "cache ä" / "railcosim"
+    assert list(cache.iterdir()) == []
+
+
+def test_a_cache_that_cannot_be_written(counted, tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    with pytest.raises(CompilationFailed, match="XDG_CACHE_HOME"):
+        build(2)
+
+
+def test_no_compiler_at_all(stub, monkeypatch):
+    no_zig(monkeypatch)
+    monkeypatch.setenv("PATH", str(stub))
+    with pytest.raises(CompilerMissing) as missing:
+        build(2)
+    for way_out in ("apt install gcc", 'pip install "railcosim[native]"', "--runtime python"):
+        assert way_out in str(missing.value)
+
+
+def test_a_wrong_cc(stub, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler -m64")
+    with pytest.raises(CompilerMissing, match=r"'no-such-compiler -m64'.*variable CC"):
+        build(2)
+
+
+def test_a_foreign_platform_without_zig(stub, monkeypatch):
+    no_zig(monkeypatch)
+    foreign = next(p for p in PLATFORMS if p != local_platform())
+    with pytest.raises(CompilerMissing, match=rf"{foreign.fmi2}.*railcosim\[native\]"):
+        build(2, [local_platform(), foreign])
+
+
+def test_a_machine_we_do_not_know(stub, monkeypatch):
+    monkeypatch.setattr(platforms.machine_facts, "machine", lambda: "riscv64")
+    with pytest.raises(UnknownPlatform, match="riscv64"):
+        build(2)
+
+
+def test_names_of_platforms():
+    assert platforms_named("all") == PLATFORMS
+    assert platforms_named("win64, x86_64-windows") == (WINDOWS,)
+    assert [p.folder(2) for p in PLATFORMS] == [
+        "linux64", "aarch64-linux", "win64", "darwin64", "aarch64-darwin"
+    ]  # fmt: skip
+    with pytest.raises(UnknownPlatform, match=r"'win32'.*win64"):
+        platforms_named("linux64,win32")
+
+
+def test_importing_it_needs_no_zig():
+    module = "railcosim.fmus.native_runtime.compile"
+    code = f"import sys, {module}; print('ziglang' in sys.modules)"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout == "False\n"
