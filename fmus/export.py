@@ -25,8 +25,10 @@ from railcosim.vehicle.parameters import Vehicle
 
 from . import interface
 from .content import Arrays, track_arrays, vehicle_arrays
+from .description.about import PYTHON, Description
+from .description.fmi2 import model_description
 from .interface import Scalar
-from .package import Description, documentation, model_description
+from .package import documentation
 
 # What travels in every FMU, by its place under the package; all of it needs numpy only.
 RUNTIME = {
@@ -148,7 +150,7 @@ def _pack(content: Content, target: Path) -> Path:
             guid=_guid(work),
             version=version("railcosim"),
             text=content.text,
-            needs_execution_tool=True,
+            capabilities=PYTHON,
         )
         xml = model_description(about, content.table)
         (work / "modelDescription.xml").write_bytes(xml)

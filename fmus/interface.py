@@ -5,7 +5,7 @@ Every runtime is built from this table, and so is every modelDescription.xml.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 
 WHEELSETS = (1, 2, 3, 4)
@@ -35,7 +35,9 @@ class Scalar:
     minimum, maximum : float or None
         Allowed range.
     depends_on : tuple of str
-        Inputs an output depends on at once.
+        Inputs, parameters and time that an output depends on at once, the state being what it is.
+    starts_from : tuple of str
+        Those that it depends on in initialisation, where the state is the one at rest.
     """
 
     name: str
@@ -50,6 +52,7 @@ class Scalar:
     minimum: float | None = None
     maximum: float | None = None
     depends_on: tuple[str, ...] = field(default=())
+    starts_from: tuple[str, ...] = field(default=())
 
     def as_dict(self) -> dict[str, object]:
         """For the runtime's own copy of the table."""
@@ -86,18 +89,20 @@ def track(
             table += [_wheel_z(i, side, "input"), _irregularity(i, side)]
         else:
             table.append(_force(i, side, "input", start=wheel_load))
-    everything = tuple(v.name for v in table if v.causality == "input")
+    law = _contact_parameters(contact) if with_contact else []
+    everything = _names(v for v in table if v.causality == "input") + _names(law)
     for i, side in wheels():
         here = (_position(i, "input").name,)
+        # At rest the rails carry all forces, and do not move whatever these are.
         table += [
-            replace(_rail_z(i, side, "output"), depends_on=here),
+            replace(_rail_z(i, side, "output"), depends_on=here, starts_from=everything),
             replace(_rail_vz(i, side), depends_on=everything),
         ]
         if with_contact:
-            motion = (_wheel_z(i, side, "input").name, _irregularity(i, side).name)
-            table.append(replace(_force(i, side, "output"), depends_on=here + motion))
-    table += [_input_hold(), _internal_step()]
-    return table + (_contact_parameters(contact) if with_contact else [])
+            own = here + _names([_wheel_z(i, side, "input"), _irregularity(i, side), *law])
+            force = _force(i, side, "output")
+            table.append(replace(force, depends_on=own, starts_from=everything))
+    return [*table, _input_hold(), _internal_step(), *law]
 
 
 def vehicle(
@@ -110,15 +115,20 @@ def vehicle(
             table += [_rail_z(i, side, "input"), _irregularity(i, side)]
         else:
             table.append(_force(i, side, "input", start=wheel_load))
-    table += [_position(i, "output") for i in WHEELSETS]
+    law = _contact_parameters(contact) if with_contact else []
+    journey, heights = _journey(positions[-1]), _start_heights()
+    run = _names([_time(), *journey])
+    table += [replace(_position(i, "output"), depends_on=run, starts_from=run) for i in WHEELSETS]
     for i, side in wheels():
-        table += [_wheel_z(i, side, "output"), _wheel_vz(i, side)]
+        start = _names([heights[i - 1]])
+        table += [replace(_wheel_z(i, side, "output"), starts_from=start), _wheel_vz(i, side)]
         if with_contact:
-            motion = (_rail_z(i, side, "input").name, _irregularity(i, side).name)
-            table.append(replace(_force(i, side, "output"), depends_on=motion))
-    table += _bodies(with_contact=with_contact)
-    table += [_input_hold(), *_journey(positions[-1]), *_start_heights()]
-    return table + ([_internal_step(), *_contact_parameters(contact)] if with_contact else [])
+            own = _names([_rail_z(i, side, "input"), _irregularity(i, side), *law])
+            force = _force(i, side, "output")
+            table.append(replace(force, depends_on=own, starts_from=own + start))
+    table += [*_bodies(_names(heights)), *_axleboxes(_names(heights), law)]
+    step = [_internal_step()] if with_contact else []
+    return [*table, _input_hold(), *journey, *heights, *step, *law]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,6 +137,10 @@ class Contact:
 
     k_H: float
     C: float
+
+
+def _names(table: Iterable[Scalar]) -> tuple[str, ...]:
+    return tuple(v.name for v in table)
 
 
 def _time() -> Scalar:
@@ -166,7 +180,7 @@ def _rail_z(i: int, side: str, causality: str) -> Scalar:
 
 def _rail_vz(i: int, side: str) -> Scalar:
     return _wheel(
-        i, side, "rail_vz", unit="m/s", causality="output", nominal=0.1,
+        i, side, "rail_vz", unit="m/s", display_unit="mm/s", causality="output", nominal=0.1,
         description="velocity (down) of the rail's material point under the wheel",
     )  # fmt: skip
 
@@ -181,7 +195,7 @@ def _wheel_z(i: int, side: str, causality: str) -> Scalar:
 
 def _wheel_vz(i: int, side: str) -> Scalar:
     return _wheel(
-        i, side, "wheel_vz", unit="m/s", causality="output", nominal=0.1,
+        i, side, "wheel_vz", unit="m/s", display_unit="mm/s", causality="output", nominal=0.1,
         description="velocity of the wheel, down",
     )  # fmt: skip
 
@@ -194,25 +208,46 @@ def _irregularity(i: int, side: str) -> Scalar:
     )  # fmt: skip
 
 
-def _bodies(*, with_contact: bool) -> list[Scalar]:
-    rows = []
-    for body in ("carbody", "bogie[1]", "bogie[2]"):
-        about = body.replace("[", " ").replace("]", "")
-        rows += [
-            (f"{body}.z", "m", f"displacement of the {about}, down", 1e-2),
-            (f"{body}.vz", "m/s", f"velocity of the {about}, down", 0.1),
-            (f"{body}.az", "m/s2", f"acceleration of the {about}, down", 1.0),
-            (f"{body}.pitch", "rad", f"pitch of the {about}, front up positive", 1e-3),
-        ]
-    table = [
-        Scalar(name=name, unit=unit, description=text, causality="output", nominal=nominal)
-        for name, unit, text, nominal in rows
-    ]
-    for i in WHEELSETS:
-        own = [_rail_z(i, s, "input").name for s in SIDES] + [
-            _irregularity(i, s).name for s in SIDES
-        ]
-        depends = own if with_contact else [_force(i, s, "input").name for s in SIDES]
+def _bodies(heights: Sequence[str]) -> list[Scalar]:
+    """At rest a body stands on the wheelsets below it; nothing moves or is accelerated."""
+    table = []
+    for body, about, below in (
+        ("carbody", "the car body", tuple(heights)),
+        ("bogie[1]", "the front bogie", tuple(heights[:2])),
+        ("bogie[2]", "the rear bogie", tuple(heights[2:])),
+    ):
+        table += [
+            Scalar(
+                name=f"{body}.z", unit="m", display_unit="mm", causality="output", nominal=1e-2,
+                starts_from=below, description=f"displacement of {about}, down",
+            ),
+            Scalar(
+                name=f"{body}.vz", unit="m/s", display_unit="mm/s", causality="output",
+                nominal=0.1, description=f"velocity of {about}, down",
+            ),
+            Scalar(
+                name=f"{body}.az", unit="m/s2", causality="output",
+                nominal=1.0, description=f"acceleration of {about}, down",
+            ),
+            Scalar(
+                name=f"{body}.pitch", unit="rad", display_unit="mrad", causality="output",
+                nominal=1e-3, starts_from=below,
+                description=f"pitch of {about}, front up positive",
+            ),
+        ]  # fmt: skip
+    return table
+
+
+def _axleboxes(heights: Sequence[str], law: Sequence[Scalar]) -> list[Scalar]:
+    """Accelerations of the wheelsets, which their own forces change at once."""
+    table = []
+    for i, height in zip(WHEELSETS, heights, strict=True):
+        depends = _names(_force(i, s, "input") for s in SIDES)
+        start = depends
+        if law:
+            own = [_rail_z(i, s, "input") for s in SIDES] + [_irregularity(i, s) for s in SIDES]
+            depends = _names([*own, *law])
+            start = (*depends, height)
         table.append(
             Scalar(
                 name=f"wheelset[{i}].az",
@@ -220,7 +255,8 @@ def _bodies(*, with_contact: bool) -> list[Scalar]:
                 description=f"acceleration of wheelset {i} (axle box), down",
                 causality="output",
                 nominal=10.0,
-                depends_on=tuple(depends),
+                depends_on=depends,
+                starts_from=start,
             )
         )
     return table
@@ -245,6 +281,7 @@ def _internal_step() -> Scalar:
     return Scalar(
         name="internal_step",
         unit="s",
+        display_unit="ms",
         causality="parameter",
         variability="fixed",
         start=5e-5,
