@@ -1,0 +1,185 @@
+"""The SSP file: valid, wired as the FMUs are, and at rest when it starts."""
+
+import io
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.ssp import ssd as fmpy_ssd
+from lxml import etree
+
+from railcosim.fmus import interface
+from railcosim.fmus.content import track_arrays
+from railcosim.fmus.export import contact_defaults
+from railcosim.fmus.ssp import Part, static_start, write_ssp
+from railcosim.master.connections import connect_by_name
+from railcosim.master.fmu import FmuComponent
+from railcosim.master.system import System
+from railcosim.vehicle.multibody import build_multibody
+from railcosim.vehicle.parameters import Vehicle
+
+SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
+SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
+SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
+WHEELS = [f"wheelset[{i}].{side}" for side in ("left", "right") for i in (1, 2, 3, 4)]
+
+
+@pytest.fixture(scope="module")
+def pair(exported, short_track, short_reduced, tmp_path_factory):
+    """The SSP of the short track, written as `export` has it written."""
+    vehicle = Vehicle()
+    ahead = build_multibody(vehicle).wheelset_x
+    known = {
+        "wheel_load": vehicle.wheel_load,
+        "positions": (ahead - ahead[-1] + short_track.fastening.spacing / 2).tolist(),
+    }
+    contact = contact_defaults(vehicle)
+    heights = static_start(track_arrays(short_reduced), C=contact.C, **known)
+    return write_ssp(
+        tmp_path_factory.mktemp("ssp") / "Pair.ssp",
+        Part(
+            name="vehicle",
+            fmu=exported["Vehicle"],
+            table=interface.vehicle(with_contact=False, contact=contact, **known),
+            start=heights,
+        ),
+        Part(
+            name="track",
+            fmu=exported["TrackWithContact"],
+            table=interface.track(with_contact=True, contact=contact, **known),
+            start={},
+        ),
+        step=1e-4,
+        stop=1.0,
+    )
+
+
+@pytest.fixture(scope="module")
+def structure(pair):
+    with zipfile.ZipFile(pair) as archive:
+        return etree.fromstring(archive.read("SystemStructure.ssd"))
+
+
+@pytest.fixture(scope="module")
+def unpacked(pair, tmp_path_factory):
+    """FMU files of the SSP by the component's name."""
+    folder = tmp_path_factory.mktemp("unpacked")
+    with zipfile.ZipFile(pair) as archive:
+        archive.extractall(folder)
+    ssd = etree.parse(folder / "SystemStructure.ssd")
+    return {c.get("name"): folder / c.get("source") for c in ssd.iter(f"{SSD}Component")}
+
+
+def schema(name):
+    return etree.XMLSchema(file=str(Path(fmpy_ssd.__file__).parent / "schema" / name))
+
+
+def test_structure_is_valid(structure):
+    schema("SystemStructureDescription.xsd").assertValid(structure)
+
+
+def test_the_schema_can_refuse(structure):
+    """What makes the test above worth something."""
+    bad = etree.fromstring(etree.tostring(structure))
+    del bad.find(f".//{SSD}Connector").attrib["kind"]
+    assert not schema("SystemStructureDescription.xsd").validate(bad)
+
+
+def test_parameter_values_are_valid(structure):
+    """A schema of their own: the system's passes over what is in a binding."""
+    (values,) = structure.iter(f"{SSV}ParameterSet")
+    document = etree.parse(io.BytesIO(etree.tostring(values)))
+    schema("SystemStructureParameterValues.xsd").assertValid(document)
+
+
+def test_every_variable_is_in_the_fmus(structure, unpacked):
+    described = {
+        name: {v.name: v for v in fmpy.read_model_description(str(path)).modelVariables}
+        for name, path in unpacked.items()
+    }
+    assert set(described) == {"vehicle", "track"}
+    for component in structure.iter(f"{SSD}Component"):
+        variables = described[component.get("name")]
+        for connector in component.iter(f"{SSD}Connector"):
+            variable = variables[connector.get("name")]
+            assert variable.causality == connector.get("kind")
+            assert variable.unit == connector.find(f"{SSC}Real").get("unit")
+        for parameter in component.iter(f"{SSV}Parameter"):
+            variable = variables[parameter.get("name")]
+            assert variable.causality == "parameter"
+            assert variable.unit == parameter.find(f"{SSV}Real").get("unit")
+    units = {u.get("name") for u in structure.iter(f"{SSC}Unit")}
+    assert units >= {r.get("unit") for r in structure.iter(f"{SSC}Real", f"{SSV}Real")}
+
+
+def test_connections_are_those_by_name(structure, unpacked):
+    """Every wheel and every position; both ends are connectors of their components."""
+    found = {
+        tuple(c.get(k) for k in ("startElement", "startConnector", "endElement", "endConnector"))
+        for c in structure.iter(f"{SSD}Connection")
+    }
+    expected = {("vehicle", f"{w}.wheel_z", "track", f"{w}.wheel_z") for w in WHEELS}
+    expected |= {("track", f"{w}.force_z", "vehicle", f"{w}.force_z") for w in WHEELS}
+    positions = [f"wheelset[{i}].position" for i in (1, 2, 3, 4)]
+    expected |= {("vehicle", p, "track", p) for p in positions}
+    assert found == expected
+    ends = {
+        (component.get("name"), connector.get("name"), connector.get("kind"))
+        for component in structure.iter(f"{SSD}Component")
+        for connector in component.iter(f"{SSD}Connector")
+    }
+    for source, output, target, input_ in found:
+        assert (source, output, "output") in ends
+        assert (target, input_, "input") in ends
+
+
+def test_every_input_connector_is_fed(structure):
+    """FMPy 0.3.32 feeds an input connector without a connection from the connection before it."""
+    fed = {(c.get("endElement"), c.get("endConnector")) for c in structure.iter(f"{SSD}Connection")}
+    for component in structure.iter(f"{SSD}Component"):
+        for connector in component.iter(f"{SSD}Connector"):
+            if connector.get("kind") == "input":
+                assert (component.get("name"), connector.get("name")) in fed
+
+
+def test_it_starts_at_rest(structure, unpacked):
+    """The FMUs out of the SSP, its parameters set: nothing is accelerated, and nothing moves."""
+    start = {
+        p.get("name"): float(p.find(f"{SSV}Real").get("value"))
+        for p in structure.iter(f"{SSV}Parameter")
+    }
+    with (
+        FmuComponent.load(unpacked["vehicle"], name="vehicle") as vehicle,
+        FmuComponent.load(unpacked["track"], name="track") as track,
+    ):
+        vehicle.set_parameters({**start, "speed": 0.0})
+        system = System([vehicle, track], connect_by_name([vehicle, track]))
+        for fmu in (vehicle, track):
+            fmu.enter_initialization(0.0)
+        system.exchange()
+        az = [k for k, name in enumerate(system.names) if name.endswith(".az")]
+        # The contact solves its compression to 1e-12, and k_H times that of 1e-4 m is 1e-7 N on
+        # a wheelset of 1.7 t: 1e-10 m/s2. A height 1e-9 m off would give 1e-4 m/s2.
+        assert np.abs(system.outputs[az]).max() < 1e-9
+        forces = system.outputs[[system.names.index(f"track.{w}.force_z") for w in WHEELS]]
+        assert forces == pytest.approx(np.full(8, Vehicle().wheel_load), rel=1e-9)  # see above
+        for fmu in (vehicle, track):
+            fmu.exit_initialization()
+        before = system.outputs.copy()
+        for k in range(20):
+            for fmu in (vehicle, track):
+                fmu.do_step(k * 1e-3, 1e-3)
+        system.forget()
+        system.exchange()
+        moved = np.abs(system.outputs - before)[[n.endswith("_z") for n in system.names]]
+        nominal = [v.nominal for v in system.variables if v.name.endswith("_z")]
+        assert (moved < 1e-9 * np.array(nominal)).all()  # 1e-12 m, see above
+
+
+def test_fmpy_reads_it(pair):
+    """Validated, with 20 connections between different components."""
+    described = fmpy_ssd.read_ssd(str(pair))
+    assert len(described.system.connections) == 20
+    assert len(fmpy_ssd.get_connections(described.system)) == 20
