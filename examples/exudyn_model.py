@@ -30,6 +30,21 @@ BALANCE = 1e-3  # N, to which forces balance: a millionth of what the contact fo
 TINY = 1e-14  # relative tolerance, so that the absolute one counts
 
 
+def hertz(C: float, overlap: float, gives: float) -> float:
+    """Force F = C delta^1.5 of a contact that opens, with delta + gives F = overlap.
+
+    Newton's method, from the side where it cannot overshoot.
+    """
+    if overlap <= 0:
+        return 0.0
+    delta, change = overlap, overlap
+    while change > 1e-12 * overlap:
+        root = delta**0.5
+        change = (delta + gives * C * delta * root - overlap) / (1 + 1.5 * gives * C * root)
+        delta -= change
+    return C * delta**1.5
+
+
 class ExudynVehicle:
     """Seven bodies in exudyn's plane: x forward, y UP; turning about z lifts the front.
 
@@ -45,7 +60,7 @@ class ExudynVehicle:
     """
 
     def __init__(self, p: Vehicle, C: float) -> None:
-        exudyn.config.suppressWarnings = True  # that Python functions are slow
+        exudyn.config.printToConsole = False  # what goes wrong is raised anyway
         self.container = exudyn.SystemContainer()  # the system lives no longer than it
         self.mbs = self.container.AddSystem()
         self.gravity = p.geometry.gravity
@@ -60,7 +75,8 @@ class ExudynVehicle:
                 node, wheelset = self._wheelset(x_bogie + x_axle, p.wheelset.mass)
                 self._suspend(bogie, x_axle, wheelset, p.primary_suspension)
                 wheelsets.append(node)
-        self.contacts = [self._contact(node, C) for _ in ("left", "right") for node in wheelsets]
+        self.rail_gives = [0.0] * 8
+        self.contacts = [self._contact(node, k, C) for k, node in enumerate(2 * wheelsets)]
         self.mbs.Assemble()
 
     def _frame(self, x: float, mass: float, inertia: float) -> tuple[int, int]:
@@ -106,11 +122,11 @@ class ExudynVehicle:
                 )
             )
 
-    def _contact(self, wheelset: int, C: float) -> int:
-        """Hertz spring that opens; from wheel to ground, its length is the wheel's way DOWN."""
+    def _contact(self, wheelset: int, k: int, C: float) -> int:
+        """Contact of wheel k; from wheel to ground, the spring's length is the wheel's way DOWN."""
 
         def force(mbs, t, number, wheel_z, wheel_vz, C, damping, surface_z) -> float:
-            return C * max(wheel_z - surface_z, 0.0) ** 1.5
+            return hertz(C, wheel_z - surface_z, self.rail_gives[k])
 
         return self.mbs.AddObject(
             CoordinateSpringDamper(
@@ -120,10 +136,19 @@ class ExudynVehicle:
             )
         )
 
-    def put_rails(self, surface_z: np.ndarray) -> None:
-        """Where the rail's surface is under each wheel: left 1..4, right 1..4, m, down."""
-        for contact, z in zip(self.contacts, surface_z, strict=True):
-            self.mbs.SetObjectParameter(contact, "offset", float(z))
+    def put_rails(self, surface_z: np.ndarray, gives: np.ndarray) -> None:
+        """Set the rails' surface under the wheels without contact forces: left 1..4, right 1..4.
+
+        Parameters
+        ----------
+        surface_z : array, shape (8,)
+            m, down.
+        gives : array, shape (8,)
+            How far a contact force moves it from there, m/N.
+        """
+        self.rail_gives[:] = gives.tolist()
+        for contact, z in zip(self.contacts, surface_z.tolist(), strict=True):
+            self.mbs.SetObjectParameter(contact, "offset", z)
 
     def forces(self) -> np.ndarray:
         """Contact forces, N, left 1..4, right 1..4."""
@@ -143,7 +168,6 @@ class ExudynVehicle:
         """Come to rest under gravity."""
         settings = exudyn.SimulationSettings()
         settings.solution.file.write = False
-        settings.staticSolver.verboseMode = 0
         newton = settings.staticSolver.newton
         newton.absoluteTolerance, newton.relativeTolerance = BALANCE, TINY
         self.mbs.SolveStatic(settings, updateInitialValues=True)
@@ -161,7 +185,6 @@ class ExudynVehicle:
         integration = settings.timeIntegration
         integration.endTime, integration.numberOfSteps = stop, round(stop / step)
         integration.adaptiveStep = False  # a step taken twice would move the track twice
-        integration.verboseMode = 0
         newton = integration.newton
         newton.absoluteTolerance, newton.relativeTolerance = BALANCE, TINY
         self.mbs.SetPreStepUserFunction(lambda mbs, t: before(t) is None)

@@ -2,7 +2,7 @@
 
 The vehicle (`exudyn_model.py`) has the numbers of our vehicle and nothing else of ours. Track.fmu
 is driven by plain FMI 2.0 calls. What both vehicles do at 250 km/h over the same irregularity is
-compared, with two steps each, so that one sees what the steps leave. Takes one to three minutes.
+compared, with two steps each, so that one sees what the steps leave. Takes two minutes.
 
     pip install exudyn
     python examples/exudyn_vehicle.py [PICTURE] [--fmus FOLDER] [--time SECONDS]
@@ -10,6 +10,7 @@ compared, with two steps each, so that one sees what the steps leave. Takes one 
 
 import argparse
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -34,15 +35,17 @@ except ModuleNotFoundError as missing:
     sys.exit(f"{missing}; exudyn is a multibody code: pip install exudyn")
 
 SPEED = 250 / 3.6  # m/s
-STEPS = (2e-5, 1e-5)  # s, of exudyn and Track.fmu
 OUR_STEPS = (5e-5, 2.5e-5)  # s, of Vehicle.fmu and TrackWithContact.fmu
-SAMPLE = 1e-4  # s, a multiple of all of them: when the vehicles are compared
+SAMPLE = 1e-4  # s, a multiple of all steps: when the vehicles are compared
+PROBE = 1e3  # N, of a trial step; the track is linear, so any will do
 QUANTITIES = {  # columns of the samples
     "contact forces": slice(0, 8),
-    "car body acceleration": [8],
-    "car body displacement": [9],
-    "car body pitch": [10],
+    "acceleration": [8],  # of the car body, as the next two
+    "displacement": [9],
+    "pitch": [10],
 }
+
+Heights = Callable[[float], np.ndarray]  # of the rails' surface at a time, m, down
 
 
 class TrackFmu:
@@ -70,16 +73,19 @@ class TrackFmu:
         self.fmu.instantiate()
         self.fmu.setupExperiment(startTime=0.0)
         self.fmu.enterInitializationMode()
-        self.fmu.setInteger([self.input_hold], [1])  # inputs go on along their last two values
         self.fmu.setReal(self.u, [*self.start, *force])
         self.fmu.exitInitializationMode()
         return np.array(self.fmu.getReal(self.y))
 
-    def step(self, t: float, h: float, force: np.ndarray) -> np.ndarray:
-        """From t to t + h with the forces and positions at t; returns the deflection at t + h."""
-        self.fmu.setReal(self.u, [*(self.start + SPEED * t), *force])
+    def step(self, t: float, h: float, inputs_at: float, force: np.ndarray) -> np.ndarray:
+        """From t to t + h, with the inputs of one instant; returns the deflection at t + h."""
+        self.fmu.setReal(self.u, [*(self.start + SPEED * inputs_at), *force])
         self.fmu.doStep(currentCommunicationPoint=t, communicationStepSize=h)
         return np.array(self.fmu.getReal(self.y))
+
+    def hold(self, how: int) -> None:
+        """Say how inputs go over a step."""
+        self.fmu.setInteger([self.input_hold], [how])
 
     def close(self) -> None:
         """End the FMU."""
@@ -87,26 +93,74 @@ class TrackFmu:
         self.fmu.freeInstance()
 
 
-def exudyn_run(path: Path, p: Vehicle, journey: Journey, step: float, stop: float) -> np.ndarray:
-    """Run exudyn on Track.fmu: the track steps first, and the vehicle onto the rail's new place."""
+class Explicit:
+    """The track steps first, with forces that go on along their last two values.
+
+    Then the vehicle steps onto the rail's new place.
+    """
+
+    def __init__(self, track: TrackFmu, vehicle: ExudynVehicle, irregularity: Heights) -> None:
+        self.track, self.vehicle, self.irregularity = track, vehicle, irregularity
+        track.hold(1)
+
+    def before(self, t: float, h: float) -> None:
+        """Find the rail's place at t, the END of the step."""
+        rail_z = self.track.step(t - h, h, t - h, self.vehicle.forces())
+        self.vehicle.put_rails(rail_z + self.irregularity(t), np.zeros(8))
+
+    def after(self, t: float, h: float) -> None:
+        """Nothing is left to do."""
+
+
+class Implicit(Explicit):
+    """The vehicle steps onto a rail that gives way; then the track steps under the forces found.
+
+    Over a step, the rail's place at its end is linear in the forces at its end. Two trial steps
+    from a saved state tell how. In so short a time a force reaches no other wheel.
+    """
+
+    def __init__(self, track: TrackFmu, vehicle: ExudynVehicle, irregularity: Heights) -> None:
+        super().__init__(track, vehicle, irregularity)
+        track.hold(2)  # inputs go along the line to those set, which are of the step's end
+
+    def before(self, t: float, h: float) -> None:
+        """Find the rail's place at t without forces, and how far it gives way to them."""
+        fmu, force = self.track.fmu, self.vehicle.forces()
+        state = fmu.getFMUState()
+        loaded_z = self.track.step(t - h, h, t, force)
+        fmu.setFMUState(state)
+        gives = (self.track.step(t - h, h, t, force + PROBE) - loaded_z) / PROBE
+        fmu.setFMUState(state)
+        fmu.freeFMUState(state)
+        self.vehicle.put_rails(loaded_z - gives * force + self.irregularity(t), gives)
+
+    def after(self, t: float, h: float) -> None:
+        """Step the track under the forces at t."""
+        self.track.step(t - h, h, t, self.vehicle.forces())
+
+
+def exudyn_run(
+    path: Path, p: Vehicle, journey: Journey, coupling: type[Explicit], step: float, stop: float
+) -> np.ndarray:
+    """Roll exudyn's vehicle over Track.fmu; returns samples, shape (n, 11)."""
     with TemporaryDirectory() as unpacked, progress(f"exudyn, {1e3 * step:g} ms") as update:
         track, vehicle = TrackFmu(path, unpacked), ExudynVehicle(p, contact_defaults(p).C)
         irregularity = journey.profile.under(track.start, SPEED, FADE_IN)
-        vehicle.put_rails(track.settle(np.full(8, p.wheel_load)) + irregularity(0.0))
+        rail_z = track.settle(np.full(8, p.wheel_load))
+        vehicle.put_rails(rail_z + irregularity(0.0), np.zeros(8))
         vehicle.settle()
         z_0, samples = vehicle.carbody()[1], []
-
-        def before(t: float) -> None:  # t: the END of the step
-            rail_z = track.step(t - step, step, vehicle.forces())
-            vehicle.put_rails(rail_z + irregularity(t))
+        coupled = coupling(track, vehicle, irregularity)
 
         def after(t: float) -> None:
+            if t > 0:  # exudyn also calls it at the start
+                coupled.after(t, step)
             if round(t / step) % round(SAMPLE / step) == 0:
                 acceleration, z, pitch = vehicle.carbody()
                 samples.append([*vehicle.forces(), acceleration, z - z_0, pitch])
                 update(t, stop)
 
-        vehicle.roll(step, stop, before, after)
+        vehicle.roll(step, stop, lambda t: coupled.before(t, step), after)
         track.close()
     return np.array(samples)
 
@@ -132,14 +186,16 @@ def our_run(fmus: Path, journey: Journey, step: float, stop: float) -> np.ndarra
     return np.stack(columns, axis=1)[::every]
 
 
-def print_differences(name: str, theirs: np.ndarray, ours: np.ndarray, wheel_load: float) -> None:
-    """Of each quantity: RMS and largest difference over those of its dynamic part, in percent."""
+def print_row(name: str, theirs: np.ndarray, ours: np.ndarray, wheel_load: float) -> None:
+    """RMS and largest difference of each quantity over those of its dynamic part, in percent."""
     at_rest = np.array([wheel_load] * 8 + [0.0] * 3)
-    for quantity, columns in QUANTITIES.items():
+    cells = []
+    for columns in QUANTITIES.values():
         error, dynamic = (theirs - ours)[:, columns], (ours - at_rest)[:, columns]
         rms = np.sqrt(np.mean(error**2) / np.mean(dynamic**2))
         largest = np.abs(error).max() / np.abs(dynamic).max()
-        print(f"{name:22} {quantity:22} {100 * rms:8.3f} {100 * largest:8.3f}")
+        cells.append(f"{100 * rms:.3f} {100 * largest:7.3f}")
+    print(f"{name:26}" + "".join(f"{cell:>16}" for cell in cells))
 
 
 def save_comparison(theirs: np.ndarray, ours: np.ndarray, path: Path) -> None:
@@ -168,11 +224,13 @@ def compare(fmus: Path, stop: float, picture: Path) -> None:
     p, profile = Vehicle(), synthesise("german-low", SPEED * stop + FADE_IN)
     journey = Journey(speed=SPEED, held=False, profile=profile)
     coarse, ours = (our_run(fmus, journey, step, stop) for step in OUR_STEPS)
-    print("difference to railcosim with 0.025 ms, % of the dynamic part:  RMS  largest")
-    print_differences("railcosim, 0.05 ms", coarse, ours, p.wheel_load)
-    for step in STEPS:
-        theirs = exudyn_run(fmus / "Track.fmu", p, journey, step, stop)
-        print_differences(f"exudyn, {1e3 * step:g} ms", theirs, ours, p.wheel_load)
+    print("difference to railcosim with 0.025 ms: RMS and largest, % of the dynamic part")
+    print(f"{'':26}" + "".join(f"{quantity:>16}" for quantity in QUANTITIES))
+    print_row("railcosim, 0.05 ms", coarse, ours, p.wheel_load)
+    for coupling, step in ((Explicit, 2e-5), (Explicit, 1e-5), (Implicit, 1e-4), (Implicit, 5e-5)):
+        theirs = exudyn_run(fmus / "Track.fmu", p, journey, coupling, step, stop)
+        name = f"exudyn, {coupling.__name__.lower()}, {1e3 * step:g} ms"
+        print_row(name, theirs, ours, p.wheel_load)
     save_comparison(theirs, ours, picture)
 
 
