@@ -7,6 +7,7 @@ import json
 import shutil
 import tempfile
 import uuid
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -26,9 +27,10 @@ from railcosim.vehicle.parameters import Vehicle
 from . import interface
 from .content import Arrays, track_arrays, vehicle_arrays
 from .description.about import PYTHON, Description
+from .description.extras import extras
 from .description.fmi2 import model_description
+from .description.kind import KINDS
 from .interface import Scalar
-from .package import documentation
 
 # What travels in every FMU, by its place under the package; all of it needs numpy only.
 RUNTIME = {
@@ -154,19 +156,20 @@ def _pack(content: Content, target: Path) -> Path:
         )
         xml = model_description(about, content.table)
         (work / "modelDescription.xml").write_bytes(xml)
-        pages = work / "documentation"
-        pages.mkdir()
-        page = documentation(about, content.table, content.parameters)
-        (pages / "index.html").write_text(page, encoding="utf-8")
+        beside = extras(
+            about, KINDS[content.model], content.table, content.arrays,
+            fmi=2, parameters=content.parameters,
+        )  # fmt: skip
         # Scripts of one name share a module in the host, so the name says what code it is.
         script = work / f"{package}_{content.name}.py"
         script.write_text(SCRIPT.format(package=package, name=content.name), encoding="utf-8")
         resources = [
             work / n for n in (package, "model.npz", "interface.json", "modelDescription.xml")
         ]
-        packed = FmuBuilder.build_FMU(
-            script, dest=work / "built", project_files=resources, documentation_folder=pages
-        )
+        packed = FmuBuilder.build_FMU(script, dest=work / "built", project_files=resources)
+        with zipfile.ZipFile(packed, "a", zipfile.ZIP_DEFLATED) as archive:
+            for path, data in beside.items():
+                archive.writestr(path, data)
         shutil.move(packed, target)
     return target
 

@@ -109,18 +109,15 @@ def track_states(arrays: Arrays) -> States:
         seen = np.append(all_ring, ring + k)
         for quantity in ("rail_z", "rail_vz"):
             outputs[f"wheelset[{i}].{side}.{quantity}"] = {RE: seen, IM: seen}
-    # Both parts of a mode oscillate; none is overdamped as the vehicle's are.
-    own = [{RE: np.array([k]), IM: np.array([k])} for k in range(ring + 8)]
-    derivatives = [Depends(names, elements) for names, elements in zip(drivers, own, strict=True)]
+    poles = np.append(arrays["poles"], np.full(len(FORCES), arrays["residual_pole"]))
     largest = FORCE * np.abs(arrays["table"][:, 0] / arrays["poles"]).max()
     return States(
         blocks=[
             Block(
                 name=name,
-                description=f"{part} parts of the modal states: modes of the ring, then one under "
-                "each wheel, left 1 to 4, right 1 to 4",
+                description=f"{part} parts of the ring's modes, then of those under the wheels",
                 nominal=_rounded(largest),
-                derivatives=derivatives,
+                derivatives=_oscillations(name, poles, drivers),
                 at_rest=drivers,
                 derivatives_at_rest=[()] * len(drivers),
             )
@@ -178,22 +175,25 @@ def _seen(shape: ComplexArray) -> Elements:
 def _vehicle_modes(arrays: Arrays, name: str) -> Block:
     poles: ComplexArray = arrays["poles"]
     into: ComplexArray = arrays["left"][:, -len(WHEELSETS) :]
-    part, other = (np.real, IM) if name == RE else (np.imag, RE)
-    driven = [_forces(row) for row in part(into)]
-    # (lambda s).re = lambda.re s.re - lambda.im s.im, and so on: nothing across if lambda is real.
-    derivatives = [
-        Depends(driven[k], {name: np.array([k]), other: k + np.flatnonzero([pole.imag])})
-        for k, pole in enumerate(poles)
-    ]
+    driven = [_forces(row) for row in (into.real if name == RE else into.imag)]
     return Block(
         name=name,
-        description=f"{PARTS[name]} parts of the modal states",
+        description=f"{PARTS[name]} parts of the modes",
         nominal=_rounded(FORCE * np.abs(into / poles[:, None]).max()),
-        derivatives=derivatives,
+        derivatives=_oscillations(name, poles, driven),
         # As many suspensions as bodies above the wheelsets can move: at rest none is stretched.
         at_rest=[()] * len(poles),
         derivatives_at_rest=driven,
     )
+
+
+def _oscillations(name: str, poles: ComplexArray, drivers: Sequence[Names]) -> list[Depends]:
+    """Of the part `name` of lambda s: lambda.re times it, +- lambda.im times the other part."""
+    other = IM if name == RE else RE
+    return [
+        Depends(driven, {name: np.array([k]), other: k + np.flatnonzero([pole.imag])})
+        for k, (pole, driven) in enumerate(zip(poles, drivers, strict=True))
+    ]
 
 
 def _rigid_positions(arrays: Arrays) -> Block:

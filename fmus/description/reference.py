@@ -1,0 +1,164 @@
+"""A short run as reference data: what an FMU must answer to inputs that anyone can repeat.
+
+The run is made by the Python models, which share no code with the native runtime.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..content import Arrays
+from ..interface import Scalar, wheels
+from ..python_runtime.models import TrackModel, VehicleModel
+
+FloatArray = NDArray[np.float64]
+
+STEP, STEPS = 1e-4, 200  # s
+SPEED = 250 / 3.6  # m/s
+
+
+@dataclass(frozen=True)
+class Wave:
+    """An input u = mean (1 + depth sin(2 pi frequency t + k)), k = 0..7 for the wheels.
+
+    Attributes
+    ----------
+    mean : float or None
+        In the unit of the input; None is its start value.
+    depth : float
+        Relative amplitude.
+    frequency : float
+        Hz.
+    """
+
+    mean: float | None
+    depth: float
+    frequency: float
+
+
+WAVES = {
+    "force_z": Wave(None, 0.2, 50.0),
+    "wheel_z": Wave(1.5e-3, 0.02, 50.0),  # about the deflection under the static load
+    "rail_z": Wave(-1e-4, 0.2, 50.0),  # about the compression under it
+    "irregularity_z": Wave(1e-5, 1.0, 120.0),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """Inputs and outputs at communication points.
+
+    Attributes
+    ----------
+    time : array, shape (n,)
+        s.
+    inputs, outputs : dict of array, shape (n,)
+        By name of variable. Outputs of a row are those at the end of the step that leads to it,
+        the inputs of the row before being held; those of the first row are at rest under its
+        inputs.
+    formulas : dict of str
+        Inputs as functions of time t and number k of the wheel, by quantity.
+    """
+
+    time: FloatArray
+    inputs: dict[str, FloatArray]
+    outputs: dict[str, FloatArray]
+    formulas: dict[str, str]
+
+
+def reference_run(
+    model: type[TrackModel] | type[VehicleModel], arrays: Arrays, table: Sequence[Scalar]
+) -> Run:
+    """Step a model with inputs held over steps of 0.1 ms, all parameters at their start values.
+
+    Parameters
+    ----------
+    model : TrackModel or VehicleModel
+        The Python model.
+    arrays : dict of array
+        What it reads.
+    table : sequence of Scalar
+        The interface.
+    """
+    time: FloatArray = STEP * np.arange(STEPS + 1, dtype=np.float64)
+    known = [v for v in table if v.causality == "input"]
+    u = np.array([_input(v, time) for v in known]).T  # (n, inputs)
+    names = [v.name for v in table if v.causality == "output"]
+    made = model(arrays, [v.name for v in known], names)
+    made.configure({v.name: v.start for v in table if v.causality == "parameter"})
+    y = np.empty((time.size, len(names)))
+    state, now = made.rest(made.read(u[0])), made.read(u[0])
+    made.write(state, now, 0.0, y[0])
+    for k, end in enumerate(time[1:], start=1):
+        now = made.read(u[k - 1])
+        state = made.mover.step(state, now, now, STEP)
+        made.write(state, now, end, y[k])
+    return Run(
+        time=time,
+        inputs={v.name: column for v, column in zip(known, u.T, strict=True)},
+        outputs=dict(zip(names, y.T, strict=True)),
+        formulas=_formulas(known),
+    )
+
+
+def _input(v: Scalar, time: FloatArray) -> FloatArray:
+    owner, quantity = v.name.rsplit(".", 1)
+    if quantity == "position":
+        return float(v.start or 0) + SPEED * time
+    wave, k = WAVES[quantity], [f"wheelset[{i}].{side}" for i, side in wheels()].index(owner)
+    mean = float(v.start or 0) if wave.mean is None else wave.mean
+    swing: FloatArray = mean * (1 + wave.depth * np.sin(2 * np.pi * wave.frequency * time + k))
+    return swing
+
+
+def _formulas(known: Sequence[Scalar]) -> dict[str, str]:
+    formulas = {}
+    for v in known:
+        quantity = v.name.rsplit(".", 1)[1]
+        if quantity == "position":
+            formulas[quantity] = f"start value + {SPEED!r} t"
+        elif quantity not in formulas:
+            wave = WAVES[quantity]
+            mean = v.start if wave.mean is None else wave.mean
+            formulas[quantity] = (
+                f"{mean!r} (1 + {wave.depth:g} sin(2 pi {wave.frequency:g} t + k)) {v.unit}"
+            )
+    return formulas
+
+
+def csv(time: FloatArray, columns: dict[str, FloatArray]) -> bytes:
+    """Comma-separated values with a header, as the FMI cross-check has them; full precision."""
+    header = ",".join(f'"{name}"' for name in ("time", *columns))
+    rows = np.column_stack([time, *columns.values()]).tolist()
+    lines = [header, *(",".join(map(repr, row)) for row in rows)]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def scheme(name: str, run: Run, table: Sequence[Scalar]) -> str:
+    """How the reference data came about, in words."""
+    units = {v.name: v.unit for v in table}
+    names = (*run.inputs, *run.outputs)
+    formulas = "\n".join(f"  {quantity} = {text}" for quantity, text in run.formulas.items())
+    columns = "\n".join(f"  {column}: {units[column]}" for column in names)
+    return f"""Reference run of {name}
+
+{name}_in.csv   inputs
+{name}_ref.csv  outputs
+
+Co-simulation from t = 0 s to {run.time[-1]:g} s with a communication step of {STEP:g} s and
+input_hold = 0: the inputs of a row are set and held over the step to the next row.
+The inputs of the first row are set in initialisation mode. All parameters have their start values.
+Outputs of a row are read at the end of the step, before new inputs are set; those of the first
+row after initialisation. Made in double precision by the Python models of railcosim, apart from
+the runtime in this FMU; two runtimes differ by rounding (1e-9 of a column's largest value).
+
+Inputs, t in s, k = 0..7 for the wheels: left 1 to 4, right 1 to 4:
+{formulas}
+
+Columns and units, time in s:
+{columns}
+"""
