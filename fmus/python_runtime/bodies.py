@@ -67,7 +67,7 @@ class TrackBody:
         self.partner: NDArray[np.intp] = arrays["partner"]
         self.even = int((arrays["parity"] > 0).sum())  # even modes first, then odd ones
         # (nodes, 2, n): w and theta; contiguous, for `shapes` reads neighbours as one block.
-        self.table: ComplexArray = np.ascontiguousarray(arrays["table"])
+        self.table: ComplexArray = np.ascontiguousarray(arrays["table"], dtype=complex)
         self.phi = float(arrays["phi"])
         self.cell_length = float(arrays["cell_length"])
         self.length = float(arrays["length"])

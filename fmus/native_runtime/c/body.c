@@ -1,0 +1,265 @@
+#include "body.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Places (m) are rounded to this. A position extrapolated and the same position set from outside
+   then are one place, whose shapes need not be computed twice; shapes change by 1e-11 of
+   themselves over it. */
+static const double GRID = 1.0 / (1ll << 40);
+
+int body_create(Body *body, const Model *model)
+{
+    const size_t n = model->ring;
+    memset(body, 0, sizeof *body);
+    body->model = model;
+    body->kernels = kernels_for_this_processor();
+    body->memory = calloc(16 * n + 2 * model->modes + 2 * model->longest, sizeof(double));
+    if (body->memory == NULL)
+        return 0;
+    double *at = body->memory;
+    Shapes *both[2] = {&body->shapes, &body->slope};
+    for (int k = 0; k < 2; k++, at += 8 * n) {
+        both[k]->out_re = at;
+        both[k]->out_im = at + 4 * n;
+        both[k]->in_re = both[k]->out_re; /* a track: the wave that runs the other way */
+        both[k]->in_im = both[k]->out_im;
+    }
+    body->flexibility = at;
+    body->work = at + 2 * model->modes;
+    for (size_t r = 0; r < model->modes; r++) {
+        const double re = model->pole.re[r], im = model->pole.im[r], size = re * re + im * im;
+        body->flexibility[r] = -re / size;
+        body->flexibility[model->modes + r] = im / size;
+    }
+    if (model->nodes == 0) { /* a vehicle: the same everywhere; the slope stays zero */
+        memcpy(body->shapes.out_re, model->out.re, 4 * n * sizeof(double));
+        memcpy(body->shapes.out_im, model->out.im, 4 * n * sizeof(double));
+        body->shapes.in_re = model->in.re;
+        body->shapes.in_im = model->in.im;
+    }
+    return 1;
+}
+
+void body_free(Body *body)
+{
+    free(body->memory);
+    memset(body, 0, sizeof *body);
+}
+
+/* Where on the ring: cell, first node of the element, and how far into the element (0..1). */
+static void locate(const Model *m, double x, size_t *cell, size_t *node, double *xi)
+{
+    double around = fmod(x, m->length);
+    if (around < 0)
+        around += m->length;
+    const double c = fmin(floor(around / m->cell_length), (double)(m->cells - 1));
+    const double inside = fmax(around - c * m->cell_length, 0.0) / m->element;
+    const double e = fmin(floor(inside), (double)(m->nodes - 2));
+    *cell = (size_t)c;
+    *node = (size_t)e;
+    *xi = inside - e;
+}
+
+/* Interpolation of a Timoshenko element from [w_a, theta_a, w_b, theta_b], and its derivative
+   along x: Friedman & Kosmatka (1993), as track/shape_functions.py. */
+static void shape_functions(double xi, double length, double phi, double w[4], double dw[4])
+{
+    const double s = 1 / (1 + phi), xi2 = xi * xi, xi3 = xi2 * xi;
+    w[0] = s * (2 * xi3 - 3 * xi2 - phi * xi + 1 + phi);
+    w[1] = s * length * (xi3 - (2 + phi / 2) * xi2 + (1 + phi / 2) * xi);
+    w[2] = s * (-2 * xi3 + 3 * xi2 + phi * xi);
+    w[3] = s * length * (xi3 - (1 - phi / 2) * xi2 - phi / 2 * xi);
+    dw[0] = s / length * (6 * xi2 - 6 * xi - phi);
+    dw[1] = s * (3 * xi2 - 2 * (2 + phi / 2) * xi + 1 + phi / 2);
+    dw[2] = s / length * (-6 * xi2 + 6 * xi + phi);
+    dw[3] = s * (3 * xi2 - 2 * (1 - phi / 2) * xi - phi / 2);
+}
+
+/* Shapes of one wheelset with given weights of the nodes' values. */
+static void interpolate(Body *body, Shapes *shapes, size_t k, size_t cell, size_t node,
+                        const double w[4], const double local[2])
+{
+    const Model *m = body->model;
+    const size_t n = m->ring, row = 2 * node * n;
+    for (size_t j = 0; j < m->segments; j++) {
+        const size_t to = m->segment[j].to;
+        body->kernels->interpolate(m->segment[j].size, n, m->table_re + row + to,
+                                   m->table_im + row + to, w,
+                                   m->phase + 2 * (cell * m->segments + j),
+                                   shapes->out_re + k * n + to, shapes->out_im + k * n + to);
+    }
+    const double *re = m->local_shape.re + node, *im = m->local_shape.im + node;
+    shapes->local_re[k] = shapes->local_re[k + WHEELSETS] = local[0] * re[0] + local[1] * re[1];
+    shapes->local_im[k] = shapes->local_im[k + WHEELSETS] = local[0] * im[0] + local[1] * im[1];
+}
+
+const Shapes *body_shapes(Body *body, const double position[WHEELSETS])
+{
+    const Model *m = body->model;
+    Shapes *shapes = &body->shapes;
+    if (m->nodes == 0)
+        return shapes;
+    for (size_t k = 0; k < WHEELSETS; k++) {
+        /* Far away a double is coarser than the grid, and too large for the rounding. */
+        const double far = fabs(position[k]);
+        const double x = far < 4096 ? nearbyint(position[k] / GRID) * GRID : position[k];
+        if (shapes->known && x == shapes->position[k])
+            continue;
+        size_t cell, node;
+        double xi, w[4], dw[4];
+        locate(m, x, &cell, &node, &xi);
+        shape_functions(xi, m->element, m->phi, w, dw);
+        const double local[2] = {1 - xi, xi};
+        interpolate(body, shapes, k, cell, node, w, local);
+        shapes->position[k] = x;
+    }
+    shapes->known = 1;
+    return shapes;
+}
+
+const Shapes *body_slope(Body *body, const double change[WHEELSETS])
+{
+    const Model *m = body->model;
+    for (size_t k = 0; m->nodes > 0 && k < WHEELSETS; k++) {
+        size_t cell, node;
+        double xi, w[4], dw[4];
+        locate(m, body->shapes.position[k], &cell, &node, &xi);
+        shape_functions(xi, m->element, m->phi, w, dw);
+        for (int j = 0; j < 4; j++)
+            dw[j] *= change[k];
+        const double local[2] = {-change[k] / m->element, change[k] / m->element};
+        interpolate(body, &body->slope, k, cell, node, dw, local);
+    }
+    return &body->slope;
+}
+
+void body_drive(const Body *body, const Shapes *shapes, const double force[WHEELS], double *g)
+{
+    const Model *m = body->model;
+    const size_t n = m->ring;
+    double even[WHEELSETS], odd[WHEELSETS], *re = g, *im = g + m->modes;
+    for (size_t k = 0; k < WHEELSETS; k++) {
+        even[k] = force[k] + force[k + WHEELSETS];
+        odd[k] = force[k] - force[k + WHEELSETS];
+    }
+    for (size_t j = 0; j < m->segments; j++) {
+        const Segment *s = &m->segment[j];
+        body->kernels->drive(s->size, n, shapes->in_re + s->from, shapes->in_im + s->from,
+                             j < m->even_segments ? even : odd, re + s->to, im + s->to);
+    }
+    for (size_t k = 0; k < m->local; k++) {
+        re[n + k] = shapes->local_re[k] * force[k];
+        im[n + k] = shapes->local_im[k] * force[k];
+    }
+    for (size_t j = 0; j < m->rigid; j++) {
+        const double *row = m->rigid_shape + (m->coordinates - WHEELSETS) * m->rigid + j;
+        double sum = 0;
+        for (size_t k = 0; k < WHEELSETS; k++)
+            sum -= even[k] * row[k * m->rigid]; /* a contact force lifts the wheels */
+        g[2 * m->modes + j] = sum;
+    }
+}
+
+void body_observe(const Body *body, const Shapes *shapes, const double *x, double z[WHEELS])
+{
+    const Model *m = body->model;
+    const size_t n = m->ring, e = m->even;
+    const double *re = x, *im = x + m->modes, *r = x + 2 * m->modes;
+    double even[WHEELSETS] = {0}, odd[WHEELSETS] = {0};
+    body->kernels->observe(e, n, shapes->out_re, shapes->out_im, re, im, even);
+    body->kernels->observe(n - e, n, shapes->out_re + e, shapes->out_im + e, re + e, im + e, odd);
+    for (size_t k = 0; k < WHEELSETS; k++) {
+        for (size_t j = 0; j < m->rigid; j++)
+            even[k] += m->rigid_shape[(m->coordinates - WHEELSETS + k) * m->rigid + j] * r[j];
+        z[k] = even[k] + odd[k];
+        z[k + WHEELSETS] = even[k] - odd[k];
+    }
+    for (size_t k = 0; k < m->local; k++)
+        z[k] += shapes->local_re[k] * re[n + k] - shapes->local_im[k] * im[n + k];
+}
+
+/* G4[j][k] += Re sum out_k weight in_j over the modes of one segment. */
+static void segment_compliance(const Body *body, const Shapes *shapes, const double *weight,
+                               const Segment *s, double G4[WHEELSETS][WHEELSETS])
+{
+    const size_t n = body->model->ring, modes = body->model->modes;
+    double *re = body->work, *im = re + s->size;
+    for (size_t j = 0; j < WHEELSETS; j++) {
+        memset(re, 0, 2 * s->size * sizeof(double));
+        body->kernels->add(s->size, weight + s->to, weight + modes + s->to,
+                           shapes->in_re + j * n + s->from, shapes->in_im + j * n + s->from, re,
+                           im);
+        body->kernels->observe(s->size, n, shapes->out_re + s->to, shapes->out_im + s->to, re, im,
+                               G4[j]);
+    }
+}
+
+void body_compliance(const Body *body, const Shapes *shapes, const double *weight, double rigid_weight,
+                     double G[WHEELS * WHEELS])
+{
+    const Model *m = body->model;
+    const size_t n = m->ring;
+    double even[WHEELSETS][WHEELSETS] = {{0}}, odd[WHEELSETS][WHEELSETS] = {{0}};
+    for (size_t j = 0; j < m->segments; j++)
+        segment_compliance(body, shapes, weight, &m->segment[j],
+                           j < m->even_segments ? even : odd);
+    for (size_t k = 0; k < WHEELSETS; k++)
+        for (size_t j = 0; j < WHEELSETS; j++) {
+            const size_t first = m->rigid > 0 ? m->coordinates - WHEELSETS : 0;
+            double same = even[j][k];
+            for (size_t i = 0; i < m->rigid; i++)
+                same -= rigid_weight * m->rigid_shape[(first + k) * m->rigid + i] *
+                        m->rigid_shape[(first + j) * m->rigid + i];
+            G[k * WHEELS + j] = G[(k + 4) * WHEELS + j + 4] = same + odd[j][k];
+            G[k * WHEELS + j + 4] = G[(k + 4) * WHEELS + j] = same - odd[j][k];
+        }
+    for (size_t k = 0; k < m->local; k++) {
+        const double re = shapes->local_re[k], im = shapes->local_im[k];
+        G[k * WHEELS + k] += (re * re - im * im) * weight[n + k] -
+                             2 * re * im * weight[m->modes + n + k];
+    }
+}
+
+void body_at_rest(const Body *body, const double *g, double *x)
+{
+    const size_t n = body->model->modes;
+    memset(x, 0, body->model->states * sizeof(double));
+    body->kernels->add(n, body->flexibility, body->flexibility + n, g, g + n, x, x + n);
+}
+
+double body_coordinate(const Body *body, size_t c, const double *x)
+{
+    const Model *m = body->model;
+    const double *re = m->coordinate.re + c * m->ring, *im = m->coordinate.im + c * m->ring;
+    double sum = 0;
+    for (size_t r = 0; r < m->ring; r++)
+        sum += re[r] * x[r] - im[r] * x[m->modes + r];
+    for (size_t j = 0; j < m->rigid; j++)
+        sum += m->rigid_shape[c * m->rigid + j] * x[2 * m->modes + j];
+    return sum;
+}
+
+void body_rate(const Body *body, const double *x, const double *g, double *rate)
+{
+    const Model *m = body->model;
+    const size_t n = m->modes;
+    memcpy(rate, g, 2 * n * sizeof(double));
+    body->kernels->add(n, m->pole.re, m->pole.im, x, x + n, rate, rate + n);
+    memcpy(rate + 2 * n, x + 2 * n + m->rigid, m->rigid * sizeof(double));
+    memcpy(rate + 2 * n + m->rigid, g + 2 * n, m->rigid * sizeof(double));
+}
+
+void body_acceleration(const Body *body, const double *x, double *acceleration)
+{
+    const Model *m = body->model;
+    const size_t n = m->modes;
+    memset(acceleration, 0, m->states * sizeof(double));
+    for (size_t r = 0; r < n; r++) {
+        const double a = m->pole.re[r], b = m->pole.im[r];
+        const double square_re = a * a - b * b, square_im = 2 * a * b;
+        acceleration[r] = square_re * x[r] - square_im * x[n + r];
+        acceleration[n + r] = square_re * x[n + r] + square_im * x[r];
+    }
+}

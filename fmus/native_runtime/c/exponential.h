@@ -1,0 +1,24 @@
+/* Exact steps of modes and rigid bodies under forces that are quadratic in time. */
+#ifndef RAILCOSIM_EXPONENTIAL_H
+#define RAILCOSIM_EXPONENTIAL_H
+
+#include "body.h"
+
+/* For s' = lambda s + g, g going from g0 to g1 in a step h along a line, with a bulge of q in the
+   middle: s1 = E s0 + P0 g0 + P1 g1 + Q q. Each has 2 * modes numbers, real parts first. */
+typedef struct {
+    double h; /* 0: not made */
+    double *E, *P0, *P1, *Q;
+} Coefficients;
+
+void coefficients_make(Coefficients *c, const Model *model, double h);
+
+/* next = x after the step with forces falling from g0 to nothing. */
+void step_free(const Body *body, const Coefficients *c, const double *x, const double *g0,
+               double *next);
+/* Add the effect of forces rising from nothing to g1. */
+void step_add_end(const Body *body, const Coefficients *c, const double *g1, double *next);
+/* Add the effect of a bulge 4 q theta (1 - theta), theta = t / h. */
+void step_add_bulge(const Body *body, const Coefficients *c, const double *q, double *next);
+
+#endif

@@ -1,0 +1,448 @@
+/* The front for FMI 2.0, Co-Simulation and Model Exchange: nothing but translation. */
+#include "fmi2Functions.h"
+#include "instance.h"
+#include "resource_path.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct {
+    Instance *instance;
+    fmi2CallbackFunctions callbacks;
+    fmi2Boolean logging;
+    char *name;
+} Component;
+
+static void log_to_host(void *context, Status status, const char *text)
+{
+    const Component *c = context;
+    if (c->callbacks.logger != NULL) /* errors are told even when logging is off */
+        c->callbacks.logger(c->callbacks.componentEnvironment, c->name != NULL ? c->name : "",
+                            (fmi2Status)status, "logStatusError", "%s", text);
+}
+
+static Instance *instance_of(fmi2Component c)
+{
+    return ((Component *)c)->instance;
+}
+
+/* Begin every function: an instance there must be, and the call must be allowed now. */
+#define BEGIN(phases)                                                      \
+    if (c == NULL || !instance_allows(instance_of(c), (phases), __func__)) \
+        return fmi2Error;                                                  \
+    Instance *i = instance_of(c)
+#define DEMAND(condition, what) \
+    if (!(condition))           \
+    return (fmi2Status)instance_fail(i, "%s: %s", __func__, what)
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n,
+                               const fmi2String categories[])
+{
+    BEGIN(ANY);
+    (void)i;
+    (void)n;
+    (void)categories;
+    ((Component *)c)->logging = on;
+    return fmi2OK;
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
+                              fmi2String location, const fmi2CallbackFunctions *functions,
+                              fmi2Boolean visible, fmi2Boolean logging)
+{
+    (void)visible;
+    Component *c = calloc(1, sizeof *c);
+    if (c == NULL)
+        return NULL;
+    if (functions != NULL)
+        c->callbacks = *functions;
+    c->logging = logging;
+    if (name != NULL && (c->name = malloc(strlen(name) + 1)) != NULL)
+        strcpy(c->name, name);
+    char *path = resource_path_from_uri(location);
+    if (path == NULL)
+        log_to_host(c, ERROR, "the resource location is missing, or no file: URI");
+    else
+        c->instance = instance_new(path, guid, type == fmi2ModelExchange, log_to_host, c);
+    free(path);
+    if (c->instance != NULL)
+        return c;
+    free(c->name);
+    free(c);
+    return NULL;
+}
+
+void fmi2FreeInstance(fmi2Component c)
+{
+    if (c == NULL)
+        return;
+    instance_free(instance_of(c));
+    free(((Component *)c)->name);
+    free(c);
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance,
+                               fmi2Real start, fmi2Boolean has_stop, fmi2Real stop)
+{
+    BEGIN(STARTED);
+    (void)has_tolerance;
+    (void)tolerance;
+    (void)has_stop;
+    (void)stop;
+    return (fmi2Status)instance_set_time(i, start);
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    BEGIN(STARTED);
+    instance_enter(i, INITIALISING);
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    BEGIN(INITIALISING);
+    return (fmi2Status)instance_exit_initialisation(i);
+}
+
+fmi2Status fmi2Terminate(fmi2Component c)
+{
+    BEGIN(RUNNING);
+    instance_enter(i, TERMINATED);
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c)
+{
+    BEGIN(ANY);
+    return (fmi2Status)instance_reset(i);
+}
+
+/* --- values ------------------------------------------------------------------------------------ */
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference refs[], size_t n, fmi2Real values[])
+{
+    BEGIN(ANY);
+    DEMAND(n == 0 || (refs != NULL && values != NULL), "no references or values given");
+    return (fmi2Status)instance_get(i, refs, n, REAL, values);
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference refs[], size_t n,
+                       const fmi2Real values[])
+{
+    BEGIN(ANY & ~TERMINATED);
+    DEMAND(n == 0 || (refs != NULL && values != NULL), "no references or values given");
+    return (fmi2Status)instance_set(i, refs, n, REAL, values);
+}
+
+/* Integers and Booleans, one at a time: there are two of them. */
+static Status get_whole(Instance *i, const fmi2ValueReference refs[], size_t n, ValueType type,
+                        int values[])
+{
+    for (size_t k = 0; k < n; k++) {
+        double value;
+        if (instance_get(i, &refs[k], 1, type, &value) != OK)
+            return ERROR;
+        values[k] = (int)value;
+    }
+    return OK;
+}
+
+static Status set_whole(Instance *i, const fmi2ValueReference refs[], size_t n, ValueType type,
+                        const int values[])
+{
+    for (size_t k = 0; k < n; k++) {
+        const double value = type == BOOLEAN ? values[k] != 0 : values[k];
+        if (instance_set(i, &refs[k], 1, type, &value) != OK)
+            return ERROR;
+    }
+    return OK;
+}
+
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference refs[], size_t n,
+                          fmi2Integer values[])
+{
+    BEGIN(ANY);
+    DEMAND(n == 0 || (refs != NULL && values != NULL), "no references or values given");
+    return (fmi2Status)get_whole(i, refs, n, INTEGER, values);
+}
+
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference refs[], size_t n,
+                          const fmi2Integer values[])
+{
+    BEGIN(ANY & ~TERMINATED);
+    DEMAND(n == 0 || (refs != NULL && values != NULL), "no references or values given");
+    return (fmi2Status)set_whole(i, refs, n, INTEGER, values);
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference refs[], size_t n,
+                          fmi2Boolean values[])
+{
+    BEGIN(ANY);
+    DEMAND(n == 0 || (refs != NULL && values != NULL), "no references or values given");
+    return (fmi2Status)get_whole(i, refs, n, BOOLEAN, values);
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference refs[], size_t n,
+                          const fmi2Boolean values[])
+{
+    BEGIN(ANY & ~TERMINATED);
+    DEMAND(n == 0 || (refs != NULL && values != NULL), "no references or values given");
+    return (fmi2Status)set_whole(i, refs, n, BOOLEAN, values);
+}
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference refs[], size_t n,
+                         fmi2String values[])
+{
+    BEGIN(ANY);
+    (void)refs;
+    (void)values;
+    DEMAND(n == 0, "there are no String variables");
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference refs[], size_t n,
+                         const fmi2String values[])
+{
+    BEGIN(ANY);
+    (void)refs;
+    (void)values;
+    DEMAND(n == 0, "there are no String variables");
+    return fmi2OK;
+}
+
+/* --- state ------------------------------------------------------------------------------------- */
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    BEGIN(ANY);
+    DEMAND(state != NULL, "no place for the state given");
+    Snapshot *snapshot = snapshot_take(i, *state);
+    if (snapshot == NULL)
+        return fmi2Error;
+    *state = snapshot;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
+{
+    BEGIN(ANY);
+    return (fmi2Status)snapshot_restore(i, state);
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    BEGIN(ANY);
+    (void)i;
+    if (state != NULL) {
+        snapshot_free(*state);
+        *state = NULL;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+{
+    BEGIN(ANY);
+    DEMAND(state != NULL && size != NULL, "no state or no place for its size given");
+    *size = snapshot_size(state);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    BEGIN(ANY);
+    DEMAND(bytes != NULL, "no place for the bytes given");
+    return (fmi2Status)snapshot_write(i, state, (unsigned char *)bytes, size);
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
+                                   fmi2FMUstate *state)
+{
+    BEGIN(ANY);
+    DEMAND(state != NULL, "no place for the state given");
+    Snapshot *snapshot = snapshot_read(i, (const unsigned char *)bytes, size);
+    if (snapshot == NULL)
+        return fmi2Error;
+    *state = snapshot;
+    return fmi2OK;
+}
+
+/* --- derivatives ------------------------------------------------------------------------------- */
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[],
+                                        size_t n_unknowns, const fmi2ValueReference knowns[],
+                                        size_t n_knowns, const fmi2Real seed[],
+                                        fmi2Real sensitivity[])
+{
+    BEGIN(ANY & ~STARTED);
+    DEMAND((n_unknowns == 0 || (unknowns != NULL && sensitivity != NULL)) &&
+           (n_knowns == 0 || (knowns != NULL && seed != NULL)), "references or values are missing");
+    return (fmi2Status)instance_directional(i, unknowns, n_unknowns, knowns, n_knowns, seed,
+                                            sensitivity);
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference refs[], size_t n,
+                                       const fmi2Integer orders[], const fmi2Real values[])
+{
+    BEGIN(STARTED | INITIALISING | STEPPING);
+    DEMAND(n == 0 || (refs != NULL && orders != NULL && values != NULL), "something is missing");
+    for (size_t k = 0; k < n; k++)
+        if (instance_set_slope(i, refs[k], orders[k], values[k]) != OK)
+            return fmi2Error;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference refs[], size_t n,
+                                        const fmi2Integer orders[], fmi2Real values[])
+{
+    BEGIN(STEPPING | TERMINATED);
+    DEMAND(n == 0 || (refs != NULL && orders != NULL && values != NULL), "something is missing");
+    for (size_t k = 0; k < n; k++)
+        DEMAND(orders[k] == 1, "only first derivatives of outputs are known");
+    return (fmi2Status)instance_output_slopes(i, refs, n, values);
+}
+
+/* --- Co-Simulation ----------------------------------------------------------------------------- */
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_return)
+{
+    BEGIN(STEPPING);
+    (void)no_return;
+    return (fmi2Status)instance_step(i, time, step);
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c)
+{
+    BEGIN(ANY);
+    DEMAND(0, "steps are never left unfinished");
+}
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
+{
+    BEGIN(ANY);
+    (void)kind;
+    (void)value;
+    (void)i;
+    return fmi2Discard; /* for FMUs that step asynchronously */
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
+{
+    BEGIN(ANY);
+    if (kind != fmi2LastSuccessfulTime || value == NULL)
+        return fmi2Discard;
+    *value = i->clock->time;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
+{
+    BEGIN(ANY);
+    (void)kind;
+    (void)value;
+    (void)i;
+    return fmi2Discard;
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+{
+    BEGIN(ANY);
+    (void)i;
+    if (kind != fmi2Terminated || value == NULL)
+        return fmi2Discard;
+    *value = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
+{
+    BEGIN(ANY);
+    (void)kind;
+    (void)value;
+    (void)i;
+    return fmi2Discard;
+}
+
+/* --- Model Exchange ---------------------------------------------------------------------------- */
+
+fmi2Status fmi2EnterEventMode(fmi2Component c)
+{
+    BEGIN(EVENT | CONTINUOUS);
+    instance_enter(i, EVENT);
+    return fmi2OK;
+}
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
+{
+    BEGIN(EVENT);
+    DEMAND(info != NULL, "no place for the event's information given");
+    memset(info, 0, sizeof *info); /* no events, ever */
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
+{
+    BEGIN(EVENT);
+    instance_enter(i, CONTINUOUS);
+    return fmi2OK;
+}
+
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_return, fmi2Boolean *event,
+                                       fmi2Boolean *terminate)
+{
+    BEGIN(CONTINUOUS);
+    (void)no_return;
+    DEMAND(event != NULL && terminate != NULL, "no place for the answers given");
+    *event = *terminate = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
+{
+    BEGIN(EVENT | CONTINUOUS);
+    return (fmi2Status)instance_set_time(i, time);
+}
+
+fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n)
+{
+    BEGIN(CONTINUOUS);
+    DEMAND(n == 0 || x != NULL, "no states given");
+    return (fmi2Status)instance_set_states(i, x, n);
+}
+
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real rates[], size_t n)
+{
+    BEGIN(EVENT | CONTINUOUS | TERMINATED);
+    DEMAND(i->model_exchange && (n == 0 || rates != NULL), "for Model Exchange only");
+    return (fmi2Status)instance_derivatives(i, rates, n);
+}
+
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t n)
+{
+    BEGIN(ANY);
+    (void)indicators;
+    DEMAND(n == 0, "there are no event indicators");
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n)
+{
+    BEGIN(EVENT | CONTINUOUS | TERMINATED);
+    DEMAND(i->model_exchange && x != NULL && n == i->model.states, "for Model Exchange, all states");
+    memcpy(x, i->x, n * sizeof(double));
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t n)
+{
+    BEGIN(EVENT | CONTINUOUS | TERMINATED);
+    DEMAND(i->model_exchange && nominals != NULL && n == i->model.states,
+           "for Model Exchange, all states");
+    for (size_t k = 0; k < n; k++)
+        nominals[k] = 1.0;
+    return fmi2OK;
+}

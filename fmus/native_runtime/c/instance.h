@@ -1,0 +1,113 @@
+/* One instance of an FMU, without anything of FMI 2 or FMI 3: values, life, steps, snapshots. */
+#ifndef RAILCOSIM_INSTANCE_H
+#define RAILCOSIM_INSTANCE_H
+
+#include "motion.h"
+
+/* The numbers are those of fmi2Status and fmi3Status. */
+typedef enum { OK = 0, WARNING = 1, DISCARD = 2, ERROR = 3, FATAL = 4 } Status;
+
+typedef enum {
+    STARTED = 1,
+    INITIALISING = 2,
+    EVENT = 4,
+    CONTINUOUS = 8,
+    STEPPING = 16,
+    TERMINATED = 32,
+    ANY = STARTED | INITIALISING | EVENT | CONTINUOUS | STEPPING | TERMINATED,
+    RUNNING = EVENT | CONTINUOUS | STEPPING
+} Phase;
+
+/* References of the continuous states and their derivatives, beside those of the table. */
+enum { FIRST_STATE = 65536, FIRST_DERIVATIVE = 131072 };
+
+typedef void (*Log)(void *context, Status status, const char *text);
+
+/* Everything that decides the future, as one block of numbers: a snapshot is a copy of it. */
+typedef struct {
+    double time, phase;
+    double stale;          /* outputs are older than what they depend on */
+    double has_slopes;     /* input derivatives were set for the next step */
+    double step;           /* length of the last step, s; 0: none yet */
+    double before, change; /* u over the last step follows the value set by before + change t */
+} Clock;
+
+typedef struct {
+    Model model;
+    Motion motion;
+    int model_exchange;
+    Log log;
+    void *context;
+    char text[512];
+    size_t live_size; /* numbers in `live` */
+    double *live;     /* Clock, then the arrays below */
+    Clock *clock;
+    double *value;                /* of every variable, by reference */
+    double *u_before;             /* inputs set before the last step */
+    double *shown;                /* inputs that outputs are for */
+    double *u_slope, *u_curve;    /* input derivatives for the next step */
+    double *x;                    /* state */
+    double *x_before;             /* at the beginning of the last step */
+    double *path[3];              /* inputs over the last step: value, slope, curvature */
+    double *next, *dx;            /* scratch, not part of `live`: as x */
+    double *plan[4];              /* and: path of the next step, and the inputs set */
+} Instance;
+
+/* NULL: the log says why. */
+Instance *instance_new(const char *resource, const char *guid, int model_exchange, Log log,
+                       void *context);
+void instance_free(Instance *instance);
+/* Log a sentence and return ERROR. */
+Status instance_fail(Instance *instance, const char *format, ...);
+/* Whether `call` may be made in the present phase; if not, it is logged. */
+int instance_allows(Instance *instance, Phase phases, const char *call);
+Phase instance_phase(const Instance *instance);
+void instance_enter(Instance *instance, Phase phase);
+
+Status instance_reset(Instance *instance);
+/* Set the time, at the start or in Model Exchange. */
+Status instance_set_time(Instance *instance, double time);
+Status instance_exit_initialisation(Instance *instance);
+Status instance_get(Instance *instance, const uint32_t *refs, size_t n, ValueType type,
+                    double *values);
+Status instance_set(Instance *instance, const uint32_t *refs, size_t n, ValueType type,
+                    const double *values);
+/* Derivative of an input for the next step. */
+Status instance_set_slope(Instance *instance, uint32_t ref, int order, double value);
+Status instance_step(Instance *instance, double time, double step);
+
+/* --- Model Exchange ---------------------------------------------------------------------------- */
+
+Status instance_set_states(Instance *instance, const double *x, size_t n);
+Status instance_derivatives(Instance *instance, double *rate, size_t n);
+
+/* --- derivatives, in linear.c ------------------------------------------------------------------ */
+
+/* dy = J dv: in Model Exchange of outputs and state derivatives by states and inputs; in
+   Co-Simulation of outputs at the end of the last step by inputs over it; in initialisation of
+   what is at rest by inputs. */
+Status instance_directional(Instance *instance, const uint32_t *unknowns, size_t n_unknowns,
+                            const uint32_t *knowns, size_t n_knowns, const double *seed,
+                            double *sensitivity);
+/* First time derivatives of outputs at the end of the last step. */
+Status instance_output_slopes(Instance *instance, const uint32_t *refs, size_t n, double *slopes);
+
+/* --- snapshots, in snapshot.c ------------------------------------------------------------------ */
+
+typedef struct Snapshot Snapshot;
+Snapshot *snapshot_take(Instance *instance, Snapshot *reused); /* NULL: no memory */
+Status snapshot_restore(Instance *instance, const Snapshot *snapshot);
+void snapshot_free(Snapshot *snapshot);
+size_t snapshot_size(const Snapshot *snapshot);
+Status snapshot_write(Instance *instance, const Snapshot *snapshot, unsigned char *bytes,
+                      size_t size);
+Snapshot *snapshot_read(Instance *instance, const unsigned char *bytes, size_t size);
+
+/* --- for linear.c ------------------------------------------------------------------------------ */
+
+/* Inputs of the model from a vector in the order of model.input. */
+Inputs instance_inputs(const Instance *instance, const double *u);
+/* Take the parameters, and find the state at rest unless the FMU runs. */
+Status instance_settle(Instance *instance);
+
+#endif

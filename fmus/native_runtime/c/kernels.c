@@ -1,0 +1,40 @@
+#include "kernels.h"
+
+/* A few numbers as one, for sums, whose order a compiler may not change by itself. GCC and Clang
+   both know this; where the processor has shorter vectors they take several. */
+enum { LANES = 4 };
+typedef double Lanes __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
+#define AT(array, place) (*(const Lanes *)((array) + (place)))
+
+#define NAME(kernel) kernel##_plain
+#define TARGET
+#include "kernels_body.h"
+
+#if (defined(__x86_64__) || defined(_M_X64)) && defined(__GNUC__)
+#define HAS_AVX2
+#define NAME(kernel) kernel##_avx2
+#define TARGET __attribute__((target("avx2,fma")))
+#include "kernels_body.h"
+#include <cpuid.h>
+
+/* The processor has AVX2 and FMA, and the operating system keeps the wide registers. */
+static int avx2_works(void)
+{
+    unsigned a, b, c, d, low, high;
+    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_OSXSAVE) || !(c & bit_FMA))
+        return 0;
+    __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    if ((low & 6) != 6)
+        return 0;
+    return __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & bit_AVX2);
+}
+#endif
+
+const Kernels *kernels_for_this_processor(void)
+{
+#ifdef HAS_AVX2
+    if (avx2_works())
+        return &kernels_avx2;
+#endif
+    return &kernels_plain;
+}

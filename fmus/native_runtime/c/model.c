@@ -1,0 +1,311 @@
+#include "model.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct {
+    Model *model;
+    char *why;
+    size_t room;
+    int good; /* stays 0 once something was wrong */
+} Reader;
+
+static const void *section(Reader *reader, const char *name, ElementType type, size_t a, size_t b,
+                           size_t c)
+{
+    const size_t dims[RESOURCE_MAX_DIMS] = {a, b, c};
+    const void *data = reader->good ? resource_find(&reader->model->resource, name, type, dims,
+                                                    reader->why, reader->room)
+                                    : NULL;
+    reader->good = data != NULL;
+    return data;
+}
+
+/* Numbers of a section, all of them finite. */
+static const double *doubles(Reader *reader, const char *name, size_t a, size_t b, size_t c)
+{
+    const double *data = section(reader, name, TYPE_DOUBLE, a, b, c);
+    const size_t count = a * (b ? b : 1) * (c ? c : 1);
+    for (size_t k = 0; data != NULL && k < count; k++)
+        if (!isfinite(data[k])) {
+            snprintf(reader->why, reader->room, "has a number in '%s' that is not finite", name);
+            reader->good = 0;
+            return NULL;
+        }
+    return data;
+}
+
+static Complexes complexes(Reader *reader, const char *name, size_t a, size_t b, size_t c)
+{
+    char full[RESOURCE_NAME_SIZE + 4];
+    Complexes z;
+    snprintf(full, sizeof full, "%s.re", name);
+    z.re = doubles(reader, full, a, b, c);
+    snprintf(full, sizeof full, "%s.im", name);
+    z.im = doubles(reader, full, a, b, c);
+    return z;
+}
+
+static void demand(Reader *reader, int condition, const char *what)
+{
+    if (reader->good && !condition) {
+        snprintf(reader->why, reader->room, "makes no sense: %s", what);
+        reader->good = 0;
+    }
+}
+
+static void *allocate(Reader *reader, size_t count, size_t size)
+{
+    void *memory = reader->good ? calloc(count, size) : NULL;
+    if (reader->good && memory == NULL) {
+        snprintf(reader->why, reader->room, "needs more memory than there is");
+        reader->good = 0;
+    }
+    return memory;
+}
+
+static void read_sizes(Reader *reader)
+{
+    Model *m = reader->model;
+    const int32_t *sizes = section(reader, "sizes", TYPE_INT32, 8, 0, 0);
+    if (!reader->good)
+        return;
+    for (int k = 0; k < 7; k++)
+        demand(reader, sizes[k] >= 0 && sizes[k] < 1 << 20, "a size is negative or too large");
+    demand(reader, sizes[7] >= -1 && sizes[7] <= 1, "the contact's sign");
+    if (!reader->good)
+        return;
+    m->even = (size_t)sizes[0];
+    m->odd = (size_t)sizes[1];
+    m->local = (size_t)sizes[2];
+    m->rigid = (size_t)sizes[3];
+    m->coordinates = (size_t)sizes[4];
+    m->nodes = (size_t)sizes[5];
+    m->cells = (size_t)sizes[6];
+    m->contact_sign = sizes[7];
+    m->ring = m->even + m->odd;
+    m->modes = m->ring + m->local;
+    m->states = 2 * (m->modes + m->rigid);
+    demand(reader, m->even > 0, "there are no modes");
+    demand(reader, m->local == 0 || m->local == WHEELS, "local modes must be one a wheel");
+    demand(reader, (m->nodes > 0) != (m->coordinates > 0), "neither a track nor a vehicle");
+    demand(reader, m->nodes == 0 || (m->nodes > 1 && m->cells > 0 && m->rigid == 0), "track");
+    demand(reader, m->nodes > 0 || (m->coordinates >= WHEELSETS && m->odd + m->local == 0 &&
+                                    m->rigid > 0), "vehicle");
+}
+
+static void read_segments(Reader *reader)
+{
+    Model *m = reader->model;
+    m->segments = resource_length(&m->resource, "segments");
+    const int32_t *rows = section(reader, "segments", TYPE_INT32, m->segments, 3, 0);
+    const double *mu = doubles(reader, "mu", m->segments, 0, 0);
+    m->segment = allocate(reader, m->segments, sizeof *m->segment);
+    size_t next = 0;
+    for (size_t k = 0; reader->good && k < m->segments; k++, rows += 3) {
+        demand(reader, rows[0] >= 0 && rows[1] >= 0 && rows[2] > 0, "a segment of modes");
+        if (!reader->good)
+            return;
+        const Segment s = {(size_t)rows[0], (size_t)rows[1], (size_t)rows[2], mu[k]};
+        const size_t first = s.to < m->even ? 0 : m->even;
+        const size_t end = s.to < m->even ? m->even : m->ring;
+        /* One after the other, and even and odd modes apart. */
+        demand(reader, s.to == next && s.size <= end - s.to && s.from >= first && s.from < end &&
+               s.size <= end - s.from, "a segment of modes");
+        m->segment[k] = s;
+        m->even_segments += s.to < m->even;
+        m->longest = s.size > m->longest ? s.size : m->longest;
+        next = s.to + s.size;
+    }
+    demand(reader, next == m->ring, "segments leave modes out");
+}
+
+/* One part of the table of shapes. */
+static const float *floats(Reader *reader, const char *name)
+{
+    const Model *m = reader->model;
+    const float *data = section(reader, name, TYPE_FLOAT, m->nodes, 2, m->ring);
+    for (size_t k = 0; data != NULL && k < 2 * m->nodes * m->ring; k++)
+        if (!isfinite(data[k])) {
+            demand(reader, 0, "a mode shape is not finite");
+            return NULL;
+        }
+    return data;
+}
+
+static void read_track(Reader *reader)
+{
+    Model *m = reader->model;
+    m->table_re = floats(reader, "table.re");
+    m->table_im = floats(reader, "table.im");
+    m->local_shape = complexes(reader, "local", m->nodes, 0, 0);
+    const double *geometry = doubles(reader, "geometry", 2, 0, 0);
+    demand(reader, m->local == WHEELS, "local modes must be one a wheel");
+    if (!reader->good)
+        return;
+    m->cell_length = geometry[0];
+    m->phi = geometry[1];
+    demand(reader, m->cell_length > 1e-3 && m->cell_length < 1e6 && m->phi > -0.5 && m->phi < 1e9,
+           "the geometry of the cell");
+    m->length = m->cell_length * (double)m->cells;
+    m->element = m->cell_length / (double)(m->nodes - 1);
+    demand(reader, m->segments < 1 << 16, "there are too many segments");
+    m->phase = allocate(reader, 2 * m->cells * m->segments, sizeof(double));
+    for (size_t c = 0; reader->good && c < m->cells; c++)
+        for (size_t k = 0; k < m->segments; k++) {
+            m->phase[2 * (c * m->segments + k)] = cos((double)c * m->segment[k].mu);
+            m->phase[2 * (c * m->segments + k) + 1] = sin((double)c * m->segment[k].mu);
+        }
+}
+
+static void read_vehicle(Reader *reader)
+{
+    Model *m = reader->model;
+    m->out = complexes(reader, "out", WHEELSETS, m->ring, 0);
+    m->in = complexes(reader, "in", WHEELSETS, m->ring, 0);
+    m->coordinate = complexes(reader, "coordinate", m->coordinates, m->ring, 0);
+    m->start_s = complexes(reader, "start_s", WHEELSETS, m->ring, 0);
+    m->rigid_shape = doubles(reader, "rigid", m->coordinates, m->rigid, 0);
+    m->inverse_mass = doubles(reader, "inverse_mass", WHEELSETS, 0, 0);
+    m->start_r = doubles(reader, "start_r", WHEELSETS, m->rigid, 0);
+    m->wheelset_x = doubles(reader, "wheelset_x", WHEELSETS, 0, 0);
+    const double *preload = doubles(reader, "preload", 1, 0, 0);
+    if (reader->good)
+        m->preload = *preload;
+}
+
+/* How many owners (wheelsets, wheels, coordinates) a role may have; 0: a role of a parameter. */
+static size_t owners(const Model *m, int role)
+{
+    switch (role) {
+    case ROLE_IN_POSITION: return m->nodes > 0 ? WHEELSETS : 0;
+    case ROLE_OUT_POSITION: return m->nodes > 0 ? 0 : WHEELSETS;
+    case ROLE_START_Z: return WHEELSETS;
+    case ROLE_OUT_FORCE: return m->contact_sign != 0 ? WHEELS : 0;
+    case ROLE_IN_LOAD: case ROLE_IN_LOAD_LESS: return WHEELS;
+    case ROLE_OUT_CONTACT_Z: case ROLE_OUT_CONTACT_VZ: return m->nodes > 0 ? WHEELS : 0;
+    case ROLE_OUT_COORDINATE: case ROLE_OUT_RATE: return m->coordinates;
+    case ROLE_OUT_ACCELERATION: return m->coordinates;
+    default: return 1;
+    }
+}
+
+static int causality_of(int role)
+{
+    if (role == ROLE_TIME)
+        return INDEPENDENT;
+    if (role <= ROLE_IN_LOAD_LESS)
+        return INPUT;
+    return role <= ROLE_OUT_ACCELERATION ? OUTPUT : PARAMETER;
+}
+
+static void read_variable(Reader *reader, size_t k, const int32_t row[4], const double range[3])
+{
+    Model *m = reader->model;
+    Variable *v = &m->variable[k];
+    const int role = row[2];
+    demand(reader, row[0] >= REAL && row[0] <= BOOLEAN && (row[1] == 0 || row[1] == 1) &&
+           role >= 0 && role < ROLES && row[3] >= 0, "a variable");
+    demand(reader, reader->good && (size_t)row[3] < owners(m, role), "a variable's owner");
+    if (!reader->good)
+        return;
+    v->type = (ValueType)row[0];
+    v->tunable = row[1];
+    v->role = (Role)role;
+    v->causality = (Causality)causality_of(role);
+    v->index = (size_t)row[3];
+    demand(reader, v->type == REAL || v->causality == PARAMETER, "an input that is no Real");
+    v->start = range[0];
+    v->minimum = range[1];
+    v->maximum = range[2];
+    demand(reader, isfinite(v->start) && v->minimum <= v->start && v->start <= v->maximum,
+           "a start value");
+    if (v->causality == PARAMETER && role != ROLE_START_Z)
+        m->of_role[role] = (uint32_t)k;
+    if (v->causality == INPUT)
+        m->input[m->inputs++] = (uint32_t)k;
+    if (v->causality == OUTPUT)
+        m->output[m->outputs++] = (uint32_t)k;
+}
+
+static void read_interface(Reader *reader)
+{
+    Model *m = reader->model;
+    const size_t n = m->variables = resource_length(&m->resource, "variables");
+    const size_t text = resource_length(&m->resource, "names");
+    const int32_t *rows = section(reader, "variables", TYPE_INT32, n, 4, 0);
+    const double *ranges = section(reader, "ranges", TYPE_DOUBLE, n, 3, 0);
+    const char *names = section(reader, "names", TYPE_BYTE, text, 0, 0);
+    m->variable = allocate(reader, n, sizeof *m->variable);
+    m->input = allocate(reader, n, sizeof *m->input);
+    m->output = allocate(reader, n, sizeof *m->output);
+    for (int role = 0; role < ROLES; role++)
+        m->of_role[role] = UINT32_MAX;
+    demand(reader, reader->good && n < 1 << 16 && names[text - 1] == 0, "the interface");
+    size_t at = 0;
+    for (size_t k = 0; reader->good && k < n; k++) {
+        demand(reader, at < text, "names are missing");
+        if (!reader->good)
+            return;
+        m->variable[k].name = names + at;
+        at += strlen(names + at) + 1;
+        read_variable(reader, k, rows + 4 * k, ranges + 3 * k);
+    }
+    for (int role = ROLE_HOLD; reader->good && role < ROLE_START_Z; role++) {
+        const int of_contact = role >= ROLE_NONLINEAR && role <= ROLE_HERTZ;
+        const int of_journey = role >= ROLE_SPEED;
+        const int needed = role == ROLE_HOLD || (of_contact && m->contact_sign != 0) ||
+                           (of_journey && m->coordinates > 0) ||
+                           (role == ROLE_INTERNAL_STEP && (m->contact_sign != 0 || m->nodes > 0));
+        demand(reader, !needed || m->of_role[role] != UINT32_MAX, "a parameter is missing");
+    }
+}
+
+int model_load(Model *model, const char *path, char *why, size_t room)
+{
+    Resource resource;
+    return resource_load(&resource, path, why, room) && model_read(model, resource, why, room);
+}
+
+int model_read(Model *model, Resource resource, char *why, size_t room)
+{
+    memset(model, 0, sizeof *model);
+    model->resource = resource;
+    Reader reader = {model, why, room, 1};
+    read_sizes(&reader);
+    if (reader.good) {
+        model->pole = complexes(&reader, "pole", model->modes, 0, 0);
+        read_segments(&reader);
+        if (model->nodes > 0)
+            read_track(&reader);
+        else
+            read_vehicle(&reader);
+        read_interface(&reader);
+        const size_t length = resource_length(&model->resource, "guid");
+        model->guid = section(&reader, "guid", TYPE_BYTE, length, 0, 0);
+        demand(&reader, reader.good && model->guid[length - 1] == 0, "the GUID");
+    }
+    for (size_t k = 0; reader.good && k < model->modes; k++)
+        {
+        /* Without dampers, rounding decides the sign of the real part. */
+        const double size = hypot(model->pole.re[k], model->pole.im[k]);
+        demand(&reader, size > 0 && model->pole.re[k] <= 1e-9 * size,
+               "a pole that is zero or grows");
+    }
+    if (!reader.good)
+        model_free(model);
+    return reader.good;
+}
+
+void model_free(Model *model)
+{
+    free(model->segment);
+    free(model->phase);
+    free(model->variable);
+    free(model->input);
+    free(model->output);
+    resource_free(&model->resource);
+    memset(model, 0, sizeof *model);
+}

@@ -1,0 +1,79 @@
+/* A body moved over one communication step by forces from outside or by its own contacts, and the
+   derivative of that. */
+#ifndef RAILCOSIM_MOTION_H
+#define RAILCOSIM_MOTION_H
+
+#include "contact.h"
+#include "exponential.h"
+
+enum { KEPT_STEPS = 8 }; /* step sizes whose coefficients are kept */
+#define MAX_INTERNAL_STEPS 1e7
+
+/* What comes from outside at one instant: positions (m) and loads of the wheels, which are contact
+   forces (N) or, for a body with contacts of its own, heights (m) of what they press against. */
+typedef struct {
+    double position[WHEELSETS], load[WHEELS];
+} Inputs;
+
+/* Inputs over a step: start + slope t + curve t^2 / 2. */
+typedef struct {
+    Inputs start, slope, curve;
+} InputPath;
+
+typedef struct {
+    Body body;
+    ContactLaw law;
+    double internal_step;
+    Coefficients kept[KEPT_STEPS];
+    size_t next; /* of `kept` to be overwritten */
+    double *g0, *g1, *dg, *rate, *drate, *dx, *memory;
+} Motion;
+
+int motion_create(Motion *motion, const Model *model); /* 0: no memory */
+void motion_free(Motion *motion);
+
+Inputs path_at(const InputPath *path, double t);
+/* Contact forces in state x; 'load' are the forces, or what the contacts press against. */
+void motion_forces(Motion *motion, const Inputs *now, const double *x, double force[WHEELS]);
+/* The state at rest under `now`; for a vehicle with wheelsets at `heights`. 0: none was found. */
+int motion_rest(Motion *motion, const Inputs *now, const double heights[WHEELSETS], double *x);
+/* next = state after a step h. Returns a sentence if that fails, else NULL. */
+const char *motion_step(Motion *motion, const InputPath *path, double h, const double *x,
+                        double *next);
+/* dx/dt, in `rate`. */
+void motion_rate(Motion *motion, const Inputs *now, const double *x, double *rate);
+
+/* --- parts of a step, for motion_change.c ------------------------------------------------------ */
+
+extern const char MOTION_TOO_MANY[], MOTION_NO_CONTACT[];
+
+const Coefficients *motion_coefficients(Motion *motion, double h);
+/* Whether no wheel moves. */
+int motion_still(const InputPath *path);
+/* Into how many internal steps a step is cut: one that is exact where forces come from outside and
+   no wheel moves; otherwise some over each of which the forces on the modes go along a line. */
+double motion_internal_steps(const Motion *motion, int is_still, double h);
+/* Generalised forces of contact forces. */
+void motion_drive(Motion *motion, const Shapes *shapes, const double force[WHEELS], double *g);
+/* Forces at the end of a step that so far went without them; 0: none were found. */
+int motion_forces_at_end(Motion *motion, const Coefficients *c, const Inputs *now, const double *x,
+                         double force[WHEELS]);
+/* Bulge of the forces in the middle of a step; 0: there is none. */
+int motion_bulge(const InputPath *path, double h, double force[WHEELS]);
+
+/* --- derivatives along changes dx of the state and `change` of the inputs --------------------- */
+
+/* Derivative of the forces; `force` as motion_forces gives it. */
+void motion_forces_change(Motion *motion, const Inputs *now, const double *x, const Inputs *change,
+                          const double *dx, double dforce[WHEELS]);
+/* Derivative of motion_rate. */
+void motion_rate_change(Motion *motion, const Inputs *now, const double *x, const Inputs *change,
+                        const double *dx, double *drate);
+/* Derivative of motion_rest, 0 for a vehicle. */
+void motion_rest_change(Motion *motion, const Inputs *now, const double *x, const Inputs *change,
+                        double *dx);
+/* Derivative of motion_step along `change` of the path; x and dx go from its start to its end. */
+const char *motion_step_change(Motion *motion, const InputPath *path, const InputPath *change,
+                               double h, double *x, double *dx);
+
+#endif
