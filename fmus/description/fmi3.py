@@ -15,12 +15,14 @@ TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 
 
 def model_description(
-    about: Description, table: Sequence[Scalar], states: States | None = None
+    about: Description,
+    table: Sequence[Scalar],
+    states: States | None = None,
+    sources: Sequence[str] = (),
 ) -> bytes:
     """The XML of an FMU for co-simulation and, if it shows its states, model exchange.
 
-    A variable's value reference is its place in the table. What there is to be compiled is said
-    in ``sources/buildDescription.xml``.
+    A variable's value reference is its place in the table.
 
     Parameters
     ----------
@@ -30,7 +32,10 @@ def model_description(
         Its interface.
     states : States, optional
         Its continuous states.
+    sources : sequence of str
+        Said in ``sources/buildDescription.xml``, not here; taken as the writer of FMI 2.0 does.
     """
+    del sources
     root = Element("fmiModelDescription", fmiVersion="3.0", instantiationToken=about.guid)
     root.attrib.update(about.attributes())
     _interface_types(root, about, model_exchange=states is not None)
