@@ -21,7 +21,8 @@ from fmpy.fmi2 import FMU2Slave
 from railcosim.analysis.pair import FADE_IN, FORCES, WHEELS, WHEELSETS, Journey
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.cli.options import progress
-from railcosim.fmus.export import contact_defaults, export
+from railcosim.fmus.content import contact_defaults
+from railcosim.fmus.export import export
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.plots.chart import Chart, Curve, Panel
 from railcosim.plots.picture import save_picture
@@ -198,20 +199,24 @@ def print_row(name: str, theirs: np.ndarray, ours: np.ndarray, wheel_load: float
     print(f"{name:26}" + "".join(f"{cell:>16}" for cell in cells))
 
 
-def save_comparison(theirs: np.ndarray, ours: np.ndarray, path: Path) -> None:
+def save_comparison(name: str, theirs: np.ndarray, ours: np.ndarray, path: Path) -> None:
     """Draw the contact force of a wheel and the car body's acceleration, of both vehicles."""
     t = SAMPLE * np.arange(len(ours))
+    force, their_force = 1e-3 * ours[:, 0], 1e-3 * theirs[:, 0]
+    both = {"railcosim": (force, ours[:, 8]), name: (their_force, theirs[:, 8])}
+    panels = {
+        "contact force, wheelset 1, left (kN)": {key: row[0] for key, row in both.items()},
+        "difference of the two (kN)": {name: their_force - force},
+        "car body acceleration, down (m/s²)": {key: row[1] for key, row in both.items()},
+    }
     rows = []
-    for label, column, factor in (
-        ("contact force, wheelset 1, left (kN)", 0, 1e-3),
-        ("car body acceleration, down (m/s²)", 8, 1.0),
-    ):
-        curves = (
-            Curve(name="railcosim", x=t, y=factor * ours[:, column]),
-            Curve(name="exudyn", x=t, y=factor * theirs[:, column], dashed=True),
+    for label, curves in panels.items():
+        drawn = (
+            Curve(name=k, x=t, y=y, dashed=len(curves) > 1 and k == name) for k, y in curves.items()
         )
-        span = (0.0, float(t[-1]))
-        rows.append((Panel(x_label="time (s)", y_label=label, curves=curves, x_range=span),))
+        rows.append(
+            (Panel(x_label="time (s)", y_label=label, curves=tuple(drawn), x_range=(0, t[-1])),)
+        )
     title = "Vehicles of railcosim and exudyn on the same track, 250 km/h, german-low"
     save_picture(Chart(title=title, rows=tuple(rows), share_x=True), path)
 
@@ -231,7 +236,7 @@ def compare(fmus: Path, stop: float, picture: Path) -> None:
         theirs = exudyn_run(fmus / "Track.fmu", p, journey, coupling, step, stop)
         name = f"exudyn, {coupling.__name__.lower()}, {1e3 * step:g} ms"
         print_row(name, theirs, ours, p.wheel_load)
-    save_comparison(theirs, ours, picture)
+    save_comparison(name, theirs, ours, picture)
 
 
 def main() -> None:

@@ -1,17 +1,59 @@
-"""What an FMU carries besides its interface: the models as arrays."""
+"""What the FMUs carry: interface, model as arrays, parameters; whatever runtime they get."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.track.reduced import ReducedTrack
+from railcosim.parameters import write_toml
+from railcosim.track.parameters import Track
+from railcosim.track.reduced import ReducedTrack, reduce_track
+from railcosim.vehicle.contact import hertz_coefficient, tangent_stiffness
 from railcosim.vehicle.modal import modal_form
-from railcosim.vehicle.multibody import WHEELSETS, Multibody
+from railcosim.vehicle.multibody import WHEELSETS, Multibody, build_multibody
+from railcosim.vehicle.parameters import Vehicle
+
+from . import interface
+from .interface import Scalar
 
 Arrays = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Content:
+    """One FMU before it is packed.
+
+    Attributes
+    ----------
+    name : str
+        Of the FMU.
+    model : str
+        track or vehicle.
+    text : str
+        One sentence.
+    table : list of Scalar
+        Its interface.
+    arrays : dict
+        Its model.
+    parameters : str
+        What it was made from, as text for people.
+    """
+
+    name: str
+    model: str
+    text: str
+    table: list[Scalar]
+    arrays: Arrays
+    parameters: str
+
+    @property
+    def has_contact(self) -> bool:
+        """Whether it owns the contact springs."""
+        return any(v.name.startswith("contact.") for v in self.table)
 
 
 def track_arrays(track: ReducedTrack) -> Arrays:
@@ -52,3 +94,58 @@ def vehicle_arrays(body: Multibody) -> Arrays:
         "wheel_load": np.array(body.wheel_load),
         "wheelset_x": body.wheelset_x,
     }
+
+
+def contact_defaults(vehicle: Vehicle) -> interface.Contact:
+    """Contact parameters of the vehicle's wheels: C, and k_H at the static load (eq. 18)."""
+    c = vehicle.contact
+    C = hertz_coefficient(
+        young_modulus=c.young_modulus,
+        poisson_ratio=c.poisson_ratio,
+        wheel_radius=vehicle.wheelset.radius,
+        rail_radius=c.rail_radius,
+    )
+    return interface.Contact(k_H=tangent_stiffness(C, vehicle.wheel_load), C=C)
+
+
+def contents(
+    vehicle: Vehicle, track: Track, progress: Callable[[str], None] = lambda text: None
+) -> list[Content]:
+    """Vehicle, Track, VehicleWithContact and TrackWithContact."""
+    body = build_multibody(vehicle)
+    progress("reducing the track")
+    reduced = track_arrays(reduce_track(track))
+    vehicle_content = vehicle_arrays(body)
+    # The rearmost wheelset starts above a railseat, the paper's place.
+    positions = body.wheelset_x - body.wheelset_x[-1] + track.fastening.spacing / 2
+    made = []
+    for with_contact in (False, True):
+        known = {
+            "with_contact": with_contact,
+            "wheel_load": vehicle.wheel_load,
+            "positions": positions.tolist(),
+            "contact": contact_defaults(vehicle),
+        }
+        made += [
+            Content(
+                name="VehicleWithContact" if with_contact else "Vehicle",
+                model="vehicle",
+                text="Railway vehicle, vertical: "
+                + ("rail motion to contact force." if with_contact else "contact force to motion."),
+                table=interface.vehicle(**known),
+                arrays=vehicle_content,
+                parameters=write_toml(vehicle, "Vehicle"),
+            ),
+            Content(
+                name="TrackWithContact" if with_contact else "Track",
+                model="track",
+                text="Slab track, a ring of cells, vertical: "
+                + (
+                    "wheel motion to contact force." if with_contact else "contact force to motion."
+                ),
+                table=interface.track(**known),
+                arrays=reduced,
+                parameters=write_toml(track, "Slab track"),
+            ),
+        ]
+    return made

@@ -1,61 +1,31 @@
-"""Vehicle and track parameters to four FMUs."""
+"""Vehicle and track parameters to FMUs, and a file that wires them."""
 
 from __future__ import annotations
 
-import hashlib
-import json
-import shutil
-import tempfile
-import uuid
-import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass
-from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
+from typing import Protocol
 
-import numpy as np
-from pythonfmu.builder import FmuBuilder
-
-from railcosim.parameters import write_toml
 from railcosim.track.parameters import Track
-from railcosim.track.reduced import reduce_track
-from railcosim.vehicle.contact import hertz_coefficient, tangent_stiffness
-from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
 
-from . import interface
-from .content import Arrays, track_arrays, vehicle_arrays
-from .description.about import PYTHON, Description
-from .description.extras import extras
-from .description.fmi2 import model_description
-from .description.kind import KINDS
-from .interface import Scalar
+from .content import Content, contents
+from .description.about import Description
+from .interface import WHEELSETS
+from .native_fmu import NativeRuntime
+from .python_fmu import PythonRuntime
+from .ssp import Part, static_start, write_ssp
 
-# What travels in every FMU, by its place under the package; all of it needs numpy only.
-RUNTIME = {
-    "vehicle": ["contact.py"],
-    "track": ["shape_functions.py"],
-    "fmus/python_runtime": ["stepping.py", "bodies.py", "motion.py", "models.py", "slave.py"],
-}
-SCRIPT = """from {package}.fmus.python_runtime.slave import RailcosimSlave
+__all__ = ["NativeRuntime", "PythonRuntime", "Runtime", "export"]
 
 
-class {name}(RailcosimSlave):
-    pass
-"""
+class Runtime(Protocol):
+    """What computes inside an FMU."""
 
+    fmi: int
 
-@dataclass(frozen=True, kw_only=True)
-class Content:
-    """One FMU before it is packed."""
-
-    name: str
-    model: str
-    text: str
-    table: list[Scalar]
-    arrays: Arrays
-    parameters: str
+    def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> None:
+        """Write the FMU, replacing one that is there."""
 
 
 def export(
@@ -63,8 +33,13 @@ def export(
     track: Track,
     out: Path,
     progress: Callable[[str], None] = lambda text: None,
+    *,
+    runtime: Runtime = NativeRuntime(),
 ) -> dict[str, Path]:
     """Write Vehicle, Track, VehicleWithContact and TrackWithContact as FMUs.
+
+    With them goes Pair.ssp, which wires Vehicle and TrackWithContact, at rest (FMI 2.0 only, as
+    SSP 1.0).
 
     Parameters
     ----------
@@ -74,129 +49,39 @@ def export(
         Folder, made if need be.
     progress : callable
         Told what is being done.
+    runtime : Runtime
+        NativeRuntime or PythonRuntime.
 
     Returns
     -------
     dict
         FMU name to file.
+
+    Raises
+    ------
+    CompilerMissing, CompilationFailed
+        If there is no compiler for a native FMU, or it fails.
     """
     out.mkdir(parents=True, exist_ok=True)
-    written = {}
-    for content in _contents(vehicle, track, progress):
-        progress(f"packing {content.name}.fmu")
-        written[content.name] = _pack(content, out / f"{content.name}.fmu")
-    return written
+    made = {content.name: content for content in contents(vehicle, track, progress)}
+    files = {name: out / f"{name}.fmu" for name in made}
+    for name, content in made.items():
+        runtime.pack(content, files[name], progress)
+    if runtime.fmi == 2:
+        _write_pair(out / "Pair.ssp", made["Vehicle"], made["TrackWithContact"], files)
+    return files
 
 
-def contact_defaults(vehicle: Vehicle) -> interface.Contact:
-    """Contact parameters of the vehicle's wheels: C, and k_H at the static load (eq. 18)."""
-    c = vehicle.contact
-    C = hertz_coefficient(
-        young_modulus=c.young_modulus,
-        poisson_ratio=c.poisson_ratio,
-        wheel_radius=vehicle.wheelset.radius,
-        rail_radius=c.rail_radius,
+def _write_pair(target: Path, vehicle: Content, track: Content, files: dict[str, Path]) -> None:
+    start = {v.name: v.start for v in vehicle.table + track.table}
+    heights = static_start(
+        track.arrays,
+        positions=[float(start[f"wheelset[{i}].position"] or 0) for i in WHEELSETS],
+        wheel_load=float(vehicle.arrays["wheel_load"]),
+        C=float(start["contact.hertz_coefficient"] or 0),
     )
-    return interface.Contact(k_H=tangent_stiffness(C, vehicle.wheel_load), C=C)
-
-
-def _contents(vehicle: Vehicle, track: Track, progress: Callable[[str], None]) -> list[Content]:
-    body = build_multibody(vehicle)
-    progress("reducing the track")
-    reduced = track_arrays(reduce_track(track))
-    vehicle_content = vehicle_arrays(body)
-    # The rearmost wheelset starts above a railseat, the paper's place.
-    positions = body.wheelset_x - body.wheelset_x[-1] + track.fastening.spacing / 2
-    contents = []
-    for with_contact in (False, True):
-        known = {
-            "with_contact": with_contact,
-            "wheel_load": vehicle.wheel_load,
-            "positions": positions.tolist(),
-            "contact": contact_defaults(vehicle),
-        }
-        contents += [
-            Content(
-                name="VehicleWithContact" if with_contact else "Vehicle",
-                model="vehicle",
-                text="Railway vehicle, vertical: "
-                + ("rail motion to contact force." if with_contact else "contact force to motion."),
-                table=interface.vehicle(**known),
-                arrays=vehicle_content,
-                parameters=write_toml(vehicle, "Vehicle"),
-            ),
-            Content(
-                name="TrackWithContact" if with_contact else "Track",
-                model="track",
-                text="Slab track, a ring of cells, vertical: "
-                + (
-                    "wheel motion to contact force." if with_contact else "contact force to motion."
-                ),
-                table=interface.track(**known),
-                arrays=reduced,
-                parameters=write_toml(track, "Slab track"),
-            ),
-        ]
-    return contents
-
-
-def _pack(content: Content, target: Path) -> Path:
-    with tempfile.TemporaryDirectory(prefix="railcosim_") as folder:
-        work = Path(folder)
-        package = _copy_runtime(work)
-        np.savez_compressed(work / "model.npz", **content.arrays)  # type: ignore[arg-type]
-        table = {"model": content.model, "variables": [v.as_dict() for v in content.table]}
-        (work / "interface.json").write_text(json.dumps(table), encoding="utf-8")
-        about = Description(
-            name=content.name,
-            guid=_guid(work),
-            version=version("railcosim"),
-            text=content.text,
-            capabilities=PYTHON,
-        )
-        xml = model_description(about, content.table)
-        (work / "modelDescription.xml").write_bytes(xml)
-        beside = extras(
-            about, KINDS[content.model], content.table, content.arrays,
-            fmi=2, parameters=content.parameters,
-        )  # fmt: skip
-        # Scripts of one name share a module in the host, so the name says what code it is.
-        script = work / f"{package}_{content.name}.py"
-        script.write_text(SCRIPT.format(package=package, name=content.name), encoding="utf-8")
-        resources = [
-            work / n for n in (package, "model.npz", "interface.json", "modelDescription.xml")
-        ]
-        packed = FmuBuilder.build_FMU(script, dest=work / "built", project_files=resources)
-        with zipfile.ZipFile(packed, "a", zipfile.ZIP_DEFLATED) as archive:
-            for path, data in beside.items():
-                archive.writestr(path, data)
-        shutil.move(packed, target)
-    return target
-
-
-def _copy_runtime(work: Path) -> str:
-    """Copy the runtime's modules under a package name made of their content; return the name."""
-    digest = hashlib.sha256()
-    for folder, names in RUNTIME.items():
-        for name in names:
-            digest.update(_module(folder, name).read_bytes())
-    package = f"railcosim_{digest.hexdigest()[:12]}"
-    for folder, names in RUNTIME.items():
-        place = work / package / folder
-        place.mkdir(parents=True)
-        for name in names:
-            shutil.copyfile(_module(folder, name), place / name)
-    return package
-
-
-def _module(folder: str, name: str) -> Path:
-    package = "railcosim." + folder.replace("/", ".")
-    return Path(str(files(package).joinpath(name)))
-
-
-def _guid(work: Path) -> str:
-    """The same content, the same GUID."""
-    digest = hashlib.sha256()
-    for name in ("model.npz", "interface.json"):
-        digest.update((work / name).read_bytes())
-    return "{" + str(uuid.UUID(bytes=digest.digest()[:16])) + "}"
+    parts = (
+        Part(name="vehicle", fmu=files[vehicle.name], table=vehicle.table, start=heights),
+        Part(name="track", fmu=files[track.name], table=track.table, start={}),
+    )
+    write_ssp(target, *parts, step=Description.step, stop=Description.stop)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from railcosim.vehicle.multibody import COORDINATES, WHEELSETS
 
 from ..content import Arrays
+from ..description.kind import KINDS
 from ..interface import Scalar
 from ..python_runtime.bodies import TrackBody, VehicleBody
 
@@ -74,7 +75,9 @@ def resource(model: str, arrays: Arrays, table: Sequence[Scalar], guid: str) -> 
     """
     has_contact = any(v.name == "contact.stiffness" for v in table)
     sections = BODIES[model](arrays, has_contact)
-    return _pack({"guid": _text([guid]), **sections, **_interface(model, table)})
+    nominals = [block.nominal for block in KINDS[model].states(arrays).blocks]
+    sections |= {"guid": _text([guid]), "nominals": np.array(nominals)}
+    return _pack(sections | _interface(model, table))
 
 
 def _sizes(

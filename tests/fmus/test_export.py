@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from railcosim.fmus.content import track_arrays, vehicle_arrays
-from railcosim.fmus.export import contact_defaults, export
+from railcosim.fmus.content import contact_defaults, track_arrays, vehicle_arrays
+from railcosim.fmus.export import export
 from railcosim.fmus.python_runtime.bodies import TrackBody, VehicleBody
 from railcosim.fmus.python_runtime.motion import FromOutside, Inputs, Mover, OwnContact
 from railcosim.master.component import ComponentError, Hold

@@ -12,7 +12,7 @@ from lxml import etree
 
 from railcosim.fmus import interface
 from railcosim.fmus.content import track_arrays
-from railcosim.fmus.export import contact_defaults
+from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.ssp import Part, static_start, write_ssp
 from railcosim.master.connections import connect_by_name
 from railcosim.master.fmu import FmuComponent

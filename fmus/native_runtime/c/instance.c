@@ -370,6 +370,17 @@ Status instance_derivatives(Instance *i, double *rate, size_t n)
     return OK;
 }
 
+Status instance_nominals(Instance *i, double *nominals, size_t n)
+{
+    const size_t modes = i->model.modes, rigid = i->model.rigid;
+    if (n != i->model.states)
+        return instance_fail(i, "%lu nominals asked for, there are %lu", (unsigned long)n,
+                             (unsigned long)i->model.states);
+    for (size_t k = 0; k < n; k++)
+        nominals[k] = i->model.nominals[k < 2 * modes ? k / modes : 2 + (k - 2 * modes) / rigid];
+    return OK;
+}
+
 /* Inputs over the next step, into i->plan, and how they follow the values set. */
 static void plan(Instance *i, double step, double *before, double *change)
 {

@@ -80,6 +80,7 @@ Status instance_step(Instance *instance, double time, double step);
 
 Status instance_set_states(Instance *instance, const double *x, size_t n);
 Status instance_derivatives(Instance *instance, double *rate, size_t n);
+Status instance_nominals(Instance *instance, double *nominals, size_t n);
 
 /* --- derivatives, in linear.c ------------------------------------------------------------------ */
 

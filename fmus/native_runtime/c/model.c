@@ -277,6 +277,7 @@ int model_read(Model *model, Resource resource, char *why, size_t room)
     read_sizes(&reader);
     if (reader.good) {
         model->pole = complexes(&reader, "pole", model->modes, 0, 0);
+        model->nominals = doubles(&reader, "nominals", model->rigid > 0 ? 4 : 2, 0, 0);
         read_segments(&reader);
         if (model->nodes > 0)
             read_track(&reader);

@@ -65,6 +65,7 @@ typedef struct {
     /* Modes: even ones (both wheels or rails move alike), odd ones, one local one a wheel. */
     size_t even, odd, ring, local, modes;
     size_t rigid, coordinates, states;
+    const double *nominals; /* of Re s, Im s and, with rigid coordinates, r and dr/dt */
     Complexes pole;
     size_t even_segments, segments; /* of even modes, of all; those of odd ones follow */
     size_t longest;                 /* modes in a segment */

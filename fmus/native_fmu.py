@@ -1,0 +1,84 @@
+"""An FMU that needs nothing where it is imported: the compiled C runtime and model.bin."""
+
+from __future__ import annotations
+
+import hashlib
+import uuid
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from .content import Content
+from .description import fmi2, fmi3
+from .description.about import NATIVE, Description
+from .description.extras import extras
+from .description.kind import KINDS
+from .native_runtime.compile import build, headers, sources
+from .native_runtime.platforms import Platform
+from .native_runtime.resource import resource
+
+WRITERS = {2: fmi2.model_description, 3: fmi3.model_description}
+
+
+@dataclass(frozen=True)
+class NativeRuntime:
+    """FMI 2.0 or 3.0, Co-Simulation and, without a contact inside, Model Exchange.
+
+    Attributes
+    ----------
+    fmi : int
+        Version, 2 or 3.
+    platforms : tuple of Platform, optional
+        What to compile for; this machine if not given.
+    """
+
+    fmi: int = 2
+    platforms: tuple[Platform, ...] | None = None
+
+    def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> None:
+        """Write the FMU."""
+        libraries = build(self.fmi, self.platforms, progress)
+        progress(f"packing {target.name}")
+        entries = self._entries(content)
+        for platform, library in libraries.items():
+            place = f"binaries/{platform.folder(self.fmi)}/{content.name}{platform.suffix}"
+            entries[place] = library.read_bytes()
+        # Whole or not at all, whatever interrupts us.
+        partial = target.with_suffix(".part")
+        with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+            for place, data in entries.items():
+                archive.writestr(place, data)
+        partial.replace(target)
+
+    def _entries(self, content: Content) -> dict[str, bytes]:
+        """All but the binaries, by place in the archive."""
+        kind, arrays, table = KINDS[content.model], content.arrays, content.table
+        states = kind.states(arrays)
+        guid = _guid(resource(content.model, arrays, table, guid=""))
+        about = Description(
+            name=content.name,
+            guid=guid,
+            version=version("railcosim"),
+            text=content.text,
+            capabilities=NATIVE,
+        )
+        files = [path.name for path in sources(self.fmi)]
+        shown = None if content.has_contact else states
+        entries = {
+            "modelDescription.xml": WRITERS[self.fmi](about, table, shown, files),
+            "resources/model.bin": resource(content.model, arrays, table, guid),
+        }
+        for path in sources(self.fmi) + headers(self.fmi):
+            entries[f"sources/{path.name}"] = path.read_bytes()
+        return entries | extras(
+            about, kind, table, arrays, fmi=self.fmi, parameters=content.parameters,
+            model_exchange=shown is not None, sources=files,
+        )  # fmt: skip
+
+
+def _guid(model: bytes) -> str:
+    """The same content, the same GUID."""
+    digest = hashlib.sha256(model).digest()
+    return "{" + str(uuid.UUID(bytes=digest[:16])) + "}"

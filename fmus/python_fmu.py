@@ -1,0 +1,106 @@
+"""An FMU that runs in Python: pythonfmu's binaries, our modules, the model as model.npz."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from pythonfmu.builder import FmuBuilder
+
+from .content import Content
+from .description.about import PYTHON, Description
+from .description.extras import extras
+from .description.fmi2 import model_description
+from .description.kind import KINDS
+
+# What travels in every FMU, by its place under the package; all of it needs numpy only.
+RUNTIME = {
+    "vehicle": ["contact.py"],
+    "track": ["shape_functions.py"],
+    "fmus/python_runtime": ["stepping.py", "bodies.py", "motion.py", "models.py", "slave.py"],
+}
+SCRIPT = """from {package}.fmus.python_runtime.slave import RailcosimSlave
+
+
+class {name}(RailcosimSlave):
+    pass
+"""
+
+
+@dataclass(frozen=True)
+class PythonRuntime:
+    """FMI 2.0 Co-Simulation; needs a Python with numpy where it is imported."""
+
+    fmi: int = 2
+
+    def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> None:
+        """Write the FMU."""
+        progress(f"packing {target.name}")
+        with tempfile.TemporaryDirectory(prefix="railcosim_") as folder:
+            work = Path(folder)
+            package = _copy_runtime(work)
+            np.savez_compressed(work / "model.npz", **content.arrays)  # type: ignore[arg-type]
+            table = {"model": content.model, "variables": [v.as_dict() for v in content.table]}
+            (work / "interface.json").write_text(json.dumps(table), encoding="utf-8")
+            about = Description(
+                name=content.name,
+                guid=_guid(work),
+                version=version("railcosim"),
+                text=content.text,
+                capabilities=PYTHON,
+            )
+            xml = model_description(about, content.table)
+            (work / "modelDescription.xml").write_bytes(xml)
+            beside = extras(
+                about, KINDS[content.model], content.table, content.arrays,
+                fmi=2, parameters=content.parameters,
+            )  # fmt: skip
+            # Scripts of one name share a module in the host, so the name says what code it is.
+            script = work / f"{package}_{content.name}.py"
+            script.write_text(SCRIPT.format(package=package, name=content.name), encoding="utf-8")
+            resources = [
+                work / n for n in (package, "model.npz", "interface.json", "modelDescription.xml")
+            ]
+            packed = FmuBuilder.build_FMU(script, dest=work / "built", project_files=resources)
+            with zipfile.ZipFile(packed, "a", zipfile.ZIP_DEFLATED) as archive:
+                for path, data in beside.items():
+                    archive.writestr(path, data)
+            shutil.move(packed, target)
+
+
+def _copy_runtime(work: Path) -> str:
+    """Copy the runtime's modules under a package name made of their content; return the name."""
+    digest = hashlib.sha256()
+    for folder, names in RUNTIME.items():
+        for name in names:
+            digest.update(_module(folder, name).read_bytes())
+    package = f"railcosim_{digest.hexdigest()[:12]}"
+    for folder, names in RUNTIME.items():
+        place = work / package / folder
+        place.mkdir(parents=True)
+        for name in names:
+            shutil.copyfile(_module(folder, name), place / name)
+    return package
+
+
+def _module(folder: str, name: str) -> Path:
+    package = "railcosim." + folder.replace("/", ".")
+    return Path(str(files(package).joinpath(name)))
+
+
+def _guid(work: Path) -> str:
+    """The same content, the same GUID."""
+    digest = hashlib.sha256()
+    for name in ("model.npz", "interface.json"):
+        digest.update((work / name).read_bytes())
+    return "{" + str(uuid.UUID(bytes=digest.digest()[:16])) + "}"
