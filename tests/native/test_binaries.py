@@ -1,0 +1,103 @@
+"""What is in the binaries, and what compilers say of the sources."""
+
+import re
+import shutil
+import struct
+import subprocess
+
+import pytest
+
+from railcosim.fmus.native_runtime.compile import build, headers, sources
+from railcosim.fmus.native_runtime.platforms import PLATFORMS, local_platform
+
+MACH_O, MACH_O_DYLIB, SYMBOL_TABLE = 0xFEEDFACF, 6, 2
+# -Wconversion not for clang, which takes what its own isfinite() gives for a conversion.
+STRICT = ["-std=c99", "-O3", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wstrict-prototypes",
+          "-Wmissing-prototypes", "-Wvla", "-Werror", "-fsyntax-only"]  # fmt: skip
+STRICTER = {"gcc": ["-Wconversion", "-Wsign-conversion"], "clang": []}
+
+
+def program(name, package):
+    if (found := shutil.which(name)) is None:
+        pytest.skip(f"no {name}: apt-get install {package}")
+    return found
+
+
+def output(*command):
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def declared(fmi):
+    """Functions of the standard, from its header."""
+    (header,) = [path for path in headers(fmi) if path.name == f"fmi{fmi}Functions.h"]
+    text = header.read_text()
+    found = set(re.findall(rf"^\s*FMI{fmi}_Export\s+\w+\s+(fmi{fmi}\w+)\s*;", text, re.MULTILINE))
+    assert len(found) > 40
+    return found
+
+
+@pytest.mark.parametrize("compiler", STRICTER)
+def test_no_warnings(fmi, compiler):
+    gcc = program(compiler, compiler)
+    folders = sorted({f"-I{path.parent}" for path in headers(fmi)})
+    flags = [*STRICT, *STRICTER[compiler], *folders]
+    told = subprocess.run(
+        [gcc, *flags, *map(str, sources(fmi))], capture_output=True, text=True, check=False
+    )
+    assert told.returncode == 0, told.stderr
+
+
+def test_the_local_binary_exports_fmi_and_nothing_else(fmi):
+    nm = program("nm", "binutils")
+    library = build(fmi)[local_platform()]
+    lines = output(nm, "--dynamic", "--defined-only", str(library)).splitlines()
+    assert {line.split()[-1] for line in lines} == declared(fmi)
+
+
+def versions_needed(library):
+    """Versions of glibc that an ELF library asks for."""
+    text = output(program("objdump", "binutils"), "-T", str(library))
+    return [tuple(map(int, v.split("."))) for v in re.findall(r"GLIBC_([\d.]+)", text)]
+
+
+@pytest.mark.parametrize("name", ["linux64", "aarch64-linux"])
+def test_zig_asks_for_an_old_glibc_only(fmi, name, monkeypatch):
+    """2.17, of 2012; the system's compiler asks for what the system has."""
+    pytest.importorskip("ziglang", reason='no zig: pip install "railcosim[native]"')
+    monkeypatch.delenv("CC", raising=False)
+    (platform,) = [p for p in PLATFORMS if p.fmi2 == name]
+    needed = versions_needed(build(fmi, [platform])[platform])
+    assert needed
+    assert max(needed) <= (2, 17)
+
+
+def mach_o_exports(content):
+    """Names a Mach-O library exports; it must be one, and not hold other sections than it says."""
+    magic, _, _, kind, n_commands, _, _, _ = struct.unpack_from("<8I", content)
+    assert (magic, kind) == (MACH_O, MACH_O_DYLIB)
+    at = 32
+    for _ in range(n_commands):
+        command, size = struct.unpack_from("<2I", content, at)
+        if command == SYMBOL_TABLE:
+            symbols, n, names, _ = struct.unpack_from("<4I", content, at + 8)
+        at += size
+    found = set()
+    for k in range(n):
+        name_at, kind, section, _, _ = struct.unpack_from("<IBBHQ", content, symbols + 16 * k)
+        if kind & 1 and section:  # external, and defined here
+            start = names + name_at
+            found.add(content[start : content.index(b"\0", start)].decode().removeprefix("_"))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "cpu"), [("darwin64", 0x01000007), ("aarch64-darwin", 0x0100000C)]
+)
+def test_the_macos_binary_is_built(fmi, name, cpu):
+    """Built and looked at; not run."""
+    pytest.importorskip("ziglang", reason='no zig: pip install "railcosim[native]"')
+    (platform,) = [p for p in PLATFORMS if p.fmi2 == name]
+    content = build(fmi, [platform])[platform].read_bytes()
+    assert struct.unpack_from("<I", content, 4) == (cpu,)
+    # With an underscore: the linker's own, in every library.
+    assert {n for n in mach_o_exports(content) if n[0] != "_"} == declared(fmi)
