@@ -1,6 +1,8 @@
 """What FMUs say of themselves: valid for FMI 2.0 and 3.0, and true of the models."""
 
+import ctypes
 import re
+import shutil
 import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -8,6 +10,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi2 import FMU2Model
 from fmpy.validation import validate_fmu
 from lxml import etree
 
@@ -449,3 +452,84 @@ def test_a_wheels_variables_are_in_its_terminal(subject):
         if re.search(r"left|right|position$", v.name) and v.causality != "parameter"
     }  # fmt: skip
     assert members == of_wheels
+
+
+# --- truth of the native FMUs -----------------------------------------------------------------
+
+
+@pytest.fixture
+def exchanged(request, exported):
+    """A native FMU for Model Exchange in initialisation mode, and its description."""
+    path = str(exported[request.param])
+    read = fmpy.read_model_description(path)
+    folder = fmpy.extract(path)
+    fmu = FMU2Model(
+        guid=read.guid, unzipDirectory=folder, modelIdentifier=request.param, instanceName="it"
+    )
+    fmu.instantiate()
+    fmu.setupExperiment(startTime=0.3)
+    fmu.enterInitializationMode()
+    for v in read.modelVariables:
+        if v.causality == "input" and "left" in v.name:  # unequal: odd modes take part
+            fmu.setReal([v.valueReference], [1.1 * float(v.start)])
+    yield fmu, read
+    fmu.freeInstance()
+    shutil.rmtree(folder)
+
+
+def directional(fmu, unknowns, knowns):
+    """Pairs with a derivative that is not zero, and those where it is more than rounding."""
+    some, clear = set(), set()
+    for known in knowns:
+        sizes = fmu.getDirectionalDerivative(
+            [u.valueReference for u in unknowns], [known.valueReference], [1.0]
+        )
+        for unknown, value in zip(unknowns, sizes, strict=True):
+            if value != 0:
+                some.add((unknown.name, known.name))
+                # Sums over up to 4000 terms that cancel: 1e-14 of the largest. See `compare`.
+                rate = 4e4 if unknown.name.startswith("der(") else 1.0
+                if abs(value) * size_of(known) > 1e-12 * size_of(unknown) * rate:
+                    clear.add((unknown.name, known.name))
+    return some, clear
+
+
+def size_of(variable):
+    return float((variable.derivative or variable).nominal or 1.0)
+
+
+def told_of(unknowns, knowns):
+    names = {v.name for v in knowns}
+    return {(u.variable.name, d.name) for u in unknowns for d in u.dependencies if d.name in names}
+
+
+native = pytest.mark.parametrize("exchanged", STATEFUL, indirect=True)
+
+
+@native
+def test_directional_derivatives_are_zero_where_nothing_is_declared(exchanged):
+    fmu, read = exchanged
+    fmu.exitInitializationMode()
+    fmu.enterContinuousTimeMode()
+    states = [u.variable.derivative for u in read.derivatives]
+    x = 1e-3 * np.random.default_rng(1).normal(size=len(states))
+    fmu.setContinuousStates((ctypes.c_double * x.size)(*x), x.size)
+    inputs = [v for v in read.modelVariables if v.causality == "input"]
+    # Some hundred of the states, and the last ones, which are the wheels' own or rigid.
+    knowns = inputs + states[:: 1 + len(states) // 200] + states[-20:]
+    rows = read.outputs + read.derivatives
+    some, clear = directional(fmu, [u.variable for u in rows], knowns)
+    told = told_of(rows, knowns)
+    assert clear <= told, clear - told
+    assert told <= some, told - some
+
+
+@native
+def test_directional_derivatives_at_rest_are_zero_where_nothing_is_declared(exchanged):
+    fmu, read = exchanged
+    inputs = [v for v in read.modelVariables if v.causality == "input"]
+    rows = read.initialUnknowns
+    some, clear = directional(fmu, [u.variable for u in rows], inputs)
+    told = told_of(rows, inputs)
+    assert clear <= told, clear - told
+    assert told <= some, told - some

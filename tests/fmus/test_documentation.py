@@ -1,0 +1,199 @@
+"""Pages, pictures, licences and reference data that travel in FMUs."""
+
+import re
+import shutil
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.util import read_csv
+from lxml import etree, html
+
+from railcosim.fmus.content import contents
+from railcosim.fmus.description.drawing import signs
+from railcosim.fmus.export import PythonRuntime
+from railcosim.vehicle.parameters import Vehicle
+
+NAMES = ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"]
+REPOSITORY = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def python_made(tmp_path_factory, short_track):
+    """The four FMUs with the Python runtime."""
+    folder = tmp_path_factory.mktemp("python")
+    made = {}
+    for content in contents(Vehicle(), short_track):
+        made[content.name] = folder / f"{content.name}.fmu"
+        PythonRuntime().pack(content, made[content.name], lambda text: None)
+    return made
+
+
+@pytest.fixture(params=["native", "python"])
+def runtime(request, exported):
+    if request.param == "native":
+        return exported
+    return request.getfixturevalue("python_made")
+
+
+@pytest.fixture
+def unpacked(runtime, tmp_path):
+    """Folder of an FMU's content, by name."""
+
+    def unpack(name):
+        folder = tmp_path / name
+        with zipfile.ZipFile(runtime[name]) as archive:
+            archive.extractall(folder)
+        return folder
+
+    return unpack
+
+
+each = pytest.mark.parametrize("name", NAMES)
+
+
+def page_of(folder):
+    return html.parse(folder / "documentation" / "index.html").getroot()
+
+
+# --- the page ---------------------------------------------------------------------------------
+
+
+@each
+def test_links_and_pictures_of_the_page_are_there(unpacked, name):
+    folder = unpacked(name)
+    page = page_of(folder)
+    targets = page.xpath("//@href | //@src")
+    anchors = set(page.xpath("//@id"))
+    assert len(targets) > 15
+    for target in targets:
+        if target.startswith("#"):
+            assert target[1:] in anchors
+        elif not target.startswith("https://doi.org/"):
+            assert (folder / "documentation" / target).is_file(), target
+
+
+@each
+def test_the_page_names_all_variables_with_units_and_starts(unpacked, name):
+    folder = unpacked(name)
+    rows = {
+        row[0].text_content(): [cell.text_content() for cell in row]
+        for row in page_of(folder).xpath("//section[@id='variables']//tbody/tr")
+    }
+    read = fmpy.read_model_description(folder)
+    shown = [v for v in read.modelVariables if v.causality not in {"local", "independent"}]
+    assert set(rows) == {v.name for v in shown}
+    for v in shown:
+        cells = rows[v.name]
+        assert cells[1] == (v.unit or "")
+        assert cells[2] == v.description
+        if v.causality == "output":
+            depends = next(u.dependencies for u in read.outputs if u.variable is v)
+            inputs = {d.name for d in depends if d.causality == "input"}
+            assert cells[4].startswith("all inputs") or inputs <= set(cells[4].split(", "))
+        elif v.type == "Real":
+            assert float(cells[3]) == pytest.approx(float(v.start), rel=1e-5)  # six digits
+
+
+def test_the_page_says_what_the_runtime_can_do(exported, python_made):
+    texts = []
+    for made in (exported, python_made):
+        with zipfile.ZipFile(made["Track"]) as archive:
+            texts.append(archive.read("documentation/index.html").decode())
+    native, python = texts
+    assert "Model Exchange" in native
+    assert "fmi2SetRealInputDerivatives" in native
+    assert "Directional derivatives" in native
+    for word in ("Model Exchange", "fmi2SetRealInputDerivatives", "Directional derivatives"):
+        assert word not in python
+    assert "externalDependencies.txt" in python
+    assert "externalDependencies.txt" not in native
+
+
+# --- the reference run ------------------------------------------------------------------------
+
+
+@each
+def test_the_pages_example_gives_the_reference(unpacked, runtime, name, tmp_path, monkeypatch):
+    """The code on the page, as it stands, with both runtimes: the models they share no code with
+    in the native case."""
+    folder = unpacked(name) / "documentation"
+    (example,) = page_of(folder.parent).xpath("//section[@id='result']//pre")
+    shutil.copy(runtime[name], folder)
+    monkeypatch.chdir(folder)
+    space = {}
+    exec(example.text_content(), space)
+    reference = read_csv(f"{name}_ref.csv")
+    assert len(reference) == len(space["result"]) == 201
+    for column in reference.dtype.names:
+        size = np.abs(reference[column]).max()
+        # Rounding of sums over a thousand modes, carried through 200 steps and the stiff contact.
+        assert space["result"][column] == pytest.approx(reference[column], rel=0, abs=1e-9 * size)
+        assert np.ptp(reference[column]) > 0, column
+
+
+@each
+def test_the_inputs_are_those_that_the_text_states(unpacked, name):
+    folder = unpacked(name) / "documentation"
+    u = read_csv(folder / f"{name}_in.csv")
+    text = (folder / f"{name}_ref.txt").read_text()
+    read = {v.name: v for v in fmpy.read_model_description(folder.parent).modelVariables}
+    wheels = [f"wheelset[{i}].{side}" for side in ("left", "right") for i in (1, 2, 3, 4)]
+    for column in u.dtype.names[1:]:
+        owner, quantity = column.rsplit(".", 1)
+        (formula,) = re.findall(rf"^  {quantity} = (.*)$", text, re.MULTILINE)
+        if quantity == "position":
+            speed = float(re.fullmatch(r"start value \+ (\S+) t", formula)[1])
+            expected = float(read[column].start) + speed * u["time"]
+        else:
+            stated = r"(\S+) \(1 \+ (\S+) sin\(2 pi (\S+) t \+ k\)\) (\S+)"
+            mean, depth, frequency, unit = re.fullmatch(stated, formula).groups()
+            assert unit == read[column].unit
+            phase = 2 * np.pi * float(frequency) * u["time"] + wheels.index(owner)
+            expected = float(mean) * (1 + float(depth) * np.sin(phase))
+        assert u[column] == pytest.approx(expected, rel=1e-12)  # rounding of the sine
+        assert f"  {column}: {read[column].unit}" in text
+
+
+# --- licences and pictures --------------------------------------------------------------------
+
+
+def test_the_licence_is_the_projects(unpacked):
+    licences = unpacked("Vehicle") / "documentation" / "licenses"
+    assert (licences / "MIT.txt").read_text() == (REPOSITORY / "LICENSE").read_text()
+    named = re.findall(r"[\w-]+\.txt", (licences / "license.txt").read_text())
+    assert set(named) == {f.name for f in licences.iterdir()} - {"license.txt"}
+
+
+def test_foreign_licences_travel_with_what_is_foreign(exported, python_made):
+    with zipfile.ZipFile(exported["Vehicle"]) as archive:
+        names = archive.namelist()
+        assert any(n.startswith("sources/fmi2") for n in names)
+        text = archive.read("documentation/licenses/BSD-2-Clause.txt").decode()
+        assert "Modelica Association" in text
+        assert "THIS SOFTWARE IS PROVIDED BY THE COPYRIGHT HOLDERS" in text
+    with zipfile.ZipFile(python_made["Vehicle"]) as archive:
+        assert any(n.startswith("resources/pythonfmu/") for n in archive.namelist())
+        assert "MIT License" in archive.read("documentation/licenses/pythonfmu.txt").decode()
+
+
+@each
+def test_icons_are_there_in_both_forms(unpacked, name):
+    folder = unpacked(name) / "terminalsAndIcons"
+    described = etree.parse(folder / "terminalsAndIcons.xml")
+    named = set(described.xpath("//@iconBaseName")) | {"icon"}
+    for base in named:
+        png = (folder / f"{base}.png").read_bytes()
+        assert png.startswith(b"\x89PNG")
+        width, height = (int.from_bytes(png[k : k + 4]) for k in (16, 20))
+        assert width == height == 256
+        assert etree.parse(folder / f"{base}.svg").getroot().tag.endswith("svg")
+    assert (folder.parent / "model.png").read_bytes() == (folder / "icon.png").read_bytes()
+
+
+def test_pictures_are_the_same_each_time():
+    first = signs()
+    signs.cache_clear()
+    assert signs() == first
