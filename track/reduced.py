@@ -19,7 +19,6 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 FADE_FROM = 0.6  # of the highest frequency kept; modes below count in full
-NEGLIGIBLE = 3e-5  # of the rail's static deflection: what a mode may add to be left out as well
 FIT_FROM, FIT_TO = 0.1, 0.4  # of it: where the residual's inertia shows
 FIT_PLACES = (0.0, 0.25, 0.5)  # of the spacing from a railseat
 LEAST_DAMPING, MOST_DAMPING = 1e-3, 0.9  # ratio of the residual's pole, whatever the fit finds
@@ -72,8 +71,6 @@ class ReducedTrack:
 def reduce_track(track: Track) -> ReducedTrack:
     """Reduce a track to its modes below `track.mesh.highest_frequency` and a residual.
 
-    Modes that hardly move the rail, most of them of the slab alone, are left out as well.
-
     Modes fade out over a band of frequencies. Cut off at once, what is left out would reach along
     the rail as slowly fading ripples that outweigh the true response 10 m away; faded out, it is
     local: the flexibility of short waves of the rail, hardly dependent on the place. It becomes one
@@ -91,10 +88,9 @@ def reduce_track(track: Track) -> ReducedTrack:
     """
     cells = [build_cell(track, parity) for parity in (EVEN, ODD)]
     top = track.mesh.highest_frequency
+    modes = [_faded(ring_modes(cell, top), 2 * np.pi * top) for cell in cells]
     nodes = cells[0].nodes
-    static = _static_compliance(track, nodes)
-    modes = [_felt(_faded(ring_modes(cell, top), 2 * np.pi * top), cell, static) for cell in cells]
-    compliance = static - _compliance_of(cells, modes)
+    compliance = _residual_compliance(track, cells, modes)
     pole = _residual_pole(track, cells, modes)
     sizes = [m.poles.size for m in modes]
     # A force on one rail is half an even and half an odd one: sqrt(1/2) into shapes that are
@@ -125,30 +121,16 @@ def _faded(modes: RingModes, top: float) -> RingModes:
     return modes.weighted(np.cos(0.5 * np.pi * part) ** 2)
 
 
-def _felt(modes: RingModes, cell: Cell, static: FloatArray) -> RingModes:
-    """Those that move the rail somewhere, at a frequency up to where they begin to fade."""
-    w = modes.shapes[0 : cell.rail_size : 2]
-    top = FADE_FROM * 2 * np.pi * cell.track.mesh.highest_frequency
-    # The mode at its resonance, or at the nearest frequency there is: |U|^2 / |i omega - lambda|.
-    distance = np.abs(1j * np.clip(modes.poles.imag, 0, top) - modes.poles)
-    most = np.abs(w * w[:, modes.partner]).max(axis=0) / distance
-    return modes.selected(most > NEGLIGIBLE * static.min())
-
-
-def _static_compliance(track: Track, nodes: FloatArray) -> FloatArray:
-    """Static deflection of a rail per force on it, at every node of the cell, (n_nodes,)."""
-    points = [Point(x=float(x)) for x in nodes]
-    every: ComplexArray = direct_receptance(track, np.zeros(1), points, points, viscous=True)[0]
-    return np.diagonal(every).real.copy()
-
-
-def _compliance_of(cells: list[Cell], modes: list[RingModes]) -> FloatArray:
-    """The modes' share in it, (n_nodes,)."""
-    by_modes = np.zeros(cells[0].nodes.size)
+def _residual_compliance(track: Track, cells: list[Cell], modes: list[RingModes]) -> FloatArray:
+    """Static flexibility of what the modes leave out, at every node of the cell, (n_nodes,)."""
+    points = [Point(x=float(x)) for x in cells[0].nodes]
+    total = np.diagonal(direct_receptance(track, np.zeros(1), points, points, viscous=True)[0]).real
+    by_modes = np.zeros_like(total)
     for cell, ring in zip(cells, modes, strict=True):
         w = ring.shapes[0 : cell.rail_size : 2]
         by_modes += 0.5 * (w * w[:, ring.partner] @ (-1 / ring.poles)).real
-    return by_modes
+    residual: FloatArray = total - by_modes
+    return residual
 
 
 def _residual_pole(track: Track, cells: list[Cell], modes: list[RingModes]) -> complex:

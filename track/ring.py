@@ -47,16 +47,6 @@ class RingModes:
         """Modes that take part with a weight; partners, having one pole, have one weight."""
         return replace(self, shapes=self.shapes * np.sqrt(weight))
 
-    def selected(self, kept: NDArray[np.bool_]) -> RingModes:
-        """Some of the modes; `kept` must be alike for partners."""
-        place = np.cumsum(kept) - 1
-        return RingModes(
-            poles=self.poles[kept],
-            mu=self.mu[kept],
-            partner=place[self.partner[kept]],
-            shapes=self.shapes[:, kept],
-        )
-
     def receptance(self, omega: FloatArray, out: ComplexArray, inp: ComplexArray) -> ComplexArray:
         """Sum over modes and their conjugates, for given shape values.
 

@@ -20,7 +20,6 @@ import fmpy
 from .platforms import Platform, UnknownPlatform, local_platform
 
 SOURCES = Path(__file__).parent / "c"
-FRONTS = {2: "fmi2.c", 3: "fmi3.c"}  # by FMI version; every other source is common to both
 # No -ffast-math: a repeated step must give the same bits. No contraction: a fused multiply-add
 # rounds once where two operations round twice, and compilers and processors differ in what they
 # fuse. Without it all platforms add alike and differ in libm only.
@@ -53,9 +52,12 @@ class Compiler:
 
 
 def sources(fmi: int) -> list[Path]:
-    """The C files of the runtime for FMI version 2 or 3."""
-    others = set(FRONTS.values()) - {FRONTS[fmi]}
-    return sorted(path for path in SOURCES.glob("*.c") if path.name not in others)
+    """The C files of the runtime for FMI version 2 or 3: its front, and what is common to both."""
+    return sorted(
+        path
+        for path in SOURCES.glob("*.c")
+        if path.name.startswith(f"fmi{fmi}") or not path.name.startswith("fmi")
+    )
 
 
 def headers(fmi: int) -> list[Path]:

@@ -245,10 +245,17 @@ void body_rate(const Body *body, const double *x, const double *g, double *rate)
 {
     const Model *m = body->model;
     const size_t n = m->modes;
-    memcpy(rate, g, 2 * n * sizeof(double));
+    const double *v = x + 2 * n + m->rigid;
+    double *rate_v = rate + 2 * n + m->rigid;
+    if (g == NULL) {
+        memset(rate, 0, 2 * n * sizeof(double));
+        memset(rate_v, 0, m->rigid * sizeof(double));
+    } else {
+        memcpy(rate, g, 2 * n * sizeof(double));
+        memcpy(rate_v, g + 2 * n, m->rigid * sizeof(double));
+    }
     body->kernels->add(n, m->pole.re, m->pole.im, x, x + n, rate, rate + n);
-    memcpy(rate + 2 * n, x + 2 * n + m->rigid, m->rigid * sizeof(double));
-    memcpy(rate + 2 * n + m->rigid, g + 2 * n, m->rigid * sizeof(double));
+    memcpy(rate + 2 * n, v, m->rigid * sizeof(double));
 }
 
 void body_acceleration(const Body *body, const double *x, double *acceleration)

@@ -44,7 +44,7 @@ void body_at_rest(const Body *body, const double *g, double *x);
 double body_coordinate(const Body *body, size_t coordinate, const double *x);
 /* d2x/dt2 of the modes, without what forces do at once. */
 void body_acceleration(const Body *body, const double *x, double *acceleration);
-/* dx/dt under generalised forces. */
+/* dx/dt under generalised forces; g may be NULL: none. */
 void body_rate(const Body *body, const double *x, const double *g, double *rate);
 
 #endif

@@ -223,12 +223,13 @@ static Status refresh(Instance *i)
     const Inputs now = instance_inputs(i, i->shown);
     double force[WHEELS], z[WHEELS] = {0}, vz[WHEELS] = {0}, *acceleration = i->motion.drate;
     motion_forces(&i->motion, &now, i->x, force);
-    motion_rate(&i->motion, &now, i->x, i->motion.rate);
     if (m->nodes > 0) {
+        motion_rate(&i->motion, &now, i->x, i->motion.rate);
         const Shapes *shapes = body_shapes(&i->motion.body, now.position);
         body_observe(&i->motion.body, shapes, i->x, z);
         body_observe(&i->motion.body, shapes, i->motion.rate, vz);
-    } else {
+    } else { /* all modes are there, so a force changes no velocity at once */
+        body_rate(&i->motion.body, i->x, NULL, i->motion.rate);
         body_acceleration(&i->motion.body, i->x, acceleration);
     }
     for (size_t k = 0; k < m->outputs; k++)

@@ -85,12 +85,13 @@ static void outputs_change(Instance *i, const Direction *d, const uint32_t *refs
     const Inputs now = instance_inputs(i, d->u);
     double dforce[WHEELS], dz[WHEELS] = {0}, dvz[WHEELS] = {0};
     motion_forces_change(motion, &now, i->x, &d->change, d->dx, dforce);
-    motion_rate(motion, &now, i->x, motion->rate);
-    motion_rate_change(motion, &now, i->x, &d->change, d->dx, motion->drate);
     if (m->nodes > 0) {
+        motion_rate(motion, &now, i->x, motion->rate);
+        motion_rate_change(motion, &now, i->x, &d->change, d->dx, motion->drate);
         contact_change(i, &now, d, i->x, d->dx, dz);
         contact_change(i, &now, d, motion->rate, motion->drate, dvz);
     } else {
+        body_rate(&motion->body, d->dx, NULL, motion->drate);
         body_acceleration(&motion->body, d->dx, motion->rate);
     }
     for (size_t k = 0; k < n; k++)
