@@ -10,14 +10,9 @@ import pytest
 from fmpy.ssp import ssd as fmpy_ssd
 from lxml import etree
 
-from railcosim.fmus import interface
-from railcosim.fmus.content import track_arrays
-from railcosim.fmus.content import contact_defaults
-from railcosim.fmus.ssp import Part, static_start, write_ssp
 from railcosim.master.connections import connect_by_name
 from railcosim.master.fmu import FmuComponent
 from railcosim.master.system import System
-from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
@@ -27,33 +22,9 @@ WHEELS = [f"wheelset[{i}].{side}" for side in ("left", "right") for i in (1, 2, 
 
 
 @pytest.fixture(scope="module")
-def pair(exported, short_track, short_reduced, tmp_path_factory):
-    """The SSP of the short track, written as `export` has it written."""
-    vehicle = Vehicle()
-    ahead = build_multibody(vehicle).wheelset_x
-    known = {
-        "wheel_load": vehicle.wheel_load,
-        "positions": (ahead - ahead[-1] + short_track.fastening.spacing / 2).tolist(),
-    }
-    contact = contact_defaults(vehicle)
-    heights = static_start(track_arrays(short_reduced), C=contact.C, **known)
-    return write_ssp(
-        tmp_path_factory.mktemp("ssp") / "Pair.ssp",
-        Part(
-            name="vehicle",
-            fmu=exported["Vehicle"],
-            table=interface.vehicle(with_contact=False, contact=contact, **known),
-            start=heights,
-        ),
-        Part(
-            name="track",
-            fmu=exported["TrackWithContact"],
-            table=interface.track(with_contact=True, contact=contact, **known),
-            start={},
-        ),
-        step=1e-4,
-        stop=1.0,
-    )
+def pair(exported):
+    """Written by `export`, beside the FMUs."""
+    return exported["Vehicle"].with_name("Pair.ssp")
 
 
 @pytest.fixture(scope="module")

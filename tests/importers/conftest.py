@@ -1,0 +1,114 @@
+"""Other people's importers, each in an environment of its own, run on our native FMUs.
+
+The environments are made by pip at first use and kept in pytest's cache. What cannot be had makes
+a skip that says what to install.
+"""
+
+import ctypes
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import venv
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from railcosim.fmus.export import NativeRuntime, export
+from railcosim.vehicle.parameters import Vehicle
+
+from .job import Job, make_job
+
+RUNNERS = Path(__file__).parent / "runners"
+
+
+@dataclass(frozen=True)
+class Importer:
+    """An importer at the version whose scheme was read.
+
+    Attributes
+    ----------
+    requirements : tuple of str
+        For pip.
+    library, package : str
+        Shared library it needs, and the Debian package that has it; empty if none.
+    """
+
+    requirements: tuple[str, ...]
+    library: str = ""
+    package: str = ""
+
+
+IMPORTERS = {
+    "fmpy": Importer(("fmpy==0.3.32",)),
+    "libcosimpy": Importer(("libcosimpy==0.0.6",)),
+    "ecospy": Importer(("ecospy==0.7.2",), library="libtbb.so.12", package="libtbb12"),
+    "cofmupy": Importer(("cofmupy==1.0.0",)),
+    "pathsim": Importer(("pathsim-fmi==0.1.1", "pathsim==0.27.1", "fmpy==0.3.32")),
+}
+
+
+@pytest.fixture(scope="session")
+def job(exported) -> Job:
+    """Vehicle and track rolling, every wheelset started a little off its height at rest, m."""
+    return make_job(exported, (1e-4, -5e-5, 3e-5, -2e-5))
+
+
+@pytest.fixture(scope="session")
+def ssp_job(exported) -> Job:
+    """The SSP as it is: it starts at rest, and rolls over railseats and slabs."""
+    return make_job(exported, (0.0, 0.0, 0.0, 0.0))
+
+
+@pytest.fixture(scope="session")
+def exported3(tmp_path_factory, short_track):
+    """The same FMUs as FMI 3.0."""
+    runtime = NativeRuntime(fmi=3)
+    return export(Vehicle(), short_track, tmp_path_factory.mktemp("fmi3"), runtime=runtime)
+
+
+@pytest.fixture
+def run(request, tmp_path):
+    """Runs a runner in its importer's environment; gives what it wrote."""
+
+    def start(name: str, job: Job, **more) -> dict:
+        python = _environment(request.config, name)
+        given, answer = tmp_path / "job.json", tmp_path / "answer.json"
+        given.write_text(json.dumps(job.as_dict() | more), encoding="utf-8")
+        done = subprocess.run(
+            [python, str(RUNNERS / f"run_{name}.py"), str(given), str(answer)],
+            capture_output=True, text=True, check=False, timeout=300,
+            # One order of what a set holds: cofmupy steps its FMUs in it.
+            env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "PYTHONHASHSEED": "0"},
+            cwd=tmp_path,
+        )  # fmt: skip
+        assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]  # libcosim says much
+        told: dict = json.loads(answer.read_text(encoding="utf-8"))
+        return told
+
+    return start
+
+
+def _environment(config: pytest.Config, name: str) -> str:
+    """The Python that has the importer; skips the test if it cannot be had."""
+    importer = IMPORTERS[name]
+    if importer.library:
+        try:
+            ctypes.CDLL(importer.library)
+        except OSError:
+            pytest.skip(f"{name} needs {importer.library}: apt-get install {importer.package}")
+    key = hashlib.sha256(repr((importer.requirements, sys.version)).encode()).hexdigest()[:8]
+    folder = Path(config.cache.mkdir("importers")) / f"{name}-{key}"
+    python = folder / "bin" / "python"
+    ready = folder / "ready"
+    if not ready.exists():
+        venv.create(folder, with_pip=True, clear=True)
+        pip = [python, "-m", "pip", "install", "--quiet", *importer.requirements]
+        done = subprocess.run(pip, capture_output=True, text=True, check=False)
+        if done.returncode:
+            wanted = " ".join(importer.requirements)
+            pytest.skip(f"pip install {wanted} failed: {done.stderr.strip()[-300:]}")
+        ready.touch()
+    return str(python)
