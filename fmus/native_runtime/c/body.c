@@ -15,7 +15,7 @@ int body_create(Body *body, const Model *model)
     memset(body, 0, sizeof *body);
     body->model = model;
     body->kernels = kernels_for_this_processor();
-    body->memory = calloc(16 * n + 2 * model->modes + 2 * model->longest, sizeof(double));
+    body->memory = calloc(16 * n + 2 * model->modes + 4 * model->longest, sizeof(double));
     if (body->memory == NULL)
         return 0;
     double *at = body->memory;
@@ -178,6 +178,50 @@ void body_observe(const Body *body, const Shapes *shapes, const double *x, doubl
     }
     for (size_t k = 0; k < m->local; k++)
         z[k] += shapes->local_re[k] * re[n + k] - shapes->local_im[k] * im[n + k];
+}
+
+/* z and vz of one segment. A segment at a time stays in the processor's nearest memory. */
+static void observe_segment(const Body *body, const Shapes *shapes, const Segment *s,
+                            const double *x, const double force[WHEELSETS], double z[WHEELSETS],
+                            double vz[WHEELSETS])
+{
+    const Model *m = body->model;
+    const Kernels *kernels = body->kernels;
+    const size_t n = m->ring;
+    const double *re = x + s->to, *im = x + m->modes + s->to;
+    const double *out_re = shapes->out_re + s->to, *out_im = shapes->out_im + s->to;
+    double *rate_re = body->work, *rate_im = rate_re + s->size;
+    kernels->drive(s->size, n, shapes->in_re + s->from, shapes->in_im + s->from, force, rate_re,
+                   rate_im);
+    kernels->add(s->size, m->pole.re + s->to, m->pole.im + s->to, re, im, rate_re, rate_im);
+    kernels->observe(s->size, n, out_re, out_im, re, im, z);
+    kernels->observe(s->size, n, out_re, out_im, rate_re, rate_im, vz);
+}
+
+void body_observe_moving(const Body *body, const Shapes *shapes, const double *x,
+                         const double force[WHEELS], double z[WHEELS], double vz[WHEELS])
+{
+    const Model *m = body->model;
+    const double *re = x + m->ring, *im = re + m->modes;
+    double f[2][WHEELSETS], all_z[2][WHEELSETS] = {{0}}, all_vz[2][WHEELSETS] = {{0}};
+    for (size_t k = 0; k < WHEELSETS; k++) {
+        f[0][k] = force[k] + force[k + WHEELSETS];
+        f[1][k] = force[k] - force[k + WHEELSETS];
+    }
+    for (size_t j = 0; j < m->segments; j++) {
+        const int odd = j >= m->even_segments;
+        observe_segment(body, shapes, &m->segment[j], x, f[odd], all_z[odd], all_vz[odd]);
+    }
+    for (size_t k = 0; k < WHEELS; k++) {
+        const size_t w = k % WHEELSETS;
+        const double sign = k < WHEELSETS ? 1 : -1;
+        const double shape_re = shapes->local_re[k], shape_im = shapes->local_im[k];
+        const double a = m->pole.re[m->ring + k], b = m->pole.im[m->ring + k];
+        const double rate_re = a * re[k] - b * im[k] + shape_re * force[k];
+        const double rate_im = a * im[k] + b * re[k] + shape_im * force[k];
+        z[k] = all_z[0][w] + sign * all_z[1][w] + shape_re * re[k] - shape_im * im[k];
+        vz[k] = all_vz[0][w] + sign * all_vz[1][w] + shape_re * rate_re - shape_im * rate_im;
+    }
 }
 
 /* G4[j][k] += Re sum out_k weight in_j over the modes of one segment. */

@@ -19,7 +19,7 @@ typedef struct {
     const Kernels *kernels;
     Shapes shapes, slope; /* at the last position asked for; and their change */
     double *flexibility;  /* -1 / lambda, 2 * modes */
-    double *work;         /* 2 * longest segment */
+    double *work;         /* 4 * longest segment */
     double *memory;
 } Body;
 
@@ -34,6 +34,9 @@ const Shapes *body_slope(Body *body, const double change[WHEELSETS]);
 void body_drive(const Body *body, const Shapes *shapes, const double force[WHEELS], double *g);
 /* Displacements at the contacts of the displacements in x (2 modes + rigid). */
 void body_observe(const Body *body, const Shapes *shapes, const double *x, double z[WHEELS]);
+/* For a track: displacements at the contacts, and velocities there under forces. */
+void body_observe_moving(const Body *body, const Shapes *shapes, const double *x,
+                         const double force[WHEELS], double z[WHEELS], double vz[WHEELS]);
 /* Displacement per force where a force moves a mode by `weight`, a rigid coordinate by
    `rigid_weight`: (8, 8). */
 void body_compliance(const Body *body, const Shapes *shapes, const double *weight, double rigid_weight,

@@ -224,10 +224,8 @@ static Status refresh(Instance *i)
     double force[WHEELS], z[WHEELS] = {0}, vz[WHEELS] = {0}, *acceleration = i->motion.drate;
     motion_forces(&i->motion, &now, i->x, force);
     if (m->nodes > 0) {
-        motion_rate(&i->motion, &now, i->x, i->motion.rate);
-        const Shapes *shapes = body_shapes(&i->motion.body, now.position);
-        body_observe(&i->motion.body, shapes, i->x, z);
-        body_observe(&i->motion.body, shapes, i->motion.rate, vz);
+        body_observe_moving(&i->motion.body, body_shapes(&i->motion.body, now.position), i->x,
+                            force, z, vz);
     } else { /* all modes are there, so a force changes no velocity at once */
         body_rate(&i->motion.body, i->x, NULL, i->motion.rate);
         body_acceleration(&i->motion.body, i->x, acceleration);
