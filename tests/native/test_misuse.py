@@ -197,7 +197,7 @@ def test_inputs_that_are_no_numbers_at_the_start(driver, tiny, fmi, use, name):
 def test_steps_that_cannot_be(victim, name, hold, step):
     one = victim(name, hold)
     one.move(2)
-    refused(one("step", STEP, step), "step size", step)
+    refused(one("step", STEP, step), "step size")
 
 
 @pytest.mark.parametrize("name", ["Track", "VehicleWithContact", "TrackWithContact"])
@@ -274,16 +274,16 @@ def test_parameters_out_of_range(driver, tiny, fmi, use):
 # --- references and pointers ------------------------------------------------------------------
 
 
-def test_references_that_are_not_there(victim):
+def test_references_that_are_not_there(victim, fmi):
     one = victim("TrackWithContact")
     force, hold = one.ref(one.fmu.names("output")[0]), one.ref("input_hold")
     last = max(one.fmu.references.values())
     for bad in (last + 1, FIRST_STATE, 131072, NO_SUCH, hold):
         refused(one("set", 1, bad, 1.0), bad)
-        refused(one("get", 1, bad), bad)
+        refused(one("get", 1, bad), *([bad] if fmi == 2 else []))  # FMI 3: or too few values
         refused(one("output_derivatives", 1, bad))
-        refused(one("directional", 1, bad, 1, one.ref(one.fmu.names("input")[0]), 1, 1.0, 1), bad)
-        refused(one("directional", 1, force, 1, bad, 1, 1.0, 1), bad)
+        refused(one("directional", 1, bad, 1, one.ref(one.fmu.names("input")[0]), 1, 1.0, 1))
+        refused(one("directional", 1, force, 1, bad, 1, 1.0, 1))
     for bad in (last + 1, NO_SUCH, force):
         refused(one("set_integer", bad, 1), bad)
         refused(one("get_integer", bad), bad)
@@ -425,7 +425,7 @@ def test_no_memory_for_an_instance(driver, tiny, fmi, name):
     ok(driver("free", 0))
 
 
-def test_no_memory_while_running(victim):
+def test_no_memory_while_running(victim, fmi):
     """A step takes none; a snapshot does, and says so."""
     one = victim("Track")
     ok(one("save", 6))
@@ -436,8 +436,15 @@ def test_no_memory_while_running(victim):
     ok(one("save", 6))  # over the one that is there
     one.move(2)
     ok(one("step", STEP, STEP))
-    ok(one("directional", 1, one.ref(one.fmu.names("output")[0]), 1,
-           one.ref(one.fmu.names("input")[0]), 1, 1.0, 1))  # fmt: skip
-    assert one.driver("memory", -1).values == ["2"]
+    requests = int(one.driver("memory", 0).values[0])
+    assert requests == 2
+    output, force = one.ref(one.fmu.names("output")[0]), one.ref(one.fmu.names("input")[0])
+    reply = one("directional", 1, output, 1, force, 1, 1.0, 1)
+    if fmi == 3:  # which resolves arrays
+        assert reply.status == "Error"
+        assert "memory" in reply.log[0]
+    else:
+        ok(reply)
+    one.driver("memory", -1)
     ok(one("restore", 6))
     ok(one("free_state", 6))
