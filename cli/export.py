@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
 
+from railcosim.fmus.export import NATIVE, PAIR, NativeRuntime, PythonRuntime, Runtime
 from railcosim.fmus.export import export as export_fmus
+from railcosim.fmus.native_runtime.platforms import platforms_named
 from railcosim.parameters import write_toml
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
@@ -27,14 +30,49 @@ from .options import (
 )
 
 
+class RuntimeName(StrEnum):
+    """How runtimes are spelt."""
+
+    NATIVE = "native"
+    PYTHON = "python"
+
+
 def export(
     out: Annotated[Path, typer.Option("--out", help="Folder for the FMUs.", metavar="DIR")],
     vehicle: VehicleFile = None,
     track: TrackFile = None,
+    runtime: Annotated[
+        RuntimeName,
+        typer.Option("--runtime", help="native: needs nothing where imported. python: numpy."),
+    ] = RuntimeName.NATIVE,
+    fmi: Annotated[int, typer.Option("--fmi", help="Version of FMI: 2 or 3.")] = 2,
+    platforms: Annotated[
+        str | None,
+        typer.Option(
+            "--platforms",
+            help="What to compile for: all, or a list such as linux64,win64 (others than this "
+            "machine need the extra railcosim[native]). This machine if not given.",
+            metavar="LIST",
+        ),
+    ] = None,
 ) -> None:
-    """Write Vehicle, Track, VehicleWithContact and TrackWithContact as FMI 2.0 FMUs."""
-    for path in exported(vehicle_of(vehicle), track_of(track), out).values():
+    """Write Vehicle, Track, VehicleWithContact, TrackWithContact as FMUs, and Pair.ssp."""
+    chosen = runtime_of(runtime, fmi, platforms)
+    for path in exported(vehicle_of(vehicle), track_of(track), out, chosen).values():
         console.print(f"{path}  {path.stat().st_size / 1e6:.1f} MB", highlight=False)
+    if chosen.fmi == 2:
+        console.print(f"{out / PAIR}  wires Vehicle and TrackWithContact", highlight=False)
+
+
+def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:
+    """The runtime that options ask for."""
+    if fmi not in {2, 3}:
+        raise UsageError(f"--fmi {fmi}: must be 2 or 3")
+    if name is RuntimeName.NATIVE:
+        return NativeRuntime(fmi=fmi, platforms=platforms_named(platforms) if platforms else None)
+    if fmi != 2 or platforms:
+        raise UsageError("--runtime python: is FMI 2 only, for every platform; leave out the rest")
+    return PythonRuntime()
 
 
 def parameters(
@@ -49,7 +87,9 @@ def parameters(
     print(text, end="")
 
 
-def exported(vehicle: Vehicle, track: Track, out: Path) -> dict[str, Path]:
+def exported(
+    vehicle: Vehicle, track: Track, out: Path, runtime: Runtime = NATIVE
+) -> dict[str, Path]:
     """Export with a status line; announces what the time domain does with loss factors."""
     if track.rail.loss_factor > 0 or track.fastening.loss_factor > 0:
         errors.print(
@@ -58,7 +98,7 @@ def exported(vehicle: Vehicle, track: Track, out: Path) -> dict[str, Path]:
             "(mesh.loss_factor_frequency)"
         )
     with status("exporting FMUs") as tell:
-        return export_fmus(vehicle, track, out, tell)
+        return export_fmus(vehicle, track, out, tell, runtime=runtime)
 
 
 @contextmanager

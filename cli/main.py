@@ -13,6 +13,8 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import typer
 
+from railcosim.fmus.native_runtime.compile import CompilationFailed, CompilerMissing
+from railcosim.fmus.native_runtime.platforms import UnknownPlatform
 from railcosim.master.archive import FmuError
 from railcosim.master.component import ComponentError
 from railcosim.master.connections import CouplingError
@@ -34,6 +36,9 @@ from . import (
 from .options import UsageError, errors
 
 BAD_INPUT, FAILED = 2, 1
+FAILURES = (
+    Divergence, ComponentError, CompilationFailed, CompilerMissing, ArithmeticError, OSError,
+)  # fmt: skip
 
 app = typer.Typer(
     name="railcosim",
@@ -64,9 +69,9 @@ def run() -> None:
         stopped = app(standalone_mode=False)
         if stopped:  # typer turns Ctrl-C into a number
             _fail("interrupted", FAILED)
-    except (ParameterError, FmuError, CouplingError, UsageError) as error:
+    except (ParameterError, FmuError, CouplingError, UnknownPlatform, UsageError) as error:
         _fail(str(error), BAD_INPUT)
-    except (Divergence, ComponentError, ArithmeticError, OSError) as error:
+    except FAILURES as error:
         _fail(str(error), FAILED)
     except typer.Exit as stop:
         sys.exit(stop.exit_code)

@@ -16,7 +16,10 @@ from .native_fmu import NativeRuntime
 from .python_fmu import PythonRuntime
 from .ssp import Part, static_start, write_ssp
 
-__all__ = ["NativeRuntime", "PythonRuntime", "Runtime", "export"]
+__all__ = ["NATIVE", "PAIR", "NativeRuntime", "PythonRuntime", "Runtime", "export"]
+
+PAIR = "Pair.ssp"
+NATIVE = NativeRuntime()  # FMI 2.0, for this machine
 
 
 class Runtime(Protocol):
@@ -34,7 +37,7 @@ def export(
     out: Path,
     progress: Callable[[str], None] = lambda text: None,
     *,
-    runtime: Runtime = NativeRuntime(),
+    runtime: Runtime = NATIVE,
 ) -> dict[str, Path]:
     """Write Vehicle, Track, VehicleWithContact and TrackWithContact as FMUs.
 
@@ -68,7 +71,7 @@ def export(
     for name, content in made.items():
         runtime.pack(content, files[name], progress)
     if runtime.fmi == 2:
-        _write_pair(out / "Pair.ssp", made["Vehicle"], made["TrackWithContact"], files)
+        _write_pair(out / PAIR, made["Vehicle"], made["TrackWithContact"], files)
     return files
 
 
