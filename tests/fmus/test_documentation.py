@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import subprocess
 import zipfile
 from pathlib import Path
 
@@ -155,6 +156,38 @@ def test_the_inputs_are_those_that_the_text_states(unpacked, name):
             expected = float(mean) * (1 + float(depth) * np.sin(phase))
         assert u[column] == pytest.approx(expected, rel=1e-12)  # rounding of the sine
         assert f"  {column}: {read[column].unit}" in text
+
+
+# --- sources ----------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
+def test_the_sources_make_the_runtime_as_described(exported, tmp_path):
+    """What buildDescription.xml lists, compiled in its place, gives the reference run."""
+    with zipfile.ZipFile(exported["Track"]) as archive:
+        archive.extractall(tmp_path)
+    shutil.rmtree(tmp_path / "binaries")
+    read = fmpy.read_model_description(tmp_path)
+    (configuration,) = read.buildConfigurations
+    assert configuration.modelIdentifier == read.coSimulation.modelIdentifier
+    (files,) = configuration.sourceFileSets
+    root = etree.parse(tmp_path / "modelDescription.xml")
+    for interface in ("CoSimulation", "ModelExchange"):
+        assert root.xpath(f"{interface}/SourceFiles/File/@name") == files.sourceFiles
+    library = tmp_path / "binaries" / fmpy.platform / f"Track{fmpy.sharedLibraryExtension}"
+    library.parent.mkdir(parents=True)
+    flags = ["-std=c99", "-O1", "-shared", "-fPIC"]
+    command = ["cc", *flags, *files.sourceFiles, "-o", str(library), "-lm"]
+    subprocess.run(command, cwd=tmp_path / "sources", check=True, timeout=120)
+    documentation = tmp_path / "documentation"
+    result = fmpy.simulate_fmu(
+        tmp_path, fmi_type="CoSimulation", stop_time=0.02, step_size=1e-4,
+        output_interval=1e-4, input=read_csv(documentation / "Track_in.csv"),
+    )  # fmt: skip
+    reference = read_csv(documentation / "Track_ref.csv")
+    for column in reference.dtype.names:
+        size = np.abs(reference[column]).max()
+        assert result[column] == pytest.approx(reference[column], rel=0, abs=1e-9 * size)
 
 
 # --- licences and pictures --------------------------------------------------------------------
