@@ -1,0 +1,318 @@
+"""Directional derivatives and Model Exchange of the native FMUs, through FMPy alone."""
+
+import ctypes
+import runpy
+import shutil
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi2 import FMU2Model, FMU2Slave
+
+from railcosim.fmus.content import track_arrays
+from railcosim.fmus.python_runtime.bodies import TrackBody
+from railcosim.fmus.python_runtime.stepping import State
+from railcosim.vehicle.multibody import WHEELSETS, build_multibody
+from railcosim.vehicle.parameters import Vehicle
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "linear_track.py"
+WHEELS = [f"wheelset[{i}].{side}" for side in ("left", "right") for i in (1, 2, 3, 4)]
+FORCES = [f"{wheel}.force_z" for wheel in WHEELS]
+POSITIONS = [f"wheelset[{i}].position" for i in (1, 2, 3, 4)]
+FREQUENCY = np.geomspace(0.5, 2000, 60)  # Hz
+RESTS = {"TrackWithContact": ("wheel_z", 1.3e-3), "VehicleWithContact": ("rail_z", -88e-6)}
+
+
+class Importer:
+    """An FMU in FMPy, by names; initialised under its start values, or `start`."""
+
+    def __init__(self, path, kind, start=None):
+        self.description = fmpy.read_model_description(str(path), validate=False)
+        self.folder = fmpy.extract(str(path))
+        part = {FMU2Slave: "coSimulation", FMU2Model: "modelExchange"}[kind]
+        self.fmu = kind(
+            guid=self.description.guid, unzipDirectory=self.folder, instanceName="it",
+            modelIdentifier=getattr(self.description, part).modelIdentifier,
+        )  # fmt: skip
+        variables = self.description.modelVariables
+        self.reference = {v.name: v.valueReference for v in variables}
+        self.inputs = [v.name for v in variables if v.causality == "input"]
+        self.outputs = [v.name for v in variables if v.causality == "output"]
+        self.start = {v.name: float(v.start) for v in variables if v.causality == "input"}
+        self.start |= start or {}
+        self.fmu.instantiate()
+        self.fmu.setupExperiment(startTime=0.0)
+        self.fmu.enterInitializationMode()
+        self.set(self.start)
+        self.time = 0.0
+
+    def set(self, values):
+        self.fmu.setReal([self.reference[n] for n in values], list(values.values()))
+
+    def get(self, names):
+        return np.array(self.fmu.getReal([self.reference[n] for n in names]))
+
+    def step(self, h, **more):
+        self.fmu.doStep(self.time, h, **more)
+        self.time += h
+
+    def derivative(self, unknowns, seed):
+        return np.array(
+            self.fmu.getDirectionalDerivative(
+                [self.reference[n] for n in unknowns],
+                [self.reference[n] for n in seed],
+                list(seed.values()),
+            )
+        )
+
+    def close(self):
+        self.fmu.freeInstance()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+@pytest.fixture
+def importer(exported):
+    opened = []
+
+    def load(name, kind=FMU2Slave, **start):
+        quantity, value = RESTS.get(name, ("", 0.0))
+        rest = {f"{wheel}.{quantity}": value for wheel in WHEELS} if quantity else {}
+        opened.append(Importer(exported[name], kind, rest | start))
+        return opened[-1]
+
+    yield load
+    for one in opened:
+        one.close()
+
+
+# --- Model Exchange: the linear model, exactly --------------------------------------------------
+
+
+def carried(body, position):
+    """Receptance at the 8 contacts from the modes of the Python model, (n_omega, 8, 8)."""
+    shapes, none = body.shapes(position), np.empty(0)
+    out = np.empty((FREQUENCY.size, 8, 8), dtype=complex)
+    for j in range(8):
+        b = body.drive(shapes, np.eye(8)[j]).s
+        for k, w in enumerate(2 * np.pi * FREQUENCY):
+            plus, minus = b / (1j * w - body.poles), b / (-1j * w - body.poles)
+            out[k, :, j] = body.motion(shapes, State((plus + minus) / 2, none, none))
+            out[k, :, j] += 1j * body.motion(shapes, State(1j * (minus - plus) / 2, none, none))
+    return out
+
+
+def receptance(path, quantity):
+    """From the FMU by the example's code, which knows FMPy and SciPy only."""
+    model = runpy.run_path(str(EXAMPLE))["LinearFmu"](path)
+    try:
+        return model.receptance(FREQUENCY, FORCES, [f"{wheel}.{quantity}" for wheel in WHEELS])
+    finally:
+        model.close()
+
+
+def test_receptance_of_the_track_from_model_exchange(exported, importer, short_reduced):
+    found = receptance(exported["Track"], "rail_z")
+    start = importer("Track").start
+    position = np.array([start[name] for name in POSITIONS])
+    exact = carried(TrackBody(track_arrays(short_reduced)), position)
+    # Of the largest at that frequency. Near resonance i omega - A loses as many digits as the
+    # peak is high: measured 8e-13 at the pinned-pinned resonance, whose damping ratio is 1e-4.
+    error = np.abs(found - exact).max(axis=(1, 2)) / np.abs(exact).max(axis=(1, 2))
+    assert error.max() < 1e-12
+
+
+def test_receptance_of_the_vehicle_from_model_exchange(exported):
+    """Against M, C and K themselves."""
+    found = receptance(exported["Vehicle"], "wheel_z")
+    body = build_multibody(Vehicle())
+    omega = 2 * np.pi * FREQUENCY[:, None, None]
+    direct = np.linalg.inv(-(omega**2) * body.M + 1j * omega * body.C + body.K)
+    exact = -np.tile(direct[:, WHEELSETS, WHEELSETS], (1, 2, 2))  # a contact force lifts
+    error = np.abs(found - exact).max(axis=(1, 2)) / np.abs(exact).max(axis=(1, 2))
+    # Rounding of the eigenproblem and of stiffness against inertia at 2 kHz: measured 2e-11.
+    assert error.max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["Track", "Vehicle"])
+def test_states_and_rates_of_model_exchange(importer, name):
+    """At rest nothing moves; a state set is the state got; a rate is linear in the states."""
+    model = importer(name, FMU2Model)
+    model.fmu.exitInitializationMode()
+    model.fmu.enterContinuousTimeMode()
+    n = len(model.description.derivatives)
+    x, rate, again = (np.zeros(n) for _ in range(3))
+    pointer = ctypes.POINTER(ctypes.c_double)
+    given = [a.ctypes.data_as(pointer) for a in (x, rate, again)]
+    model.fmu.getContinuousStates(given[0], n)
+    model.fmu.getDerivatives(given[1], n)
+    fastest = 2 * np.pi * 1500
+    assert np.abs(rate).max() < 1e-9 * max(fastest * np.abs(x).max(), 1e-3)  # rounding
+    rest = rate.copy()
+    dx = np.random.default_rng(1).normal(size=n)
+    x += dx
+    model.fmu.setContinuousStates(given[0], n)
+    model.fmu.getContinuousStates(given[2], n)
+    assert np.array_equal(x, again)
+    model.fmu.getDerivatives(given[1], n)
+    names = [u.variable for u in model.description.derivatives]
+    seed = {v.derivative.name: d for v, d in zip(names, dx, strict=True)}
+    change = model.derivative([v.name for v in names], seed)
+    assert rate - rest == pytest.approx(change, abs=1e-12 * np.abs(change).max())  # rounding
+
+
+# --- Co-Simulation: over the last step -----------------------------------------------------------
+
+
+def moving(start, k, h, speed=60.0):
+    """Inputs at communication point k: wheels roll, everything else swings."""
+    values = {}
+    for j, (name, value) in enumerate(start.items()):
+        if name.endswith("position"):
+            values[name] = value + speed * k * h
+        else:
+            size = {"force_z": 2e4, "wheel_z": 2e-5, "rail_z": 2e-5}.get(name.split(".")[-1], 1e-5)
+            values[name] = value + size * np.sin(0.7 * k + j)
+    return values
+
+
+@pytest.mark.parametrize("hold", [0, 1, 2], ids=["held", "extrapolated", "interpolated"])
+@pytest.mark.parametrize("name", ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"])
+def test_derivative_of_the_last_step(importer, name, hold):
+    """Against repeated steps with inputs a little more and a little less."""
+    fmu, h = importer(name), 2e-4
+    fmu.fmu.setInteger([fmu.reference["input_hold"]], [hold])
+    fmu.fmu.exitInitializationMode()
+    for k in range(3):
+        fmu.set(moving(fmu.start, k, h))
+        fmu.step(h)
+    now, time = moving(fmu.start, 3, h), fmu.time
+    state = fmu.fmu.getFMUState()
+
+    def after(values):
+        fmu.fmu.setFMUState(state)
+        fmu.time = time
+        fmu.set(values)
+        fmu.step(h)
+        return fmu.get(fmu.outputs)
+
+    for known in fmu.inputs[:: max(1, len(fmu.inputs) // 6)]:
+        step = {"position": 1e-4, "force_z": 1e3}.get(known.split(".")[-1], 1e-7)
+        more, less = (after({**now, known: now[known] + sign * step}) for sign in (1, -1))
+        difference = (more - less) / (2 * step)
+        after(now)
+        found = fmu.derivative(fmu.outputs, {known: 1.0})
+        # Outputs of one kind are alike in size; central differences are good to (step / scale)^2,
+        # and position's shapes have small kinks at nodes, 1e-4 m from which none of these is.
+        for kind in ("_z", "_vz", ".z", ".vz", ".az", ".pitch", "position"):
+            rows = [j for j, output in enumerate(fmu.outputs) if output.endswith(kind)]
+            if rows:
+                largest = np.abs(difference[rows]).max()
+                assert found[rows] == pytest.approx(difference[rows], abs=2e-5 * largest), (
+                    known, kind,
+                )  # fmt: skip
+    fmu.fmu.freeFMUState(state)
+
+
+@pytest.mark.parametrize("name", ["Track", "TrackWithContact"])
+def test_derivative_at_rest(importer, exported, name):
+    """In initialisation: what is at rest by the inputs, against other starts."""
+    fmu = importer(name)
+    for known in fmu.inputs[::5]:
+        step = {"position": 1e-4, "force_z": 1e3}.get(known.split(".")[-1], 1e-7)
+        ends = []
+        for sign in (1, -1):
+            other = Importer(
+                exported[name], FMU2Slave, {**fmu.start, known: fmu.start[known] + sign * step}
+            )
+            ends.append(other.get(fmu.outputs))
+            other.close()
+        difference = (ends[0] - ends[1]) / (2 * step)
+        found = fmu.derivative(fmu.outputs, {known: 1.0})
+        for quantity in {output.split(".")[-1] for output in fmu.outputs}:
+            rows = [j for j, output in enumerate(fmu.outputs) if output.endswith(quantity)]
+            if quantity == "rail_vz":  # zero at rest: rounding of modes of up to 1500 Hz
+                deflection = [output.endswith("rail_z") for output in fmu.outputs]
+                size = 2 * np.pi * 1500 * np.abs(found[deflection]).max()
+                assert np.abs(found[rows]).max() < 1e-9 * size, known
+                continue
+            largest = np.abs(difference[rows]).max()
+            assert found[rows] == pytest.approx(difference[rows], abs=2e-5 * largest), known
+
+
+# --- derivatives of inputs and outputs in time ----------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["Vehicle", "Track"])
+def test_quadratic_inputs_are_stepped_exactly(importer, name):
+    """One step over a parabola is two steps over its halves, with derivatives of each."""
+    whole, halves, h = importer(name), importer(name), 4e-3
+    slope, curve = 3e6, -2e9  # N/s, N/s2: some 10 kN over the step
+
+    def given(fmu, t):
+        for force in FORCES[:3]:
+            ref = fmu.reference[force]
+            fmu.set({force: fmu.start[force] + slope * t + curve * t**2 / 2})
+            fmu.fmu.setRealInputDerivatives([ref, ref], [1, 2], [slope + curve * t, curve])
+
+    for fmu in (whole, halves):
+        fmu.fmu.exitInitializationMode()
+    given(whole, 0.0)
+    whole.step(h)
+    for k in range(2):
+        given(halves, k * h / 2)
+        halves.step(h / 2)
+    one, other = (fmu.get(fmu.outputs) for fmu in (whole, halves))
+    assert one == pytest.approx(other, rel=1e-9, abs=1e-12 * np.abs(one).max())  # rounding
+    straight = importer(name)
+    straight.fmu.exitInitializationMode()
+    straight.set({name: straight.start[name] for name in FORCES})
+    straight.step(h)
+    assert np.abs(straight.get(straight.outputs) - one).max() > 1e-6  # it did matter
+
+
+def test_a_ramp_of_inputs(importer):
+    """Derivatives of order one, and the same ramp as `input_hold` = 2 has it."""
+    fmu, other, h = importer("Vehicle"), importer("Vehicle"), 3e-3
+    other.fmu.setInteger([other.reference["input_hold"]], [2])
+    for one in (fmu, other):
+        one.fmu.exitInitializationMode()
+    end = {name: fmu.start[name] + 1e4 * (k - 3) for k, name in enumerate(FORCES)}
+    for name, value in end.items():
+        fmu.fmu.setRealInputDerivatives([fmu.reference[name]], [1], [(value - fmu.start[name]) / h])
+    other.set(end)
+    for one in (fmu, other):
+        one.step(h)
+    assert fmu.get(fmu.outputs) == pytest.approx(other.get(other.outputs), rel=1e-10, abs=1e-15)
+
+
+@pytest.mark.parametrize("name", ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"])
+def test_derivatives_of_outputs(importer, name):
+    """Against the outputs a little later, inputs going on as they went."""
+    fmu, h, little = importer(name), 2e-4, 1e-7
+    fmu.fmu.setInteger([fmu.reference["input_hold"]], [1])
+    fmu.fmu.exitInitializationMode()
+    for k in range(4):
+        fmu.set(moving(fmu.start, k, h))
+        fmu.step(h)
+    before, last = moving(fmu.start, 2, h), moving(fmu.start, 3, h)
+    references = [fmu.reference[n] for n in fmu.outputs]
+    count = len(references)
+    found = np.zeros(count)
+    fmu.fmu.fmi2GetRealOutputDerivatives(
+        fmu.fmu.component, (ctypes.c_uint * count)(*references), count,
+        (ctypes.c_int * count)(*[1] * count), found.ctypes.data_as(ctypes.POINTER(ctypes.c_double)),
+    )  # fmt: skip
+    now = fmu.get(fmu.outputs)
+    slope = {n: (last[n] - before[n]) / h for n in last}
+    fmu.set({n: last[n] + slope[n] * h for n in last})
+    for n, value in slope.items():
+        fmu.fmu.setRealInputDerivatives([fmu.reference[n]], [1], [value])
+    fmu.step(little)
+    difference = (fmu.get(fmu.outputs) - now) / little
+    for kind in ("_z", "_vz", ".z", ".vz", ".az", ".pitch", "position"):
+        rows = [j for j, output in enumerate(fmu.outputs) if output.endswith(kind)]
+        if rows:
+            largest = np.abs(found[rows]).max()
+            # One-sided: little times the second derivative, 1e-7 s x 2 pi 1500 Hz = 1e-3.
+            assert found[rows] == pytest.approx(difference[rows], abs=3e-3 * largest), kind
