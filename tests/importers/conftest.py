@@ -77,11 +77,13 @@ def run(request, tmp_path):
         python = _environment(request.config, name)
         given, answer = tmp_path / "job.json", tmp_path / "answer.json"
         given.write_text(json.dumps(job.as_dict() | more), encoding="utf-8")
+        environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+        # One order of what a set holds: cofmupy steps its FMUs in it.
+        environment |= {"OPENBLAS_NUM_THREADS": "1", "PYTHONHASHSEED": "0"}
         done = subprocess.run(
             [python, str(RUNNERS / f"run_{name}.py"), str(given), str(answer)],
             capture_output=True, text=True, check=False, timeout=300,
-            # One order of what a set holds: cofmupy steps its FMUs in it.
-            env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "PYTHONHASHSEED": "0"},
+            env=environment,
             cwd=tmp_path,
         )  # fmt: skip
         assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]  # libcosim says much
