@@ -1,0 +1,82 @@
+"""Track.fmu in other hands: a vehicle of exudyn, and the loop of docs/plug-in.md."""
+
+import os
+import re
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+ALONE = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+
+
+def run(*arguments: str, cwd: Path) -> str:
+    """Run Python in a process of its own: FMUs in Python share the modules of their host."""
+    done = subprocess.run(
+        [sys.executable, *arguments],
+        cwd=cwd, env=ALONE, capture_output=True, text=True, timeout=900, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+# Half a minute: the vehicle of another tool is what Track.fmu is for.
+@pytest.mark.slow
+@pytest.mark.skipif(
+    find_spec("exudyn") is None, reason='exudyn is not installed: pip install "railcosim[examples]"'
+)
+def test_exudyn_agrees_with_our_vehicle(tmp_path) -> None:
+    """RMS and largest difference within 1 % of the dynamic part, asked for; halving the step helps.
+
+    The vehicles are the same, so only time steps differ: contact forces by 0.65 % at most, of which
+    our own steps of 0.025 ms leave 0.1 %; the car body by 0.02 %. The first 0.3 s are the worst: the
+    irregularity is still fading in, and the rails ring because the wheels begin to roll. It is a
+    sharp test: 2 % more of a suspension's damping or stiffness, or 1 % of wheelset mass, fail it.
+    """
+    printed = run(
+        str(ROOT / "examples" / "exudyn_vehicle.py"), "picture.png", "--time", "0.3", cwd=tmp_path
+    )
+    table = [(line[:26].strip(), line[26:].split()) for line in printed.splitlines()]
+    rows = {name: [float(x) for x in cells] for name, cells in table if name.startswith("exudyn")}
+    assert len(rows) == 4
+    for name, differences in rows.items():
+        assert len(differences) == 8, name
+        assert max(differences) < 1.0, name  # %
+    for scheme, coarse, fine in (("explicit", 0.01, 0.005), ("implicit", 0.1, 0.05)):
+        assert rows[f"exudyn, {scheme}, {fine} ms"][0] < rows[f"exudyn, {scheme}, {coarse} ms"][0]
+    assert (tmp_path / "picture.png").stat().st_size > 5000
+
+
+def test_exudyn_missing_is_one_line(tmp_path) -> None:
+    """Someone without exudyn is told what to do."""
+    (tmp_path / "exudyn.py").write_text("raise ModuleNotFoundError(\"No module named 'exudyn'\")")
+    script = str(ROOT / "examples" / "exudyn_vehicle.py")
+    done = subprocess.run(
+        [sys.executable, script], env={**ALONE, "PYTHONPATH": str(tmp_path)},
+        cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert "pip install exudyn" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_loop_of_the_page(exported, tmp_path) -> None:
+    """The loop runs as printed, its wheels carry their load, and half the step says the same."""
+    (tmp_path / "fmus").symlink_to(exported["Track"].parent)
+    page = (ROOT / "docs" / "plug-in.md").read_text(encoding="utf-8")
+    (loop,) = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
+    assert "h = np.zeros(8), [], 1e-5" in loop
+    spans = []
+    for number, step in enumerate(("1e-5", "5e-6")):
+        script = tmp_path / f"loop{number}.py"
+        script.write_text(loop.replace("1e-5  # s", step))
+        low, _, high, _ = run(str(script), cwd=tmp_path).split()
+        spans.append((float(low), float(high)))
+    (low, high), fine = spans
+    # The dip moves forces by 5 kN; a loop that hammers goes from 0 to several times the load.
+    assert 60e3 < low < 79264.8 < high < 100e3
+    # Coupling and loop are of second order: measured 10 N of the 5 kN.
+    assert fine == pytest.approx((low, high), abs=50.0)
