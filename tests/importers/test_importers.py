@@ -26,7 +26,7 @@ pytestmark = pytest.mark.importers
 # importers add up differently: 1e-15 in a position, and what the coupling makes of it. Measured:
 # at most 6e-12, of the car body, which moves 1e-7 m.
 AGREES = 1e-9
-# Another scheme is another error of first order in the step; measured: 3e-2 and more.
+# Another scheme is another error of first order in the step; measured: 9e-3 and more.
 DIFFERS = 1e-4
 
 
