@@ -31,10 +31,10 @@ def run(*arguments: str, cwd: Path) -> str:
 def test_exudyn_agrees_with_our_vehicle(tmp_path) -> None:
     """RMS and largest difference within 1 % of the dynamic part, asked for; halving the step helps.
 
-    The vehicles are the same, so only time steps differ: contact forces by 0.65 % at most, of which
-    our own steps of 0.025 ms leave 0.1 %; the car body by 0.02 %. The first 0.3 s are the worst: the
-    irregularity is still fading in, and the rails ring because the wheels begin to roll. It is a
-    sharp test: 2 % more of a suspension's damping or stiffness, or 1 % of wheelset mass, fail it.
+    The vehicles are the same, so only time steps differ: contact forces by 0.65 % at most, of
+    which our own steps of 0.025 ms leave 0.1 %; the car body by 0.02 %. The first 0.3 s are
+    worst: the irregularity fades in, and the rails ring because wheels begin to roll. A sharp
+    test: 2 % more of primary damping or secondary stiffness, or 1 % of wheelset mass, fail it.
     """
     printed = run(
         str(ROOT / "examples" / "exudyn_vehicle.py"), "picture.png", "--time", "0.3", cwd=tmp_path
