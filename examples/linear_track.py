@@ -113,6 +113,7 @@ def main(picture="linear_track.png", path=None):
     axes.loglog(frequency, np.abs(H[:, 0, 0]), label="force on the same rail")
     axes.loglog(frequency, np.abs(H[:, 0, 1]), "--", label="force on the other rail")
     axes.set(xlabel="frequency (Hz)", ylabel="|receptance| (m/N)", title="rail at a railseat")
+    axes.margins(x=0)
     axes.grid(visible=True, which="both", alpha=0.3)
     axes.legend()
     figure.savefig(picture, dpi=150)
