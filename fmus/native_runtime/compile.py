@@ -113,7 +113,9 @@ def build(
 def compiler_for(platform: Platform) -> Compiler:
     """For this machine `$CC` if set, then zig, then the system's compiler; for others zig.
 
-    Zig first, because what it makes also runs on systems older than this one.
+    Zig first, because what it makes also runs on systems older than this one: it asks for glibc
+    2.17 at most. The system's compiler asks for what the system has, for instance for the exp() of
+    glibc 2.29.
 
     Raises
     ------

@@ -93,7 +93,7 @@ def test_fuzzing(tiny, tmp_path, tmp_path_factory):
     """
     clang = shutil.which("clang")
     if clang is None:
-        pytest.skip("no clang: apt-get install clang libclang-rt-14-dev")
+        pytest.skip("no clang: apt-get install clang libclang-rt-dev")
     program = tmp_path / "fuzz"
     files = [str(p) for p in sources(2) if not p.name.startswith("fmi")]
     made = subprocess.run(
@@ -102,7 +102,7 @@ def test_fuzzing(tiny, tmp_path, tmp_path_factory):
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     if "libclang_rt.fuzzer" in made.stderr:
-        pytest.skip("clang without its fuzzer: apt-get install libclang-rt-14-dev")
+        pytest.skip("clang without its fuzzer: apt-get install libclang-rt-dev")
     assert made.returncode == 0, made.stderr
     corpus, seeds = tmp_path / "corpus", tmp_path / "seeds"
     corpus.mkdir()
@@ -110,7 +110,7 @@ def test_fuzzing(tiny, tmp_path, tmp_path_factory):
     for name, fmu in tiny.items():
         shutil.copy(fmu.resources / "model.bin", seeds / name)
     told = subprocess.run(
-        [str(program), f"-max_total_time={FUZZING}", "-timeout=10", "-rss_limit_mb=2000",
+        [str(program), f"-max_total_time={FUZZING}", "-timeout=60", "-rss_limit_mb=2000",
          "-len_control=0",  # else it begins with short files, and cuts ours
          "-print_final_stats=1", "-artifact_prefix=" + f"{tmp_path}/", str(corpus), str(seeds)],
         capture_output=True, text=True, check=False,
