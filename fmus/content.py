@@ -59,14 +59,15 @@ class Content:
 def track_arrays(track: ReducedTrack) -> Arrays:
     """The reduced track; mode shapes as one table, (nodes, 2, modes): w and theta.
 
-    The shapes are numbers of single precision, see `reduce_track`.
+    The last node of a cell, the first one of the next, is left out. The shapes are numbers of
+    single precision, see `reduce_track`.
     """
     return {
         "poles": track.poles,
         "mu": track.mu,
         "partner": track.partner,
         "parity": track.parity,
-        "table": np.stack([track.w, track.theta], axis=1).astype(np.complex64),
+        "table": np.stack([track.w, track.theta], axis=1)[:-1].astype(np.complex64),
         "phi": np.array(track.phi),
         "residual_pole": np.array(track.residual_pole),
         "residual_compliance": track.residual_compliance,

@@ -70,7 +70,7 @@ def track(
             own = here + names([wheel_z(i, side, "input"), irregularity(i, side), *law])
             pressed = force(i, side, "output")
             table.append(replace(pressed, depends_on=own, starts_from=everything))
-    return [*table, input_hold(), internal_step(), *law]
+    return [*table, input_hold(), internal_step(with_contact=with_contact), *law]
 
 
 def vehicle(
@@ -95,5 +95,5 @@ def vehicle(
             pressed = force(i, side, "output")
             table.append(replace(pressed, depends_on=own, starts_from=own + start))
     table += [*bodies(names(heights)), *axleboxes(names(heights), law)]
-    step = [internal_step()] if with_contact else []
+    step = [internal_step(with_contact=True)] if with_contact else []
     return [*table, input_hold(), *trip, *heights, *step, *law]

@@ -89,7 +89,7 @@ def _sizes(
 
 def _track(arrays: Arrays, has_contact: bool) -> Sections:
     body = TrackBody(arrays)
-    nodes, _, ring = body.table.shape
+    nodes, _, ring = arrays["table"].shape
     return {
         "sizes": _sizes(
             even=body.even, odd=ring - body.even, local=body.poles.size - ring, nodes=nodes,
@@ -98,7 +98,7 @@ def _track(arrays: Arrays, has_contact: bool) -> Sections:
         **_complex("pole", body.poles),
         **_segments(body.partner, arrays["mu"], body.even),
         **_complex("table", arrays["table"]),
-        **_complex("local", body.local_table),
+        **_complex("local", body.local_table[:-1]),
         "geometry": np.array([body.cell_length, body.phi]),
     }  # fmt: skip
 

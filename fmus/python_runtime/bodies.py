@@ -66,8 +66,11 @@ class TrackBody:
         self.local_table: ComplexArray = np.sqrt(squared)  # (nodes,)
         self.partner: NDArray[np.intp] = arrays["partner"]
         self.even = int((arrays["parity"] > 0).sum())  # even modes first, then odd ones
-        # (nodes, 2, n): w and theta; contiguous, for `shapes` reads neighbours as one block.
-        self.table: ComplexArray = np.ascontiguousarray(arrays["table"], dtype=complex)
+        # (nodes, 2, n): w and theta; contiguous, for `shapes` reads neighbours as one block. The
+        # last node is the first one of the next cell, not rounded by itself: a wheel must not feel the joint.
+        table: ComplexArray = arrays["table"].astype(complex)
+        closing = table[:1] * np.exp(1j * arrays["mu"])
+        self.table: ComplexArray = np.concatenate([table, closing])
         self.phi = float(arrays["phi"])
         self.cell_length = float(arrays["cell_length"])
         self.length = float(arrays["length"])

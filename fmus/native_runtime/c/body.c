@@ -56,7 +56,7 @@ static void locate(const Model *m, double x, size_t *cell, size_t *node, double 
         around += m->length;
     const double c = fmin(floor(around / m->cell_length), (double)(m->cells - 1));
     const double inside = fmax(around - c * m->cell_length, 0.0) / m->element;
-    const double e = fmin(floor(inside), (double)(m->nodes - 2));
+    const double e = fmin(floor(inside), (double)(m->nodes - 1));
     *cell = (size_t)c;
     *node = (size_t)e;
     *xi = inside - e;
@@ -82,17 +82,20 @@ static void interpolate(Body *body, Shapes *shapes, size_t k, size_t cell, size_
                         const double w[4], const double local[2])
 {
     const Model *m = body->model;
-    const size_t n = m->ring, row = 2 * node * n;
+    const size_t n = m->ring, last = node + 1 == m->nodes;
+    const size_t next_cell = (cell + last) % m->cells, next = last ? 0 : node + 1;
+    const double *phase_a = m->phase + 2 * cell * m->segments;
+    const double *phase_b = m->phase + 2 * next_cell * m->segments;
     for (size_t j = 0; j < m->segments; j++) {
         const size_t to = m->segment[j].to;
-        body->kernels->interpolate(m->segment[j].size, n, m->table_re + row + to,
-                                   m->table_im + row + to, w,
-                                   m->phase + 2 * (cell * m->segments + j),
+        body->kernels->interpolate(m->segment[j].size, n, m->table_im - m->table_re,
+                                   m->table_re + 2 * node * n + to, m->table_re + 2 * next * n + to,
+                                   w, phase_a + 2 * j, phase_b + 2 * j,
                                    shapes->out_re + k * n + to, shapes->out_im + k * n + to);
     }
-    const double *re = m->local_shape.re + node, *im = m->local_shape.im + node;
-    shapes->local_re[k] = shapes->local_re[k + WHEELSETS] = local[0] * re[0] + local[1] * re[1];
-    shapes->local_im[k] = shapes->local_im[k + WHEELSETS] = local[0] * im[0] + local[1] * im[1];
+    const double *re = m->local_shape.re, *im = m->local_shape.im;
+    shapes->local_re[k] = shapes->local_re[k + 4] = local[0] * re[node] + local[1] * re[next];
+    shapes->local_im[k] = shapes->local_im[k + 4] = local[0] * im[node] + local[1] * im[next];
 }
 
 const Shapes *body_shapes(Body *body, const double position[WHEELSETS])

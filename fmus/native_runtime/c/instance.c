@@ -250,7 +250,7 @@ static const Variable *variable(Instance *i, uint32_t ref, ValueType type)
 
 Status instance_get(Instance *i, const uint32_t *refs, size_t n, ValueType type, double *values)
 {
-    const size_t states = i->model_exchange ? i->model.states : 0;
+    const size_t states = i->model.states;
     int rates = 0; /* whether i->next holds them */
     for (size_t k = 0; k < n; k++) {
         const size_t ref = refs[k];

@@ -86,7 +86,7 @@ Status instance_nominals(Instance *instance, double *nominals, size_t n);
 
 /* dy = J dv: in Model Exchange of outputs and state derivatives by states and inputs; in
    Co-Simulation of outputs at the end of the last step by inputs over it; in initialisation of
-   what is at rest by inputs. */
+   what is at rest by inputs and parameters. */
 Status instance_directional(Instance *instance, const uint32_t *unknowns, size_t n_unknowns,
                             const uint32_t *knowns, size_t n_knowns, const double *seed,
                             double *sensitivity);

@@ -7,10 +7,12 @@
 
 /* Every kernel is compiled for the oldest processor and, on x86-64, for AVX2 as well. */
 typedef struct {
-    /* out = phase (w0 row0 + ... + w3 row3), phase = cos + i sin; rows are `stride` apart. */
-    void (*interpolate)(size_t n, size_t stride, const float *restrict rows_re,
-                        const float *restrict rows_im, const double w[4], const double phase[2],
-                        double *restrict out_re, double *restrict out_im);
+    /* out = phase_a (w0 a0 + w1 a1) + phase_b (w2 b0 + w3 b1), phases being cos + i sin; a and b
+       point to the real parts of two rows, `stride` apart, imaginary parts `im` further on. */
+    void (*interpolate)(size_t n, size_t stride, ptrdiff_t im, const float *restrict a,
+                        const float *restrict b, const double w[4], const double phase_a[2],
+                        const double phase_b[2], double *restrict out_re,
+                        double *restrict out_im);
     /* g = f0 X0 + ... + f3 X3; rows of X are `stride` apart. */
     void (*drive)(size_t n, size_t stride, const double *restrict X_re,
                   const double *restrict X_im, const double f[4], double *restrict g_re,

@@ -1,22 +1,22 @@
 /* Bodies of the kernels; included by kernels.c once for each instruction set, with NAME(kernel)
    and TARGET (a function attribute) defined. */
 
-TARGET static void NAME(interpolate)(size_t n, size_t stride, const float *restrict rows_re,
-                                     const float *restrict rows_im, const double w[4],
-                                     const double phase[2], double *restrict out_re,
+TARGET static void NAME(interpolate)(size_t n, size_t stride, ptrdiff_t im,
+                                     const float *restrict a, const float *restrict b,
+                                     const double w[4], const double phase_a[2],
+                                     const double phase_b[2], double *restrict out_re,
                                      double *restrict out_im)
 {
-    const double w0 = w[0], w1 = w[1], w2 = w[2], w3 = w[3], c = phase[0], s = phase[1];
-    const float *restrict re1 = rows_re + stride, *restrict im1 = rows_im + stride;
-    const float *restrict re2 = re1 + stride, *restrict im2 = im1 + stride;
-    const float *restrict re3 = re2 + stride, *restrict im3 = im2 + stride;
+    const double w0 = w[0], w1 = w[1], w2 = w[2], w3 = w[3];
+    const double ca = phase_a[0], sa = phase_a[1], cb = phase_b[0], sb = phase_b[1];
+    const float *restrict a_im = a + im, *restrict b_im = b + im;
     for (size_t r = 0; r < n; r++) {
-        const double re = w0 * (double)rows_re[r] + w1 * (double)re1[r] + w2 * (double)re2[r] +
-                          w3 * (double)re3[r];
-        const double im = w0 * (double)rows_im[r] + w1 * (double)im1[r] + w2 * (double)im2[r] +
-                          w3 * (double)im3[r];
-        out_re[r] = c * re - s * im;
-        out_im[r] = c * im + s * re;
+        const double a_r = w0 * (double)a[r] + w1 * (double)a[stride + r];
+        const double a_i = w0 * (double)a_im[r] + w1 * (double)a_im[stride + r];
+        const double b_r = w2 * (double)b[r] + w3 * (double)b[stride + r];
+        const double b_i = w2 * (double)b_im[r] + w3 * (double)b_im[stride + r];
+        out_re[r] = ca * a_r - sa * a_i + cb * b_r - sb * b_i;
+        out_im[r] = ca * a_i + sa * a_r + cb * b_i + sb * b_r;
     }
 }
 
@@ -38,20 +38,28 @@ TARGET static void NAME(observe)(size_t n, size_t stride, const double *restrict
                                  const double *restrict X_im, const double *restrict s_re,
                                  const double *restrict s_im, double z[4])
 {
-    Lanes positive[4] = {{0}}, negative[4] = {{0}};
-    const size_t whole = n - n % LANES;
-    for (size_t r = 0; r < whole; r += LANES) {
+    const double *restrict X1_re = X_re + stride, *restrict X1_im = X_im + stride;
+    const double *restrict X2_re = X1_re + stride, *restrict X2_im = X1_im + stride;
+    const double *restrict X3_re = X2_re + stride, *restrict X3_im = X2_im + stride;
+    Lanes p0 = {0}, p1 = {0}, p2 = {0}, p3 = {0}, q0 = {0}, q1 = {0}, q2 = {0}, q3 = {0};
+    size_t r = 0;
+    for (; r + LANES <= n; r += LANES) {
         const Lanes re = AT(s_re, r), im = AT(s_im, r);
-        for (size_t k = 0; k < 4; k++) {
-            positive[k] += AT(X_re, k * stride + r) * re;
-            negative[k] += AT(X_im, k * stride + r) * im;
-        }
+        p0 += AT(X_re, r) * re;
+        p1 += AT(X1_re, r) * re;
+        p2 += AT(X2_re, r) * re;
+        p3 += AT(X3_re, r) * re;
+        q0 += AT(X_im, r) * im;
+        q1 += AT(X1_im, r) * im;
+        q2 += AT(X2_im, r) * im;
+        q3 += AT(X3_im, r) * im;
     }
+    const Lanes sums[4] = {p0 - q0, p1 - q1, p2 - q2, p3 - q3};
     for (size_t k = 0; k < 4; k++) {
-        for (size_t r = whole; r < n; r++)
-            z[k] += X_re[k * stride + r] * s_re[r] - X_im[k * stride + r] * s_im[r];
+        for (size_t rest = r; rest < n; rest++)
+            z[k] += X_re[k * stride + rest] * s_re[rest] - X_im[k * stride + rest] * s_im[rest];
         for (size_t l = 0; l < LANES; l++)
-            z[k] += positive[k][l] - negative[k][l];
+            z[k] += sums[k][l];
     }
 }
 

@@ -7,32 +7,74 @@
 typedef struct {
     const double *u; /* inputs at which */
     Inputs change;
-    double time;
+    double time, position, speed; /* s; start_position, m; m/s */
     const double *dx;
 } Direction;
 
-/* Seeds of inputs (in the order of model.input) and states. */
+/* Seeds of what derivatives are taken by: inputs (in the order of model.input), states, time, and
+   in initialisation parameters. */
+typedef struct {
+    double *du, *dx;
+    double time, position, speed, heights[WHEELSETS], C, k_H;
+} Seeds;
+
+/* Where the seed of a variable of the table goes; NULL: derivatives are not taken by it now. */
+static double *seed_of(const Instance *i, Seeds *seeds, uint32_t ref)
+{
+    const int starting = (instance_phase(i) & (STARTED | INITIALISING)) != 0;
+    const Variable *v = &i->model.variable[ref];
+    for (size_t k = 0; k < i->model.inputs; k++)
+        if (i->model.input[k] == ref)
+            return &seeds->du[k];
+    if (v->role == ROLE_TIME)
+        return &seeds->time;
+    if (!starting)
+        return NULL;
+    switch (v->role) {
+    case ROLE_SPEED: return &seeds->speed;
+    case ROLE_START_POSITION: return &seeds->position;
+    case ROLE_START_Z: return &seeds->heights[v->index];
+    case ROLE_STIFFNESS: return &seeds->k_H;
+    case ROLE_HERTZ: return &seeds->C;
+    default: return NULL;
+    }
+}
+
 static Status read_seeds(Instance *i, const uint32_t *knowns, size_t n, const double *seed,
-                         double *du, double *dx)
+                         Seeds *seeds)
 {
     const size_t states = i->model_exchange ? i->model.states : 0;
-    memset(du, 0, i->model.inputs * sizeof(double));
-    memset(dx, 0, i->model.states * sizeof(double));
+    memset(seeds->du, 0, i->model.inputs * sizeof(double));
+    memset(seeds->dx, 0, i->model.states * sizeof(double));
     for (size_t k = 0; k < n; k++) {
         const size_t ref = knowns[k];
-        size_t input = 0;
-        while (input < i->model.inputs && i->model.input[input] != ref)
-            input++;
-        if (input < i->model.inputs)
-            du[input] = seed[k];
+        double *place = NULL;
+        if (ref < i->model.variables)
+            place = seed_of(i, seeds, knowns[k]);
         else if (ref >= FIRST_STATE && ref < FIRST_STATE + states)
-            dx[ref - FIRST_STATE] = seed[k];
-        else
-            return instance_fail(i, "reference %lu is no known that derivatives can be taken by: "
-                                    "must be an input%s", (unsigned long)ref,
-                                 states > 0 ? " or a state" : "");
+            place = &seeds->dx[ref - FIRST_STATE];
+        if (place == NULL)
+            return instance_fail(i, "reference %lu is no known that derivatives can be taken by "
+                                    "now: must be an input, time%s or, in initialisation, a "
+                                    "parameter", (unsigned long)ref, states > 0 ? ", a state" : "");
+        *place = seed[k];
     }
     return OK;
+}
+
+/* A contact law that changes gives forces as surfaces do that are moved: F = C d^1.5 by C as by
+   d / (1.5 C) of compression, F = k_H d as by d / k_H. */
+static void law_change(Instance *i, const Seeds *seeds, const Inputs *now, Inputs *change)
+{
+    const int sign = i->model.contact_sign;
+    const ContactLaw *law = &i->motion.law;
+    double z[WHEELS];
+    if (sign == 0 || (seeds->C == 0 && seeds->k_H == 0))
+        return;
+    const double part = law->nonlinear ? seeds->C / (1.5 * law->C) : seeds->k_H / law->k_H;
+    body_observe(&i->motion.body, body_shapes(&i->motion.body, now->position), i->x, z);
+    for (size_t k = 0; k < WHEELS; k++)
+        change->load[k] -= part * (z[k] - now->load[k]);
 }
 
 /* Change of an output; forces, rates and accelerations are already in motion's scratch. */
@@ -44,8 +86,8 @@ static double output_change(Instance *i, const Variable *v, const Direction *d,
     const Body *body = &i->motion.body;
     switch (v->role) {
     case ROLE_OUT_POSITION: {
-        const uint32_t speed = m->of_role[ROLE_SPEED];
-        return d->time * i->value[speed];
+        const double speed = i->value[m->of_role[ROLE_SPEED]];
+        return d->position + d->time * speed + d->speed * i->clock->time;
     }
     case ROLE_OUT_FORCE: return dforce[v->index];
     case ROLE_OUT_CONTACT_Z: return dz[v->index];
@@ -118,17 +160,19 @@ static Status check_unknowns(Instance *i, const uint32_t *refs, size_t n)
     return OK;
 }
 
-/* Change of the state by inputs: of that at rest, or over the last step. x is that at its end. */
-static const char *state_change(Instance *i, const double *du, double *dx)
+/* Change of the state at rest. */
+static void rest_change(Instance *i, const Seeds *seeds, const Inputs *now, const Inputs *change,
+                        double *dx)
 {
-    const size_t bytes = i->model.states * sizeof(double);
-    if (instance_phase(i) & (STARTED | INITIALISING)) {
-        const Inputs now = instance_inputs(i, i->shown), change = instance_inputs(i, du);
-        motion_rest_change(&i->motion, &now, i->x, &change, dx);
-        return NULL;
-    }
-    if (i->model_exchange || i->clock->step == 0)
-        return NULL;
+    if (i->model.nodes > 0)
+        motion_rest_change(&i->motion, now, i->x, change, dx);
+    else /* linear in the heights */
+        motion_rest(&i->motion, now, seeds->heights, dx);
+}
+
+/* Change of the state at the end of the last step by inputs over it. */
+static const char *step_change(Instance *i, const double *du, double *dx)
+{
     const InputPath path = {instance_inputs(i, i->path[0]), instance_inputs(i, i->path[1]),
                             instance_inputs(i, i->path[2])};
     InputPath change = {instance_inputs(i, du), instance_inputs(i, du), {{0}, {0}}};
@@ -140,42 +184,59 @@ static const char *state_change(Instance *i, const double *du, double *dx)
         change.start.load[k] *= i->clock->before;
         change.slope.load[k] *= i->clock->change;
     }
-    memcpy(i->next, i->x_before, bytes);
+    memcpy(i->next, i->x_before, i->model.states * sizeof(double));
     return motion_step_change(&i->motion, &path, &change, i->clock->step, i->next, dx);
+}
+
+/* Changes of the states' derivatives and, at rest, of the states. */
+static void states_change(Instance *i, const Direction *d, const uint32_t *refs, size_t n,
+                          double *changes)
+{
+    const Inputs now = instance_inputs(i, d->u);
+    int rates = 0;
+    for (size_t k = 0; k < n; k++) {
+        if (refs[k] >= FIRST_DERIVATIVE) {
+            if (!rates)
+                motion_rate_change(&i->motion, &now, i->x, &d->change, d->dx, i->motion.drate);
+            rates = 1;
+            changes[k] = i->motion.drate[refs[k] - FIRST_DERIVATIVE];
+        } else if (refs[k] >= FIRST_STATE) {
+            changes[k] = d->dx[refs[k] - FIRST_STATE];
+        }
+    }
 }
 
 Status instance_directional(Instance *i, const uint32_t *unknowns, size_t n_unknowns,
                             const uint32_t *knowns, size_t n_knowns, const double *seed,
                             double *sensitivity)
 {
-    double *du = i->plan[0], *end = i->plan[1];
-    if (read_seeds(i, knowns, n_knowns, seed, du, i->dx) != OK ||
+    Seeds seeds = {i->plan[0], i->dx, 0, 0, 0, {0}, 0, 0};
+    double *du = seeds.du, *end = i->plan[1];
+    const int stepped = !i->model_exchange && i->clock->step > 0;
+    const char *failed = NULL;
+    if (read_seeds(i, knowns, n_knowns, seed, &seeds) != OK ||
         check_unknowns(i, unknowns, n_unknowns) != OK || instance_settle(i) != OK)
         return ERROR;
-    const int stepped = !i->model_exchange && i->clock->step > 0;
-    const char *failed = state_change(i, du, i->dx);
-    if (failed != NULL)
-        return instance_fail(i, "derivative of the last step: %s", failed);
-    const double grown = stepped ? i->clock->before + i->clock->change * i->clock->step : 1;
-    for (size_t k = 0; k < i->model.inputs; k++) {
-        end[k] = stepped ? i->path[0][k] + i->clock->step * (i->path[1][k] +
-                           0.5 * i->clock->step * i->path[2][k]) : i->shown[k];
-        du[k] *= grown;
-    }
-    const Direction d = {end, instance_inputs(i, du), 0, i->dx};
-    outputs_change(i, &d, unknowns, n_unknowns, sensitivity);
-    const Inputs now = instance_inputs(i, end);
-    int rates = 0;
-    for (size_t k = 0; k < n_unknowns; k++) {
-        if (unknowns[k] >= FIRST_DERIVATIVE) {
-            if (!rates) /* after outputs_change, which uses the same scratch */
-                motion_rate_change(&i->motion, &now, i->x, &d.change, i->dx, i->motion.drate);
-            rates = 1;
-            sensitivity[k] = i->motion.drate[unknowns[k] - FIRST_DERIVATIVE];
-        } else if (unknowns[k] >= FIRST_STATE) {
-            sensitivity[k] = i->dx[unknowns[k] - FIRST_STATE];
+    memcpy(end, i->shown, i->model.inputs * sizeof(double));
+    if (stepped) {
+        const double h = i->clock->step;
+        failed = step_change(i, du, i->dx);
+        for (size_t k = 0; k < i->model.inputs; k++) {
+            end[k] = i->path[0][k] + h * (i->path[1][k] + 0.5 * h * i->path[2][k]);
+            du[k] *= i->clock->before + i->clock->change * h;
         }
     }
+    const Inputs now = instance_inputs(i, end);
+    Inputs change = instance_inputs(i, du);
+    if (instance_phase(i) & (STARTED | INITIALISING)) {
+        law_change(i, &seeds, &now, &change);
+        rest_change(i, &seeds, &now, &change, i->dx);
+    }
+    if (failed != NULL)
+        return instance_fail(i, "derivative of the last step: %s", failed);
+    const Direction d = {end, change, seeds.time, seeds.position, seeds.speed, i->dx};
+    outputs_change(i, &d, unknowns, n_unknowns, sensitivity);
+    states_change(i, &d, unknowns, n_unknowns, sensitivity); /* uses the same scratch */
     return OK;
 }
 
@@ -187,7 +248,7 @@ Status instance_output_slopes(Instance *i, const uint32_t *refs, size_t n, doubl
         i->plan[0][k] = i->path[1][k] + i->clock->step * i->path[2][k];
     if (instance_derivatives(i, i->dx, i->model.states) != OK)
         return ERROR;
-    const Direction d = {i->shown, instance_inputs(i, i->plan[0]), 1, i->dx};
+    const Direction d = {i->shown, instance_inputs(i, i->plan[0]), 1, 0, 0, i->dx};
     outputs_change(i, &d, refs, n, slopes);
     return OK;
 }

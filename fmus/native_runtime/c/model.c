@@ -150,7 +150,7 @@ static void read_track(Reader *reader)
     demand(reader, m->cell_length > 1e-3 && m->cell_length < 1e6 && m->phi > -0.5 && m->phi < 1e9,
            "the geometry of the cell");
     m->length = m->cell_length * (double)m->cells;
-    m->element = m->cell_length / (double)(m->nodes - 1);
+    m->element = m->cell_length / (double)m->nodes;
     demand(reader, m->segments < 1 << 16, "there are too many segments");
     m->phase = allocate(reader, 2 * m->cells * m->segments, sizeof(double));
     for (size_t c = 0; reader->good && c < m->cells; c++)

@@ -70,7 +70,8 @@ typedef struct {
     size_t even_segments, segments; /* of even modes, of all; those of odd ones follow */
     size_t longest;                 /* modes in a segment */
     Segment *segment;
-    /* Shapes of a track: a table along one cell, (nodes, w and theta, ring). */
+    /* Shapes of a track: a table along one cell, (nodes, w and theta, ring). The node after the
+       last is the first one of the next cell. */
     size_t nodes, cells;
     const float *table_re, *table_im;
     Complexes local_shape;
