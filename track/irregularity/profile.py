@@ -56,7 +56,9 @@ class Profile:
         first, last = spline.x[0], spline.x[-1]
 
         def heights(t: float) -> FloatArray:
-            at: FloatArray = spline(np.clip(start + speed * t, first, last)).T.ravel()
+            # np.clip and flattening by other means cost more than the spline.
+            place = np.minimum(np.maximum(start + speed * t, first), last)
+            at: FloatArray = spline(place).T.reshape(8)
             return at
 
         return heights
