@@ -70,7 +70,7 @@ class TrackBody:
         # last node is the first one of the next cell, not rounded by itself: a wheel must not feel the joint.
         table: ComplexArray = arrays["table"].astype(complex)
         closing = table[:1] * np.exp(1j * arrays["mu"])
-        self.table: ComplexArray = np.concatenate([table, closing])
+        self.table: ComplexArray = np.ascontiguousarray(np.concatenate([table, closing]))
         self.phi = float(arrays["phi"])
         self.cell_length = float(arrays["cell_length"])
         self.length = float(arrays["length"])
