@@ -20,9 +20,9 @@ from scipy.sparse.linalg import splu
 
 
 class LinearFmu:
-    """An FMU at rest under the start values of its inputs, about which it is linear."""
+    """An FMU at rest under its inputs, `start` (a dict) or their start values."""
 
-    def __init__(self, path):
+    def __init__(self, path, start=None):
         self.description = fmpy.read_model_description(str(path), validate=False)
         self.folder = fmpy.extract(str(path))
         self.fmu = FMU2Model(
@@ -34,6 +34,8 @@ class LinearFmu:
         self.fmu.instantiate()
         self.fmu.setupExperiment(startTime=0.0)
         self.fmu.enterInitializationMode()
+        for name, value in (start or {}).items():
+            self.fmu.setReal([self.reference[name]], [value])
         self.fmu.exitInitializationMode()
         self.fmu.enterContinuousTimeMode()
 
