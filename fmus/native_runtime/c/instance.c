@@ -130,196 +130,6 @@ Status instance_reset(Instance *i)
     return OK;
 }
 
-/* --- values ------------------------------------------------------------------------------------ */
-
-Inputs instance_inputs(const Instance *i, const double *u)
-{
-    Inputs now = {{0}, {0}};
-    for (size_t k = 0; k < i->model.inputs; k++) {
-        const Variable *v = &i->model.variable[i->model.input[k]];
-        if (v->role == ROLE_IN_POSITION)
-            now.position[v->index] = u[k];
-        else
-            now.load[v->index] += v->role == ROLE_IN_LOAD ? u[k] : -u[k];
-    }
-    return now;
-}
-
-static int inputs_are_finite(Instance *i, const double *u)
-{
-    for (size_t k = 0; k < i->model.inputs; k++)
-        if (!isfinite(u[k])) {
-            instance_fail(i, "input %s = %g: must be finite",
-                          i->model.variable[i->model.input[k]].name, u[k]);
-            return 0;
-        }
-    return 1;
-}
-
-static double parameter(const Instance *i, Role role)
-{
-    const uint32_t ref = i->model.of_role[role];
-    return ref == UINT32_MAX ? 0 : i->value[ref];
-}
-
-static void configure(Instance *i)
-{
-    i->motion.law.nonlinear = parameter(i, ROLE_NONLINEAR) != 0;
-    i->motion.law.C = parameter(i, ROLE_HERTZ);
-    i->motion.law.k_H = parameter(i, ROLE_STIFFNESS);
-    i->motion.internal_step = parameter(i, ROLE_INTERNAL_STEP);
-}
-
-Status instance_settle(Instance *i)
-{
-    if (!inputs_are_finite(i, i->shown))
-        return ERROR;
-    configure(i);
-    if (instance_phase(i) & (RUNNING | TERMINATED))
-        return OK;
-    double heights[WHEELSETS] = {0};
-    for (size_t k = 0; k < i->model.variables; k++)
-        if (i->model.variable[k].role == ROLE_START_Z)
-            heights[i->model.variable[k].index] = i->value[k];
-    const Inputs now = instance_inputs(i, i->shown);
-    if (!motion_rest(&i->motion, &now, heights, i->x))
-        return instance_fail(i, "there is no state at rest under these inputs: %s",
-                             MOTION_NO_CONTACT);
-    return OK;
-}
-
-static double output(Instance *i, const Variable *v, const double force[WHEELS],
-                     const double z[WHEELS], const double vz[WHEELS], const double *acceleration)
-{
-    const Model *m = &i->model;
-    switch (v->role) {
-    case ROLE_OUT_POSITION:
-        return parameter(i, ROLE_START_POSITION) + m->wheelset_x[v->index] -
-               m->wheelset_x[WHEELSETS - 1] + parameter(i, ROLE_SPEED) * i->clock->time;
-    case ROLE_OUT_FORCE: return force[v->index];
-    case ROLE_OUT_CONTACT_Z: return z[v->index];
-    case ROLE_OUT_CONTACT_VZ: return vz[v->index];
-    case ROLE_OUT_COORDINATE: return body_coordinate(&i->motion.body, v->index, i->x);
-    case ROLE_OUT_RATE: return body_coordinate(&i->motion.body, v->index, i->motion.rate);
-    default: break;
-    }
-    const size_t first = m->coordinates - WHEELSETS;
-    double a = body_coordinate(&i->motion.body, v->index, acceleration);
-    if (v->index >= first) { /* a force acts at once on its own body only */
-        const size_t k = v->index - first;
-        a -= m->inverse_mass[k] * (force[k] + force[k + WHEELSETS] - 2 * m->preload);
-    }
-    return a;
-}
-
-static Status refresh(Instance *i)
-{
-    if (!i->clock->stale)
-        return OK;
-    const Status status = instance_settle(i);
-    if (status != OK)
-        return status;
-    const Model *m = &i->model;
-    const Inputs now = instance_inputs(i, i->shown);
-    double force[WHEELS], z[WHEELS] = {0}, vz[WHEELS] = {0}, *acceleration = i->motion.drate;
-    motion_forces(&i->motion, &now, i->x, force);
-    if (m->nodes > 0) {
-        body_observe_moving(&i->motion.body, body_shapes(&i->motion.body, now.position), i->x,
-                            force, z, vz);
-    } else { /* all modes are there, so a force changes no velocity at once */
-        body_rate(&i->motion.body, i->x, NULL, i->motion.rate);
-        body_acceleration(&i->motion.body, i->x, acceleration);
-    }
-    for (size_t k = 0; k < m->outputs; k++)
-        i->value[m->output[k]] =
-            output(i, &m->variable[m->output[k]], force, z, vz, acceleration);
-    i->clock->stale = 0;
-    return OK;
-}
-
-/* A variable of the table, or NULL with a sentence. */
-static const Variable *variable(Instance *i, uint32_t ref, ValueType type)
-{
-    static const char *const NAMES[] = {"Real", "Integer", "Boolean"};
-    if (ref < i->model.variables && i->model.variable[ref].type == type)
-        return &i->model.variable[ref];
-    instance_fail(i, "there is no %s variable with reference %lu", NAMES[type],
-                  (unsigned long)ref);
-    return NULL;
-}
-
-Status instance_get(Instance *i, const uint32_t *refs, size_t n, ValueType type, double *values)
-{
-    const size_t states = i->model.states;
-    int rates = 0; /* whether i->next holds them */
-    for (size_t k = 0; k < n; k++) {
-        const size_t ref = refs[k];
-        if (type == REAL && ref >= FIRST_STATE && ref < FIRST_STATE + states) {
-            if (instance_settle(i) != OK)
-                return ERROR;
-            values[k] = i->x[ref - FIRST_STATE];
-        } else if (type == REAL && ref >= FIRST_DERIVATIVE && ref < FIRST_DERIVATIVE + states) {
-            if (!rates && instance_derivatives(i, i->next, states) != OK)
-                return ERROR;
-            rates = 1;
-            values[k] = i->next[ref - FIRST_DERIVATIVE];
-        } else {
-            const Variable *v = variable(i, refs[k], type);
-            if (v == NULL || (v->causality == OUTPUT && refresh(i) != OK))
-                return ERROR;
-            values[k] = v->causality == INDEPENDENT ? i->clock->time : i->value[ref];
-        }
-    }
-    return OK;
-}
-
-static Status check_new(Instance *i, uint32_t ref, ValueType type, double value)
-{
-    const Variable *v = variable(i, ref, type);
-    if (v == NULL)
-        return ERROR;
-    const int running = !(instance_phase(i) & (STARTED | INITIALISING));
-    if (v->causality == OUTPUT || v->causality == INDEPENDENT)
-        return instance_fail(i, "%s cannot be set: it is computed", v->name);
-    if (v->causality == PARAMETER && running && !v->tunable)
-        return instance_fail(i, "%s cannot be set: it is fixed once the FMU is initialised",
-                             v->name);
-    /* Inputs that are no numbers are refused where they are used: some may be set meanwhile. */
-    if (v->causality == PARAMETER && !(isfinite(value) && value >= v->minimum &&
-                                       value <= v->maximum))
-        return instance_fail(i, "%s = %g: must be finite, at least %g and at most %g", v->name,
-                             value, v->minimum, v->maximum);
-    return OK;
-}
-
-Status instance_set(Instance *i, const uint32_t *refs, size_t n, ValueType type,
-                    const double *values)
-{
-    for (size_t k = 0; k < n; k++)
-        if (check_new(i, refs[k], type, values[k]) != OK)
-            return ERROR;
-    for (size_t k = 0; k < n; k++)
-        i->value[refs[k]] = values[k];
-    for (size_t k = 0; k < i->model.inputs; k++)
-        i->shown[k] = i->value[i->model.input[k]];
-    i->clock->stale = 1;
-    return OK;
-}
-
-Status instance_set_slope(Instance *i, uint32_t ref, int order, double value)
-{
-    for (size_t k = 0; k < i->model.inputs; k++)
-        if (i->model.input[k] == ref) {
-            if (order < 1 || order > 2 || !isfinite(value))
-                return instance_fail(i, "derivative %d of %s = %g: must be finite, of order 1 or 2",
-                                     order, i->model.variable[ref].name, value);
-            (order == 1 ? i->u_slope : i->u_curve)[k] = value;
-            i->clock->has_slopes = 1;
-            return OK;
-        }
-    return instance_fail(i, "there is no Real input with reference %lu", (unsigned long)ref);
-}
-
 /* --- life -------------------------------------------------------------------------------------- */
 
 Status instance_set_time(Instance *i, double time)
@@ -383,7 +193,7 @@ Status instance_nominals(Instance *i, double *nominals, size_t n)
 /* Inputs over the next step, into i->plan, and how they follow the values set. */
 static void plan(Instance *i, double step, double *before, double *change)
 {
-    const double hold = parameter(i, ROLE_HOLD);
+    const double hold = instance_parameter(i, ROLE_HOLD);
     const int given = i->clock->has_slopes != 0;
     const int extrapolates = !given && hold == EXTRAPOLATE && i->clock->step > 0;
     const int interpolates = !given && hold == INTERPOLATE;
@@ -430,9 +240,9 @@ Status instance_step(Instance *i, double time, double step)
         return instance_fail(i, "time %g s: must be finite", time);
     for (size_t k = 0; k < u; k++)
         i->plan[3][k] = i->value[m->input[k]];
-    if (!inputs_are_finite(i, i->plan[3]))
+    if (!instance_inputs_are_finite(i, i->plan[3]))
         return ERROR;
-    configure(i);
+    instance_configure(i);
     plan(i, step, &before, &change);
     const char *failed = move(i, step);
     if (failed != NULL)

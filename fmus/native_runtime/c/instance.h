@@ -68,13 +68,16 @@ Status instance_reset(Instance *instance);
 /* Set the time, at the start or in Model Exchange. */
 Status instance_set_time(Instance *instance, double time);
 Status instance_exit_initialisation(Instance *instance);
+Status instance_step(Instance *instance, double time, double step);
+
+/* --- values, in values.c ---------------------------------------------------------------------- */
+
 Status instance_get(Instance *instance, const uint32_t *refs, size_t n, ValueType type,
                     double *values);
 Status instance_set(Instance *instance, const uint32_t *refs, size_t n, ValueType type,
                     const double *values);
 /* Derivative of an input for the next step. */
 Status instance_set_slope(Instance *instance, uint32_t ref, int order, double value);
-Status instance_step(Instance *instance, double time, double step);
 
 /* --- Model Exchange ---------------------------------------------------------------------------- */
 
@@ -104,10 +107,15 @@ Status snapshot_write(Instance *instance, const Snapshot *snapshot, unsigned cha
                       size_t size);
 Snapshot *snapshot_read(Instance *instance, const unsigned char *bytes, size_t size);
 
-/* --- for linear.c ------------------------------------------------------------------------------ */
+/* --- for each other ---------------------------------------------------------------------------- */
 
 /* Inputs of the model from a vector in the order of model.input. */
 Inputs instance_inputs(const Instance *instance, const double *u);
+/* Whether all inputs are finite; if not, it is logged. */
+int instance_inputs_are_finite(Instance *instance, const double *u);
+double instance_parameter(const Instance *instance, Role role);
+/* Take the parameters. */
+void instance_configure(Instance *instance);
 /* Take the parameters, and find the state at rest unless the FMU runs. */
 Status instance_settle(Instance *instance);
 
