@@ -1,6 +1,5 @@
 #include "exponential.h"
 
-#include <complex.h>
 #include <math.h>
 #include <string.h>
 
@@ -9,40 +8,64 @@
 #define SERIES_BELOW 1.0
 #define TERMS 20
 
-/* phi_k(z) = sum z^j / (j + k)!, k = 1..3: Hochbruck & Ostermann (2010), Acta Numerica 19. */
-static void phi_functions(double complex z, double complex phi[4])
+/* Not <complex.h>: Microsoft's compiler has none of C99's, and wine's C library no cexp. */
+typedef struct {
+    double re, im;
+} Complex;
+
+/* (a - b) / z */
+static Complex quotient(Complex a, double b, Complex z)
 {
-    phi[0] = cexp(z);
-    if (cabs(z) >= SERIES_BELOW) {
-        phi[1] = (phi[0] - 1) / z;
-        phi[2] = (phi[1] - 1) / z;
-        phi[3] = (phi[2] - 0.5) / z;
+    const double size = z.re * z.re + z.im * z.im, re = a.re - b;
+    const Complex q = {(re * z.re + a.im * z.im) / size, (a.im * z.re - re * z.im) / size};
+    return q;
+}
+
+/* b + z a */
+static Complex product(double b, Complex z, Complex a)
+{
+    const Complex p = {b + (z.re * a.re - z.im * a.im), z.re * a.im + z.im * a.re};
+    return p;
+}
+
+/* phi_k(z) = sum z^j / (j + k)!, k = 1..3: Hochbruck & Ostermann (2010), Acta Numerica 19. */
+static void phi_functions(Complex z, Complex phi[4])
+{
+    const double size = exp(z.re);
+    phi[0].re = size * cos(z.im);
+    phi[0].im = size * sin(z.im);
+    if (z.re * z.re + z.im * z.im >= SERIES_BELOW * SERIES_BELOW) {
+        phi[1] = quotient(phi[0], 1, z);
+        phi[2] = quotient(phi[1], 1, z);
+        phi[3] = quotient(phi[2], 0.5, z);
         return;
     }
-    double complex sum = 1;
-    for (int j = TERMS; j > 0; j--)
-        sum = 1 + z / (j + 3) * sum;
-    phi[3] = sum / 6;
-    phi[2] = 0.5 + z * phi[3];
-    phi[1] = 1 + z * phi[2];
+    Complex sum = {1, 0};
+    for (int j = TERMS; j > 0; j--) {
+        const Complex part = {z.re / (j + 3), z.im / (j + 3)};
+        sum = product(1, part, sum);
+    }
+    phi[3].re = sum.re / 6;
+    phi[3].im = sum.im / 6;
+    phi[2] = product(0.5, z, phi[3]);
+    phi[1] = product(1, z, phi[2]);
 }
 
 void coefficients_make(Coefficients *c, const Model *model, double h)
 {
     const size_t n = model->modes;
     for (size_t r = 0; r < n; r++) {
-        double complex phi[4];
-        phi_functions((model->pole.re[r] + model->pole.im[r] * I) * h, phi);
-        const double complex P0 = h * (phi[1] - phi[2]), P1 = h * phi[2];
-        const double complex Q = 4 * h * (phi[2] - 2 * phi[3]);
-        c->E[r] = creal(phi[0]);
-        c->E[n + r] = cimag(phi[0]);
-        c->P0[r] = creal(P0);
-        c->P0[n + r] = cimag(P0);
-        c->P1[r] = creal(P1);
-        c->P1[n + r] = cimag(P1);
-        c->Q[r] = creal(Q);
-        c->Q[n + r] = cimag(Q);
+        const Complex z = {model->pole.re[r] * h, model->pole.im[r] * h};
+        Complex phi[4];
+        phi_functions(z, phi);
+        c->E[r] = phi[0].re;
+        c->E[n + r] = phi[0].im;
+        c->P0[r] = h * (phi[1].re - phi[2].re);
+        c->P0[n + r] = h * (phi[1].im - phi[2].im);
+        c->P1[r] = h * phi[2].re;
+        c->P1[n + r] = h * phi[2].im;
+        c->Q[r] = 4 * h * (phi[2].re - 2 * phi[3].re);
+        c->Q[n + r] = 4 * h * (phi[2].im - 2 * phi[3].im);
     }
     c->h = h;
 }

@@ -34,15 +34,19 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
     (void)visible;
     (void)logging; /* errors are told in any case, and there is nothing else to tell */
     Component *c = calloc(1, sizeof *c);
-    if (c == NULL)
+    if (c == NULL) {
+        if (functions != NULL && functions->logger != NULL)
+            functions->logger(functions->componentEnvironment, name, fmi2Error, "logStatusError",
+                              "not enough memory");
         return NULL;
+    }
     if (functions != NULL)
         c->callbacks = *functions;
     if (name != NULL && (c->name = malloc(strlen(name) + 1)) != NULL)
         strcpy(c->name, name);
     char *path = resource_path_from_uri(location);
     if (path == NULL)
-        log_to_host(c, ERROR, "the resource location is missing, or no file: URI");
+        log_to_host(c, ERROR, "the resource location is missing or no file: URI, or memory is");
     else
         c->instance = instance_new(path, guid, type == fmi2ModelExchange, log_to_host, c);
     free(path);

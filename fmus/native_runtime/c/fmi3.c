@@ -30,13 +30,16 @@ static fmi3Instance instantiate(fmi3String token, fmi3String folder, int model_e
                                 fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
 {
     Component *c = calloc(1, sizeof *c);
-    if (c == NULL)
+    if (c == NULL) {
+        if (log != NULL)
+            log(environment, fmi3Error, "logStatusError", "not enough memory");
         return NULL;
+    }
     c->environment = environment;
     c->log = log;
     char *path = resource_path(folder);
     if (path == NULL)
-        log_to_host(c, ERROR, "the path of the resources is missing");
+        log_to_host(c, ERROR, "the path of the resources is missing, or memory is");
     else
         c->instance = instance_new(path, token, model_exchange, log_to_host, c);
     free(path);
@@ -154,13 +157,14 @@ fmi3Status fmi3Reset(fmi3Instance c)
 
 /* --- values ------------------------------------------------------------------------------------ */
 
-/* Elements an array's reference stands for, and the first one's own reference; 1 for a scalar. */
+/* Elements an array's reference stands for, and the first one's own reference; 1 for a scalar, and
+   for what is nothing. */
 static size_t elements(const Instance *i, fmi3ValueReference ref, uint32_t *first)
 {
     const size_t modes = i->model.modes, rigid = i->model.rigid;
     const uint32_t begin = ref >= FIRST_DERIVATIVE ? FIRST_DERIVATIVE : FIRST_STATE;
-    *first = ref;
-    if (ref < FIRST_STATE || ref - begin > 3)
+    *first = ref < FIRST_STATE ? ref : UINT32_MAX;
+    if (ref < FIRST_STATE || ref - begin > (rigid > 0 ? 3u : 1u))
         return 1;
     const size_t starts[] = {0, modes, 2 * modes, 2 * modes + rigid};
     *first = begin + (uint32_t)starts[ref - begin];

@@ -1,8 +1,6 @@
 /* FMI 3.0: derivatives, steps, Model Exchange. */
 #include "fmi3_component.h"
 
-#include <string.h>
-
 /* --- derivatives ------------------------------------------------------------------------------- */
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference refs[], size_t n,
@@ -85,22 +83,21 @@ fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t
 
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 rates[], size_t n)
 {
-    BEGIN(EVENT | CONTINUOUS | TERMINATED);
+    BEGIN(ANY & ~STARTED);
     DEMAND(i->model_exchange && (n == 0 || rates != NULL), "for Model Exchange only");
     return (fmi3Status)instance_derivatives(i, rates, n);
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n)
 {
-    BEGIN(EVENT | CONTINUOUS | TERMINATED);
-    DEMAND(i->model_exchange && x != NULL && n == i->model.states, "for Model Exchange, all states");
-    memcpy(x, i->x, n * sizeof(double));
-    return fmi3OK;
+    BEGIN(ANY & ~STARTED);
+    DEMAND(i->model_exchange && (n == 0 || x != NULL), "for Model Exchange only");
+    return (fmi3Status)instance_states(i, x, n);
 }
 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t n)
 {
-    BEGIN(EVENT | CONTINUOUS | TERMINATED);
+    BEGIN(ANY & ~STARTED);
     DEMAND(i->model_exchange && (n == 0 || nominals != NULL), "for Model Exchange only");
     return (fmi3Status)instance_nominals(i, nominals, n);
 }

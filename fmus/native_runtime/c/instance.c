@@ -153,6 +153,17 @@ Status instance_exit_initialisation(Instance *i)
     return OK;
 }
 
+Status instance_states(Instance *i, double *x, size_t n)
+{
+    if (n != i->model.states)
+        return instance_fail(i, "%lu states asked for, there are %lu", (unsigned long)n,
+                             (unsigned long)i->model.states);
+    const Status status = instance_settle(i);
+    if (status == OK)
+        memcpy(x, i->x, n * sizeof(double));
+    return status;
+}
+
 Status instance_set_states(Instance *i, const double *x, size_t n)
 {
     if (n != i->model.states)

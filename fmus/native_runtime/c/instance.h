@@ -81,6 +81,7 @@ Status instance_set_slope(Instance *instance, uint32_t ref, int order, double va
 
 /* --- Model Exchange ---------------------------------------------------------------------------- */
 
+Status instance_states(Instance *instance, double *x, size_t n);
 Status instance_set_states(Instance *instance, const double *x, size_t n);
 Status instance_derivatives(Instance *instance, double *rate, size_t n);
 Status instance_nominals(Instance *instance, double *nominals, size_t n);

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { MAX_CELLS = 4096 }; /* what memory `phase` takes is not bounded by the file's size */
+
 typedef struct {
     Model *model;
     char *why;
@@ -91,7 +93,8 @@ static void read_sizes(Reader *reader)
     demand(reader, m->even > 0, "there are no modes");
     demand(reader, m->local == 0 || m->local == WHEELS, "local modes must be one a wheel");
     demand(reader, (m->nodes > 0) != (m->coordinates > 0), "neither a track nor a vehicle");
-    demand(reader, m->nodes == 0 || (m->nodes > 1 && m->cells > 0 && m->rigid == 0), "track");
+    demand(reader, m->nodes == 0 || (m->nodes > 1 && m->cells > 0 && m->cells <= MAX_CELLS &&
+                                     m->rigid == 0), "track");
     demand(reader, m->nodes > 0 || (m->coordinates >= WHEELSETS && m->odd + m->local == 0 &&
                                     m->rigid > 0), "vehicle");
 }
@@ -288,10 +291,9 @@ int model_read(Model *model, Resource resource, char *why, size_t room)
         model->guid = section(&reader, "guid", TYPE_BYTE, length, 0, 0);
         demand(&reader, reader.good && model->guid[length - 1] == 0, "the GUID");
     }
-    for (size_t k = 0; reader.good && k < model->modes; k++)
-        {
+    for (size_t k = 0; reader.good && k < model->modes; k++) {
         /* Without dampers, rounding decides the sign of the real part. */
-        const double size = hypot(model->pole.re[k], model->pole.im[k]);
+        const double size = fabs(model->pole.re[k]) + fabs(model->pole.im[k]);
         demand(&reader, size > 0 && model->pole.re[k] <= 1e-9 * size,
                "a pole that is zero or grows");
     }
