@@ -9,7 +9,7 @@ int body_create(Body *body, const Model *model)
     memset(body, 0, sizeof *body);
     body->model = model;
     body->kernels = kernels_for_this_processor();
-    body->memory = calloc(16 * n + 2 * model->modes + 4 * model->longest, sizeof(double));
+    body->memory = calloc(16 * n + 2 * model->modes + 2 * model->longest, sizeof(double));
     if (body->memory == NULL)
         return 0;
     double *at = body->memory;
@@ -135,16 +135,12 @@ void body_observe_moving(const Body *body, const Shapes *shapes, const double *x
 static void segment_compliance(const Body *body, const Shapes *shapes, const double *weight,
                                const Segment *s, double G4[WHEELSETS][WHEELSETS])
 {
-    const size_t n = body->model->ring, modes = body->model->modes;
-    double *re = body->work, *im = re + s->size;
-    for (size_t j = 0; j < WHEELSETS; j++) {
-        memset(re, 0, 2 * s->size * sizeof(double));
-        body->kernels->add(s->size, weight + s->to, weight + modes + s->to,
-                           shapes->in_re + j * n + s->from, shapes->in_im + j * n + s->from, re,
-                           im);
-        body->kernels->observe(s->size, n, shapes->out_re + s->to, shapes->out_im + s->to, re, im,
-                               G4[j]);
-    }
+    const size_t n = body->model->ring;
+    const double *weight_im = weight + body->model->modes;
+    for (size_t j = 0; j < WHEELSETS; j++)
+        body->kernels->respond(s->size, n, shapes->out_re + s->to, shapes->out_im + s->to,
+                               weight + s->to, weight_im + s->to, shapes->in_re + j * n + s->from,
+                               shapes->in_im + j * n + s->from, G4[j]);
 }
 
 void body_compliance(const Body *body, const Shapes *shapes, const double *weight, double rigid_weight,

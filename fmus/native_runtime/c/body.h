@@ -19,7 +19,7 @@ typedef struct {
     const Kernels *kernels;
     Shapes shapes, slope; /* at the last position asked for; and their change */
     double *flexibility;  /* -1 / lambda, 2 * modes */
-    double *work;         /* 4 * longest segment */
+    double *work;         /* 2 * longest segment */
     double *memory;
 } Body;
 

@@ -34,32 +34,63 @@ TARGET static void NAME(drive)(size_t n, size_t stride, const double *restrict X
     }
 }
 
+/* Sums of four rows, in LANES parts each: real parts of products, and what is taken off them. */
+#define ADD_TO_SUMS(re, im)       \
+    p0 += AT(X_re, r) * (re);     \
+    p1 += AT(X1_re, r) * (re);    \
+    p2 += AT(X2_re, r) * (re);    \
+    p3 += AT(X3_re, r) * (re);    \
+    q0 += AT(X_im, r) * (im);     \
+    q1 += AT(X1_im, r) * (im);    \
+    q2 += AT(X2_im, r) * (im);    \
+    q3 += AT(X3_im, r) * (im)
+#define ROWS(X)                                                                \
+    const double *restrict X##1_re = X##_re + stride, *restrict X##1_im = X##_im + stride;     \
+    const double *restrict X##2_re = X##1_re + stride, *restrict X##2_im = X##1_im + stride;   \
+    const double *restrict X##3_re = X##2_re + stride, *restrict X##3_im = X##2_im + stride
+#define SUMS Lanes p0 = {0}, p1 = {0}, p2 = {0}, p3 = {0}, q0 = {0}, q1 = {0}, q2 = {0}, q3 = {0}
+#define TAKE_SUMS(z)                                                           \
+    const Lanes sums[4] = {p0 - q0, p1 - q1, p2 - q2, p3 - q3};                \
+    for (size_t k = 0; k < 4; k++)                                             \
+        for (size_t l = 0; l < LANES; l++)                                     \
+            z[k] += sums[k][l]
+
 TARGET static void NAME(observe)(size_t n, size_t stride, const double *restrict X_re,
                                  const double *restrict X_im, const double *restrict s_re,
                                  const double *restrict s_im, double z[4])
 {
-    const double *restrict X1_re = X_re + stride, *restrict X1_im = X_im + stride;
-    const double *restrict X2_re = X1_re + stride, *restrict X2_im = X1_im + stride;
-    const double *restrict X3_re = X2_re + stride, *restrict X3_im = X2_im + stride;
-    Lanes p0 = {0}, p1 = {0}, p2 = {0}, p3 = {0}, q0 = {0}, q1 = {0}, q2 = {0}, q3 = {0};
+    ROWS(X);
+    SUMS;
     size_t r = 0;
     for (; r + LANES <= n; r += LANES) {
         const Lanes re = AT(s_re, r), im = AT(s_im, r);
-        p0 += AT(X_re, r) * re;
-        p1 += AT(X1_re, r) * re;
-        p2 += AT(X2_re, r) * re;
-        p3 += AT(X3_re, r) * re;
-        q0 += AT(X_im, r) * im;
-        q1 += AT(X1_im, r) * im;
-        q2 += AT(X2_im, r) * im;
-        q3 += AT(X3_im, r) * im;
+        ADD_TO_SUMS(re, im);
     }
-    const Lanes sums[4] = {p0 - q0, p1 - q1, p2 - q2, p3 - q3};
-    for (size_t k = 0; k < 4; k++) {
-        for (size_t rest = r; rest < n; rest++)
-            z[k] += X_re[k * stride + rest] * s_re[rest] - X_im[k * stride + rest] * s_im[rest];
-        for (size_t l = 0; l < LANES; l++)
-            z[k] += sums[k][l];
+    TAKE_SUMS(z);
+    for (; r < n; r++)
+        for (size_t k = 0; k < 4; k++)
+            z[k] += X_re[k * stride + r] * s_re[r] - X_im[k * stride + r] * s_im[r];
+}
+
+TARGET static void NAME(respond)(size_t n, size_t stride, const double *restrict X_re,
+                                 const double *restrict X_im, const double *restrict w_re,
+                                 const double *restrict w_im, const double *restrict s_re,
+                                 const double *restrict s_im, double z[4])
+{
+    ROWS(X);
+    SUMS;
+    size_t r = 0;
+    for (; r + LANES <= n; r += LANES) {
+        const Lanes re = AT(w_re, r) * AT(s_re, r) - AT(w_im, r) * AT(s_im, r);
+        const Lanes im = AT(w_re, r) * AT(s_im, r) + AT(w_im, r) * AT(s_re, r);
+        ADD_TO_SUMS(re, im);
+    }
+    TAKE_SUMS(z);
+    for (; r < n; r++) {
+        const double re = w_re[r] * s_re[r] - w_im[r] * s_im[r];
+        const double im = w_re[r] * s_im[r] + w_im[r] * s_re[r];
+        for (size_t k = 0; k < 4; k++)
+            z[k] += X_re[k * stride + r] * re - X_im[k * stride + r] * im;
     }
 }
 
@@ -87,8 +118,12 @@ TARGET static void NAME(add)(size_t n, const double *restrict a_re, const double
 }
 
 static const Kernels NAME(kernels) = {
-    NAME(interpolate), NAME(drive), NAME(observe), NAME(combine), NAME(add),
+    NAME(interpolate), NAME(drive), NAME(observe), NAME(respond), NAME(combine), NAME(add),
 };
 
+#undef ADD_TO_SUMS
+#undef ROWS
+#undef SUMS
+#undef TAKE_SUMS
 #undef NAME
 #undef TARGET
