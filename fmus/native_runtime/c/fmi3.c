@@ -157,15 +157,16 @@ fmi3Status fmi3Reset(fmi3Instance c)
 
 /* --- values ------------------------------------------------------------------------------------ */
 
-/* Elements an array's reference stands for, and the first one's own reference; 1 for a scalar, and
-   for what is nothing. */
+/* Elements a reference stands for, and the first one's own; 1 for a scalar, 0 for no array. */
 static size_t elements(const Instance *i, fmi3ValueReference ref, uint32_t *first)
 {
     const size_t modes = i->model.modes, rigid = i->model.rigid;
     const uint32_t begin = ref >= FIRST_DERIVATIVE ? FIRST_DERIVATIVE : FIRST_STATE;
-    *first = ref < FIRST_STATE ? ref : UINT32_MAX;
-    if (ref < FIRST_STATE || ref - begin > (rigid > 0 ? 3u : 1u))
+    *first = ref;
+    if (ref < FIRST_STATE)
         return 1;
+    if (ref - begin > 3)
+        return 0;
     const size_t starts[] = {0, modes, 2 * modes, 2 * modes + rigid};
     *first = begin + (uint32_t)starts[ref - begin];
     return ref - begin < 2 ? modes : rigid;
@@ -176,8 +177,14 @@ static uint32_t *expanded(Instance *i, const fmi3ValueReference refs[], size_t n
 {
     size_t count = 0;
     uint32_t first;
-    for (size_t k = 0; k < n; k++)
-        count += elements(i, refs[k], &first);
+    for (size_t k = 0; k < n; k++) {
+        const size_t size = elements(i, refs[k], &first);
+        if (size == 0) {
+            instance_fail(i, "there is no variable with reference %lu", (unsigned long)refs[k]);
+            return NULL;
+        }
+        count += size;
+    }
     uint32_t *all = count == n_values ? malloc((count + 1) * sizeof *all) : NULL;
     if (count != n_values)
         instance_fail(i, "%lu values for variables with %lu elements", (unsigned long)n_values,
