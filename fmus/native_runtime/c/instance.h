@@ -65,10 +65,6 @@ Phase instance_phase(const Instance *instance);
 void instance_enter(Instance *instance, Phase phase);
 
 Status instance_reset(Instance *instance);
-/* Set the time, at the start or in Model Exchange. */
-Status instance_set_time(Instance *instance, double time);
-Status instance_exit_initialisation(Instance *instance);
-Status instance_step(Instance *instance, double time, double step);
 
 /* --- values, in values.c ---------------------------------------------------------------------- */
 
@@ -76,15 +72,19 @@ Status instance_get(Instance *instance, const uint32_t *refs, size_t n, ValueTyp
                     double *values);
 Status instance_set(Instance *instance, const uint32_t *refs, size_t n, ValueType type,
                     const double *values);
-/* Derivative of an input for the next step. */
-Status instance_set_slope(Instance *instance, uint32_t ref, int order, double value);
-
-/* --- Model Exchange ---------------------------------------------------------------------------- */
-
 Status instance_states(Instance *instance, double *x, size_t n);
 Status instance_set_states(Instance *instance, const double *x, size_t n);
 Status instance_derivatives(Instance *instance, double *rate, size_t n);
 Status instance_nominals(Instance *instance, double *nominals, size_t n);
+
+/* --- time, in steps.c -------------------------------------------------------------------------- */
+
+/* Set the time, at the start or in Model Exchange. */
+Status instance_set_time(Instance *instance, double time);
+Status instance_exit_initialisation(Instance *instance);
+/* Derivative of an input for the next step. */
+Status instance_set_slope(Instance *instance, uint32_t ref, int order, double value);
+Status instance_step(Instance *instance, double time, double step);
 
 /* --- derivatives, in linear.c ------------------------------------------------------------------ */
 

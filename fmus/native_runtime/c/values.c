@@ -109,6 +109,58 @@ static Status refresh(Instance *i)
     return OK;
 }
 
+/* --- states ------------------------------------------------------------------------------------ */
+
+Status instance_states(Instance *i, double *x, size_t n)
+{
+    if (n != i->model.states)
+        return instance_fail(i, "%lu states asked for, there are %lu", (unsigned long)n,
+                             (unsigned long)i->model.states);
+    const Status status = instance_settle(i);
+    if (status == OK)
+        memcpy(x, i->x, n * sizeof(double));
+    return status;
+}
+
+Status instance_set_states(Instance *i, const double *x, size_t n)
+{
+    if (n != i->model.states)
+        return instance_fail(i, "%lu states given, there are %lu", (unsigned long)n,
+                             (unsigned long)i->model.states);
+    for (size_t k = 0; k < n; k++)
+        if (!isfinite(x[k]))
+            return instance_fail(i, "state %lu = %g: must be finite", (unsigned long)k, x[k]);
+    memcpy(i->x, x, n * sizeof(double));
+    i->clock->stale = 1;
+    return OK;
+}
+
+Status instance_derivatives(Instance *i, double *rate, size_t n)
+{
+    if (n != i->model.states)
+        return instance_fail(i, "%lu derivatives asked for, there are %lu", (unsigned long)n,
+                             (unsigned long)i->model.states);
+    const Status status = instance_settle(i);
+    if (status != OK)
+        return status;
+    const Inputs now = instance_inputs(i, i->shown);
+    motion_rate(&i->motion, &now, i->x, rate);
+    return OK;
+}
+
+Status instance_nominals(Instance *i, double *nominals, size_t n)
+{
+    const size_t modes = i->model.modes, rigid = i->model.rigid;
+    if (n != i->model.states)
+        return instance_fail(i, "%lu nominals asked for, there are %lu", (unsigned long)n,
+                             (unsigned long)i->model.states);
+    for (size_t k = 0; k < n; k++)
+        nominals[k] = i->model.nominals[k < 2 * modes ? k / modes : 2 + (k - 2 * modes) / rigid];
+    return OK;
+}
+
+/* --- by reference ------------------------------------------------------------------------------- */
+
 /* A variable of the table, or NULL with a sentence. */
 static const Variable *variable(Instance *i, uint32_t ref, ValueType type)
 {
@@ -176,18 +228,4 @@ Status instance_set(Instance *i, const uint32_t *refs, size_t n, ValueType type,
         i->shown[k] = i->value[i->model.input[k]];
     i->clock->stale = 1;
     return OK;
-}
-
-Status instance_set_slope(Instance *i, uint32_t ref, int order, double value)
-{
-    for (size_t k = 0; k < i->model.inputs; k++)
-        if (i->model.input[k] == ref) {
-            if (order < 1 || order > 2 || !isfinite(value))
-                return instance_fail(i, "derivative %d of %s = %g: must be finite, of order 1 or 2",
-                                     order, i->model.variable[ref].name, value);
-            (order == 1 ? i->u_slope : i->u_curve)[k] = value;
-            i->clock->has_slopes = 1;
-            return OK;
-        }
-    return instance_fail(i, "there is no Real input with reference %lu", (unsigned long)ref);
 }

@@ -1,0 +1,120 @@
+/* Time of an instance: start, steps, and how inputs go on over a step. */
+#include "instance.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { CONSTANT = 0, EXTRAPOLATE = 1, INTERPOLATE = 2 }; /* values of input_hold */
+
+Status instance_set_time(Instance *i, double time)
+{
+    if (!isfinite(time))
+        return instance_fail(i, "time = %g s: must be finite", time);
+    i->clock->time = time;
+    i->clock->stale = 1;
+    return OK;
+}
+
+Status instance_exit_initialisation(Instance *i)
+{
+    const Status status = instance_settle(i);
+    if (status != OK)
+        return status;
+    memcpy(i->u_before, i->shown, i->model.inputs * sizeof(double));
+    memcpy(i->x_before, i->x, i->model.states * sizeof(double));
+    i->clock->stale = 1;
+    instance_enter(i, i->model_exchange ? EVENT : STEPPING);
+    return OK;
+}
+
+Status instance_set_slope(Instance *i, uint32_t ref, int order, double value)
+{
+    for (size_t k = 0; k < i->model.inputs; k++)
+        if (i->model.input[k] == ref) {
+            if (order < 1 || order > 2 || !isfinite(value))
+                return instance_fail(i, "derivative %d of %s = %g: must be finite, of order 1 or 2",
+                                     order, i->model.variable[ref].name, value);
+            (order == 1 ? i->u_slope : i->u_curve)[k] = value;
+            i->clock->has_slopes = 1;
+            return OK;
+        }
+    return instance_fail(i, "there is no Real input with reference %lu", (unsigned long)ref);
+}
+
+/* Inputs over the next step, into i->plan, and how they follow the values set. */
+static void plan(Instance *i, double step, double *before, double *change)
+{
+    const double hold = instance_parameter(i, ROLE_HOLD);
+    const int given = i->clock->has_slopes != 0;
+    const int extrapolates = !given && hold == EXTRAPOLATE && i->clock->step > 0;
+    const int interpolates = !given && hold == INTERPOLATE;
+    *before = interpolates ? 0 : 1;
+    *change = interpolates ? 1 / step : extrapolates ? 1 / i->clock->step : 0;
+    for (size_t k = 0; k < i->model.inputs; k++) {
+        const double u = i->plan[3][k];
+        i->plan[0][k] = interpolates ? i->u_before[k] : u;
+        i->plan[1][k] = given ? i->u_slope[k] : (u - i->u_before[k]) * *change;
+        i->plan[2][k] = given ? i->u_curve[k] : 0;
+    }
+}
+
+static int all_finite(const double *x, size_t n)
+{
+    int bad = 0; /* without an early end, so that it is vector code */
+    for (size_t k = 0; k < n; k++)
+        bad |= !(fabs(x[k]) <= DBL_MAX);
+    return !bad;
+}
+
+/* The step itself, into i->next; a sentence if it fails. */
+static const char *move(Instance *i, double step)
+{
+    for (int order = 0; order < 3; order++)
+        if (!all_finite(i->plan[order], i->model.inputs))
+            return "the inputs change too fast for numbers";
+    const InputPath path = {instance_inputs(i, i->plan[0]), instance_inputs(i, i->plan[1]),
+                            instance_inputs(i, i->plan[2])};
+    const char *failed = motion_step(&i->motion, &path, step, i->x, i->next);
+    if (failed == NULL && !all_finite(i->next, i->model.states))
+        return "the result is not finite: the inputs are far off";
+    return failed;
+}
+
+Status instance_step(Instance *i, double time, double step)
+{
+    const Model *m = &i->model;
+    const size_t u = m->inputs, bytes = u * sizeof(double);
+    double before, change;
+    if (!(isfinite(step) && step > 0))
+        return instance_fail(i, "step size %g s: must be finite and > 0", step);
+    if (!isfinite(time + step))
+        return instance_fail(i, "time %g s: must be finite", time);
+    for (size_t k = 0; k < u; k++)
+        i->plan[3][k] = i->value[m->input[k]];
+    if (!instance_inputs_are_finite(i, i->plan[3]))
+        return ERROR;
+    instance_configure(i);
+    plan(i, step, &before, &change);
+    const char *failed = move(i, step);
+    if (failed != NULL)
+        return instance_fail(i, "step of %g s at t = %g s: %s", step, time, failed);
+    memcpy(i->x_before, i->x, m->states * sizeof(double));
+    memcpy(i->x, i->next, m->states * sizeof(double));
+    memcpy(i->u_before, i->plan[3], bytes);
+    for (int order = 0; order < 3; order++)
+        memcpy(i->path[order], i->plan[order], bytes);
+    for (size_t k = 0; k < u; k++) /* an interpolated path ends at the value set, to the bit */
+        i->shown[k] = before == 0 ? i->plan[3][k]
+                                  : i->plan[0][k] + step * (i->plan[1][k] +
+                                                            0.5 * step * i->plan[2][k]);
+    memset(i->u_slope, 0, bytes);
+    memset(i->u_curve, 0, bytes);
+    i->clock->has_slopes = 0;
+    i->clock->before = before;
+    i->clock->change = change;
+    i->clock->time = time + step;
+    i->clock->step = step;
+    i->clock->stale = 1;
+    return OK;
+}
