@@ -11,6 +11,7 @@ import pytest
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 
 from railcosim.fmus.content import track_arrays
+from railcosim.fmus.export import NativeRuntime, export
 from railcosim.fmus.python_runtime.bodies import TrackBody
 from railcosim.fmus.python_runtime.stepping import State
 from railcosim.vehicle.multibody import WHEELSETS, build_multibody
@@ -164,6 +165,33 @@ def test_states_and_rates_of_model_exchange(importer, name):
     seed = {v.derivative.name: d for v, d in zip(names, dx, strict=True)}
     change = model.derivative([v.name for v in names], seed)
     assert rate - rest == pytest.approx(change, abs=1e-12 * np.abs(change).max())  # rounding
+
+
+@pytest.fixture(scope="module")
+def third(short_track, tmp_path_factory):
+    """FMI 3.0."""
+    folder = tmp_path_factory.mktemp("fmi3")
+    return export(Vehicle(), short_track, folder, runtime=NativeRuntime(fmi=3))
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_a_solver_follows_the_exact_steps(exported, third, fmi):
+    """CVode on Model Exchange against Co-Simulation: wheels that are loaded more at once."""
+    path = str((exported if fmi == 2 else third)["Vehicle"])
+    output = [f"{wheel}.wheel_z" for wheel in WHEELS] + ["carbody.z", "carbody.pitch"]
+    start = {name: 80e3 + 1e3 * k for k, name in enumerate(FORCES)}
+    by_kind = [
+        fmpy.simulate_fmu(
+            path, fmi_type=kind, stop_time=0.5, output_interval=0.01, start_values=start,
+            relative_tolerance=1e-10, output=output,
+        )
+        for kind in ("ModelExchange", "CoSimulation")
+    ]  # fmt: skip
+    for name in output:
+        solved, stepped = (np.asarray(result[name]) for result in by_kind)
+        # The solver's tolerance, over some thousand steps.
+        assert solved == pytest.approx(stepped, abs=1e-6 * float(np.abs(stepped).max())), name
+        assert np.abs(stepped).max() > 1e-6, name
 
 
 # --- Co-Simulation: over the last step -----------------------------------------------------------
