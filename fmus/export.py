@@ -25,7 +25,9 @@ NATIVE = NativeRuntime()  # FMI 2.0, for this machine
 class Runtime(Protocol):
     """What computes inside an FMU."""
 
-    fmi: int
+    @property
+    def fmi(self) -> int:
+        """Version of FMI."""
 
     def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> None:
         """Write the FMU, replacing one that is there."""

@@ -20,9 +20,9 @@ import fmpy
 from .platforms import Platform, UnknownPlatform, local_platform
 
 SOURCES = Path(__file__).parent / "c"
-# No -ffast-math: the order of sums is ours, and a repeated step gives the same bits. No contraction:
-# processors and compilers differ in what they fuse. Without it Linux, Windows and ARM have the same
-# bits but where libm differs; with it a step is a twentieth cheaper.
+# No -ffast-math: the order of sums is ours, and a repeated step gives the same bits. No
+# contraction: processors and compilers differ in what they fuse. Without it Linux, Windows and ARM
+# have the same bits but where libm differs; with it a step is a twentieth cheaper.
 FLAGS = ("-std=c99", "-O3", "-ffp-contract=off", "-fvisibility=hidden", "-fPIC", "-shared", "-s")
 LINES = 8  # of a compiler's complaints that we pass on
 

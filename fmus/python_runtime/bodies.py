@@ -67,7 +67,8 @@ class TrackBody:
         self.partner: NDArray[np.intp] = arrays["partner"]
         self.even = int((arrays["parity"] > 0).sum())  # even modes first, then odd ones
         # (nodes, 2, n): w and theta; contiguous, for `shapes` reads neighbours as one block. The
-        # last node is the first one of the next cell, not rounded by itself: a wheel must not feel the joint.
+        # last node is the first one of the next cell, not rounded by itself: a wheel must not feel
+        # the joint.
         table: ComplexArray = arrays["table"].astype(complex)
         closing = table[:1] * np.exp(1j * arrays["mu"])
         self.table: ComplexArray = np.ascontiguousarray(np.concatenate([table, closing]))
