@@ -52,7 +52,9 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         self.configured: dict[str, Any] | None = None
         self.running, self.stale = False, True
         self.time = self.last_step = 0.0
-        self.u_before = self.shown = self.values[self.u_refs]
+        # Values that outputs are for: inputs as set, or where the last step took them.
+        self.shown = self.values.copy()
+        self.u_start = self.u_end = self.values[self.u_refs]  # of the last step
         self.state = State(np.empty(0, complex), np.empty(0), np.empty(0))
 
     def _refs(self, causality: str) -> NDArray[np.intp]:
@@ -74,7 +76,7 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Set inputs and parameters."""
         self.values[vrs] = values
-        self.shown = self.values[self.u_refs]
+        self.shown[vrs] = values
         self.stale = True
 
     def get_integer(self, vrs: list[int]) -> list[int]:
@@ -92,7 +94,7 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         if not self.running:
             self._settle()
         y = np.empty(self.y_refs.size)
-        self.model.write(self.state, self.model.read(self.shown), self.time, y)
+        self.model.write(self.state, self.model.read(self.shown[self.u_refs]), self.time, y)
         self.values[self.y_refs] = y
         self.stale = False
 
@@ -108,7 +110,7 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
     def exit_initialization_mode(self) -> None:
         """What is at rest under the parameters and inputs set is the start of the run."""
         self._settle()
-        self.u_before = self.values[self.u_refs]
+        self.u_start = self.u_end = self.values[self.u_refs]
         self.running = True
 
     def _settle(self) -> None:
@@ -136,12 +138,12 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
             self.log(traceback.format_exc(), Fmi2Status.error)
             return False
         self.state, self.time, self.last_step = state, current_time + step_size, step_size
-        self.u_before, self.shown = self.values[self.u_refs], end
+        self.u_start, self.u_end, self.shown[self.u_refs] = start, end, end
         self.stale = True
         return True
 
     def _inputs_over(self, step: float) -> tuple[FloatArray, FloatArray]:
-        """Inputs at both ends of the step, as `input_hold` says."""
+        """Inputs at both ends of the step, as `input_hold` says, which may have changed."""
         u, hold = self.values[self.u_refs], int(self.values[self.hold_ref])
         if not (np.isfinite(step) and step > 0):
             raise ValueError(f"step size {step!r} s: must be finite and > 0")
@@ -149,9 +151,9 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
             k = int(self.u_refs[np.argmin(np.isfinite(u))])
             raise ValueError(f"input {self.names[k]} = {self.values[k]!r}: must be finite")
         if hold == EXTRAPOLATED and self.last_step > 0:
-            return u, u + (u - self.u_before) * (step / self.last_step)
+            return u, u + (u - self.u_start) * (step / self.last_step)
         if hold == INTERPOLATED:
-            return self.u_before, u
+            return self.u_end, u
         return u, u
 
     # --- state ------------------------------------------------------------------------------
@@ -159,7 +161,8 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
     def _get_fmu_state(self) -> dict[str, Any]:
         return {
             "values": self.values.copy(),
-            "u_before": self.u_before.copy(),
+            "u_start": self.u_start.copy(),
+            "u_end": self.u_end.copy(),
             "shown": self.shown.copy(),
             "clock": np.array([self.time, self.last_step]),
             "flags": np.array([self.running, self.stale]),
@@ -170,7 +173,8 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         self.values = state["values"].copy()
-        self.u_before, self.shown = state["u_before"].copy(), state["shown"].copy()
+        self.u_start, self.u_end = state["u_start"].copy(), state["u_end"].copy()
+        self.shown = state["shown"].copy()
         self.time, self.last_step = state["clock"].tolist()
         self.running, self.stale = state["flags"].tolist()
         self.state = State(state["s"].copy(), state["r"].copy(), state["v"].copy())

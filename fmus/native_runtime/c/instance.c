@@ -25,8 +25,8 @@ static int make_live(Instance *i)
     if (i->live == NULL)
         return 0;
     double *at = i->live + clock;
-    double **parts[] = {&i->u_before, &i->shown,   &i->u_slope, &i->u_curve,
-                        &i->path[0],  &i->path[1], &i->path[2]};
+    double **parts[] = {&i->u_end,   &i->shown,   &i->u_slope, &i->u_curve,
+                        &i->path[0], &i->path[1], &i->path[2]};
     i->clock = (Clock *)i->live;
     i->value = at;
     at += v;
@@ -119,7 +119,7 @@ Status instance_reset(Instance *i)
     for (size_t k = 0; k < i->model.variables; k++)
         i->value[k] = i->model.variable[k].start;
     for (size_t k = 0; k < i->model.inputs; k++)
-        i->u_before[k] = i->shown[k] = i->path[0][k] = i->value[i->model.input[k]];
+        i->u_end[k] = i->shown[k] = i->path[0][k] = i->value[i->model.input[k]];
     i->clock->before = 1;
     i->clock->stale = 1;
     instance_enter(i, STARTED);

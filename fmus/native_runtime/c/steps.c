@@ -21,7 +21,7 @@ Status instance_exit_initialisation(Instance *i)
     const Status status = instance_settle(i);
     if (status != OK)
         return status;
-    memcpy(i->u_before, i->shown, i->model.inputs * sizeof(double));
+    memcpy(i->u_end, i->shown, i->model.inputs * sizeof(double));
     memcpy(i->x_before, i->x, i->model.states * sizeof(double));
     i->clock->stale = 1;
     instance_enter(i, i->model_exchange ? EVENT : STEPPING);
@@ -42,7 +42,9 @@ Status instance_set_slope(Instance *i, uint32_t ref, int order, double value)
     return instance_fail(i, "there is no Real input with reference %lu", (unsigned long)ref);
 }
 
-/* Inputs over the next step, into i->plan, and how they follow the values set. */
+/* Inputs over the next step, into i->plan, and how they follow the values set. The last step says
+   where inputs come from, so that `input_hold` may change: the values it began with are those of a
+   step ago, and where it ended the next one goes on. */
 static void plan(Instance *i, double step, double *before, double *change)
 {
     const double hold = instance_parameter(i, ROLE_HOLD);
@@ -53,8 +55,9 @@ static void plan(Instance *i, double step, double *before, double *change)
     *change = interpolates ? 1 / step : extrapolates ? 1 / i->clock->step : 0;
     for (size_t k = 0; k < i->model.inputs; k++) {
         const double u = i->plan[3][k];
-        i->plan[0][k] = interpolates ? i->u_before[k] : u;
-        i->plan[1][k] = given ? i->u_slope[k] : (u - i->u_before[k]) * *change;
+        const double from = interpolates ? i->u_end[k] : i->path[0][k];
+        i->plan[0][k] = interpolates ? from : u;
+        i->plan[1][k] = given ? i->u_slope[k] : (u - from) * *change;
         i->plan[2][k] = given ? i->u_curve[k] : 0;
     }
 }
@@ -101,13 +104,13 @@ Status instance_step(Instance *i, double time, double step)
         return instance_fail(i, "step of %g s at t = %g s: %s", step, time, failed);
     memcpy(i->x_before, i->x, m->states * sizeof(double));
     memcpy(i->x, i->next, m->states * sizeof(double));
-    memcpy(i->u_before, i->plan[3], bytes);
     for (int order = 0; order < 3; order++)
         memcpy(i->path[order], i->plan[order], bytes);
     for (size_t k = 0; k < u; k++) /* an interpolated path ends at the value set, to the bit */
         i->shown[k] = before == 0 ? i->plan[3][k]
                                   : i->plan[0][k] + step * (i->plan[1][k] +
                                                             0.5 * step * i->plan[2][k]);
+    memcpy(i->u_end, i->shown, bytes);
     memset(i->u_slope, 0, bytes);
     memset(i->u_curve, 0, bytes);
     i->clock->has_slopes = 0;
