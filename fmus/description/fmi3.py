@@ -10,7 +10,7 @@ from .about import Description
 from .common import boolean, frame, identity, local, to_bytes, value_attributes
 from .structure import Block, Elements, States
 
-FIRST_STATE, FIRST_DERIVATIVE = 65536, 131072  # value references of the first block
+FIRST_STATE, FIRST_DERIVATIVE = 2**16, 2**24  # value references of the first block
 TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 
 

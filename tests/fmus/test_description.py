@@ -204,9 +204,9 @@ def test_states_are_counted_alike_in_both_versions(subject, tmp_path):
     names = [u.variable.derivative.name for u in scalars.derivatives]
     assert names == [f"{name}[{k}]" for name, k in counted]
     references = [u.variable.derivative.valueReference for u in scalars.derivatives]
-    assert references == list(range(65536, 65536 + len(names)))
-    assert [u.variable.valueReference - 131072 for u in arrays.derivatives] == [
-        u.variable.derivative.valueReference - 65536 for u in arrays.derivatives
+    assert references == list(range(2**16, 2**16 + len(names)))
+    assert [u.variable.valueReference - 2**24 for u in arrays.derivatives] == [
+        u.variable.derivative.valueReference - 2**16 for u in arrays.derivatives
     ]
 
 

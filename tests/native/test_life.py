@@ -4,12 +4,19 @@ Values are compared as printed in full: equal text is equal bits.
 """
 
 import math
+import uuid
+from dataclasses import replace
 
+import numpy as np
 import pytest
+
+from railcosim.fmus.content import contents
+from railcosim.fmus.native_runtime.resource import resource
+from railcosim.vehicle.parameters import Vehicle
 
 STEP = 1e-3
 NAMES = ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"]
-FIRST_STATE, FIRST_DERIVATIVE = 65536, 131072
+FIRST_STATE, FIRST_DERIVATIVE = 2**16, 2**24
 
 
 def ok(reply):
@@ -105,6 +112,49 @@ def test_a_model_exchange(driver, tiny, fmi, use, name):
         assert all(math.isfinite(float(v)) for v in one.outputs())
     ok(one("event"))
     ok(one("terminate"))
+
+
+def many_times(arrays, n):
+    """A track with each of its modes n times, and so shapes of 1 / n: the same rails."""
+    even, odd = (np.flatnonzero(arrays["parity"] * sign > 0) for sign in (1, -1))
+    modes = np.concatenate([np.tile(even, n), np.tile(odd, n)])
+    place = np.empty((n, arrays["poles"].size), int)  # of a mode's copies
+    place[:, even] = np.arange(n * even.size).reshape(n, -1)
+    place[:, odd] = n * even.size + np.arange(n * odd.size).reshape(n, -1)
+    copy = np.concatenate([np.repeat(np.arange(n), even.size), np.repeat(np.arange(n), odd.size)])
+    scaled = (arrays["table"][..., modes] / np.sqrt(n)).astype(np.complex64)
+    return {
+        **arrays, "poles": arrays["poles"][modes], "mu": arrays["mu"][modes],
+        "parity": arrays["parity"][modes], "partner": place[copy, arrays["partner"][modes]],
+        "table": scaled,
+    }  # fmt: skip
+
+
+def test_more_states_than_there_are_variables(driver, tiny, tiny_track, fmi, use, tmp_path):
+    """A long ring has more than 2^16 states: none has a derivative's reference."""
+    (content,) = [c for c in contents(Vehicle(), tiny_track) if c.name == "Track"]
+    arrays = many_times(content.arrays, 2**15 // content.arrays["poles"].size + 1)
+    guid = f"{{{uuid.uuid4()}}}"
+    (tmp_path / "model.bin").write_bytes(resource("track", arrays, content.table, guid))
+    states = 2 * (arrays["poles"].size + 8)
+    assert states > 2**16
+    one = use(
+        driver, replace(tiny["Track"], guid=guid, resources=tmp_path, states=states), fmi, "me"
+    )
+    usual = use(driver, tiny["Track"], fmi, "me")
+    for each in (one, usual):
+        each.initialise()
+        each.move(1)
+    x, rates = ok(one("get_states", states)), ok(one("rates", states))
+    places = [0, states // 2, 2**16 - 1, 2**16, states - 1] if fmi == 2 else range(states)
+    count, arrays_of = len(places), [0, 1]  # FMI 3 has an array of real and one of imaginary parts
+    for first, expected in ((FIRST_STATE, x), (FIRST_DERIVATIVE, rates)):
+        refs = [first + k for k in (places if fmi == 2 else arrays_of)]
+        assert ok(one("get", count, *refs)) == [expected[k] for k in places]
+    assert x[2**16] != rates[0]  # which had one reference when derivatives began at 2^17
+    found, wanted = ([float(v) for v in each.outputs()] for each in (one, usual))
+    # Shapes are in single precision.
+    assert found == pytest.approx(wanted, rel=1e-5, abs=1e-6 * max(map(abs, wanted)))
 
 
 @pytest.mark.parametrize("kind", ["cs", "me"])

@@ -11,7 +11,7 @@ import pytest
 STEP = 1e-3
 NAMES = ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"]
 NO_SUCH = 4_000_000_000  # a reference
-FIRST_STATE = 65536
+FIRST_STATE, FIRST_DERIVATIVE = 2**16, 2**24
 
 
 def ok(reply):
@@ -280,7 +280,7 @@ def test_references_that_are_not_there(victim):
     last = max(one.fmu.references.values())
     for bad in (last + 1, FIRST_STATE + one.fmu.states, NO_SUCH, hold):
         refused(one("get", 1, bad), bad)
-    for bad in (last + 1, FIRST_STATE, 131072, NO_SUCH, hold):
+    for bad in (last + 1, FIRST_STATE, FIRST_DERIVATIVE, NO_SUCH, hold):
         refused(one("set", 1, bad, 1.0), bad)
         refused(one("output_derivatives", 1, bad))
         refused(one("directional", 1, bad, 1, one.ref(one.fmu.names("input")[0]), 1, 1.0, 1))
@@ -309,9 +309,9 @@ def test_states_have_derivatives_in_model_exchange_only(driver, tiny, fmi, use):
     one = use(driver, fmu, fmi, "me")
     one.initialise()
     n = fmu.states
-    ok(one("directional", 1, FIRST_STATE + 65536 + n - 1, 1, FIRST_STATE + n - 1, 1, 1.0, 1))
-    refused(one("directional", 1, FIRST_STATE + 65536 + n, 1, FIRST_STATE, 1, 1.0, 1))
-    refused(one("directional", 1, FIRST_STATE + 65536, 1, FIRST_STATE + n, 1, 1.0, 1))
+    ok(one("directional", 1, FIRST_DERIVATIVE + n - 1, 1, FIRST_STATE + n - 1, 1, 1.0, 1))
+    refused(one("directional", 1, FIRST_DERIVATIVE + n, 1, FIRST_STATE, 1, 1.0, 1))
+    refused(one("directional", 1, FIRST_DERIVATIVE, 1, FIRST_STATE + n, 1, 1.0, 1))
     refused(one("get", 1, FIRST_STATE + n))
     for wrong in (0, n - 1, n + 1):
         refused(one("get_states", wrong))

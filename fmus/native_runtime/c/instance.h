@@ -18,8 +18,9 @@ typedef enum {
     RUNNING = EVENT | CONTINUOUS | STEPPING
 } Phase;
 
-/* References of the continuous states and their derivatives, beside those of the table. */
-enum { FIRST_STATE = 65536, FIRST_DERIVATIVE = 131072 };
+/* References of the continuous states and their derivatives, beside those of the table. Between
+   them there is room for all states a model may have (model.c: below 2^23). */
+enum { FIRST_STATE = 1 << 16, FIRST_DERIVATIVE = 1 << 24 };
 
 typedef void (*Log)(void *context, Status status, const char *text);
 
@@ -43,8 +44,8 @@ typedef struct {
     double *live;     /* Clock, then the arrays below */
     Clock *clock;
     double *value;                /* of every variable, by reference */
-    double *u_before;             /* inputs set before the last step */
-    double *shown;                /* inputs that outputs are for */
+    double *u_end;                /* inputs at the end of the last step */
+    double *shown;                /* those that outputs are for: u_end, or as set since then */
     double *u_slope, *u_curve;    /* input derivatives for the next step */
     double *x;                    /* state */
     double *x_before;             /* at the beginning of the last step */
