@@ -69,8 +69,9 @@ def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:
     if fmi not in {2, 3}:
         raise UsageError(f"--fmi {fmi}: must be 2 or 3")
     if name is RuntimeName.NATIVE:
-        return NativeRuntime(fmi=fmi, platforms=platforms_named(platforms) if platforms else None)
-    if fmi != 2 or platforms:
+        chosen = None if platforms is None else platforms_named(platforms)
+        return NativeRuntime(fmi=fmi, platforms=chosen)
+    if fmi != 2 or platforms is not None:
         raise UsageError("--runtime python: is FMI 2 only, for every platform; leave out the rest")
     return PythonRuntime()
 

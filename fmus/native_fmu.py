@@ -18,6 +18,7 @@ from .description.kind import KINDS
 from .native_runtime.compile import build, headers, sources
 from .native_runtime.platforms import Platform
 from .native_runtime.resource import resource
+from .whole import written_whole
 
 WRITERS = {2: fmi2.model_description, 3: fmi3.model_description}
 
@@ -45,12 +46,12 @@ class NativeRuntime:
         for platform, library in libraries.items():
             place = f"binaries/{platform.folder(self.fmi)}/{content.name}{platform.suffix}"
             entries[place] = library.read_bytes()
-        # Whole or not at all, whatever interrupts us.
-        partial = target.with_suffix(".part")
-        with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+        with (
+            written_whole(target) as partial,
+            zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive,
+        ):
             for place, data in entries.items():
                 archive.writestr(place, data)
-        partial.replace(target)
 
     def _entries(self, content: Content) -> dict[str, bytes]:
         """All but the binaries, by place in the archive."""

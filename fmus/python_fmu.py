@@ -22,6 +22,7 @@ from .description.about import PYTHON, Description
 from .description.extras import extras
 from .description.fmi2 import model_description
 from .description.kind import KINDS
+from .whole import written_whole
 
 # What travels in every FMU, by its place under the package; all of it needs numpy only.
 RUNTIME = {
@@ -75,7 +76,8 @@ class PythonRuntime:
             with zipfile.ZipFile(packed, "a", zipfile.ZIP_DEFLATED) as archive:
                 for path, data in beside.items():
                     archive.writestr(path, data)
-            shutil.move(packed, target)
+            with written_whole(target) as partial:
+                shutil.move(packed, partial)
 
 
 def _copy_runtime(work: Path) -> str:

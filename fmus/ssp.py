@@ -22,6 +22,7 @@ from .content import Arrays
 from .description.units import UNITS
 from .interface import WHEELSETS, Scalar
 from .python_runtime.bodies import TrackBody
+from .whole import written_whole
 
 FloatArray = NDArray[np.float64]
 
@@ -109,7 +110,10 @@ def write_ssp(target: Path, vehicle: Part, track: Part, *, step: float, stop: fl
     Path
         `target`.
     """
-    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+    with (
+        written_whole(target) as partial,
+        zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive,
+    ):
         structure = system_structure(target.stem, vehicle, track, step=step, stop=stop)
         archive.writestr("SystemStructure.ssd", structure)
         for part in (vehicle, track):

@@ -124,7 +124,7 @@ def compiler_for(platform: Platform) -> Compiler:
     """
     local = platform == _local()
     if local and (named := os.environ.get("CC")):
-        return _system(shlex.split(named))
+        return _system(_words(named))
     try:
         zig = version("ziglang")
     except PackageNotFoundError:
@@ -152,6 +152,15 @@ def _local() -> Platform | None:
         return local_platform()
     except UnknownPlatform:
         return None
+
+
+def _words(named: str) -> list[str]:
+    try:
+        return shlex.split(named)
+    except ValueError as error:
+        raise CompilerMissing(
+            f"the variable CC = {named!r} is no command ({error}); correct or unset it"
+        ) from None
 
 
 def _system(command: list[str]) -> Compiler:

@@ -149,6 +149,12 @@ def test_a_wrong_cc(stub, monkeypatch):
         build(2)
 
 
+def test_a_cc_that_is_no_command(stub, monkeypatch):
+    monkeypatch.setenv("CC", 'gcc "-m64')
+    with pytest.raises(CompilerMissing, match=r"CC = 'gcc \"-m64'.*quotation"):
+        build(2)
+
+
 def test_a_foreign_platform_without_zig(stub, monkeypatch):
     no_zig(monkeypatch)
     foreign = next(p for p in PLATFORMS if p != local_platform())
