@@ -1,9 +1,16 @@
 #include "kernels.h"
 
 /* A few numbers as one, for sums, whose order a compiler may not change by itself. GCC and Clang
-   both know this; where the processor has shorter vectors they take several. */
+   both know this; where the processor has shorter vectors they take several. Others get plain C. */
+#ifdef __GNUC__
 enum { LANES = 4 };
 typedef double Lanes __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
+#define LANE(lanes, l) ((lanes)[l])
+#else
+enum { LANES = 1 };
+typedef double Lanes;
+#define LANE(lanes, l) (lanes)
+#endif
 #define AT(array, place) (*(const Lanes *)((array) + (place)))
 
 #define NAME(kernel) kernel##_plain

@@ -53,7 +53,7 @@ TARGET static void NAME(drive)(size_t n, size_t stride, const double *restrict X
     const Lanes sums[4] = {p0 - q0, p1 - q1, p2 - q2, p3 - q3};                \
     for (size_t k = 0; k < 4; k++)                                             \
         for (size_t l = 0; l < LANES; l++)                                     \
-            z[k] += sums[k][l]
+            z[k] += LANE(sums[k], l)
 
 TARGET static void NAME(observe)(size_t n, size_t stride, const double *restrict X_re,
                                  const double *restrict X_im, const double *restrict s_re,

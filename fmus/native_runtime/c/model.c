@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_CELLS = 4096 }; /* what memory `phase` takes is not bounded by the file's size */
+enum { MAX_PHASES = 1 << 22, MAX_WHOLE = 1 << 30 }; /* the latter of what becomes an int */
 
 typedef struct {
     Model *model;
@@ -93,8 +93,8 @@ static void read_sizes(Reader *reader)
     demand(reader, m->even > 0, "there are no modes");
     demand(reader, m->local == 0 || m->local == WHEELS, "local modes must be one a wheel");
     demand(reader, (m->nodes > 0) != (m->coordinates > 0), "neither a track nor a vehicle");
-    demand(reader, m->nodes == 0 || (m->nodes > 1 && m->cells > 0 && m->cells <= MAX_CELLS &&
-                                     m->rigid == 0), "track");
+    demand(reader, m->nodes == 0 || (m->nodes > 1 && m->cells > 0 && m->rigid == 0),
+           "track");
     demand(reader, m->nodes > 0 || (m->coordinates >= WHEELSETS && m->odd + m->local == 0 &&
                                     m->rigid > 0), "vehicle");
 }
@@ -154,7 +154,8 @@ static void read_track(Reader *reader)
            "the geometry of the cell");
     m->length = m->cell_length * (double)m->cells;
     m->element = m->cell_length / (double)m->nodes;
-    demand(reader, m->segments < 1 << 16, "there are too many segments");
+    /* What memory `phase` takes is not bounded by the file's size. */
+    demand(reader, m->segments <= MAX_PHASES / m->cells, "there are too many segments");
     m->phase = allocate(reader, 2 * m->cells * m->segments, sizeof(double));
     for (size_t c = 0; reader->good && c < m->cells; c++)
         for (size_t k = 0; k < m->segments; k++) {
@@ -225,6 +226,7 @@ static void read_variable(Reader *reader, size_t k, const int32_t row[4], const 
     v->maximum = range[2];
     demand(reader, isfinite(v->start) && v->minimum <= v->start && v->start <= v->maximum,
            "a start value");
+    demand(reader, v->type == REAL || fabs(v->start) <= MAX_WHOLE, "a start value");
     if (v->causality == PARAMETER && role != ROLE_START_Z)
         m->of_role[role] = (uint32_t)k;
     if (v->causality == INPUT)
