@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from railcosim.fmus.content import contact_defaults, track_arrays, vehicle_arrays
+from railcosim.fmus.content import contact_defaults, contents, track_arrays, vehicle_arrays
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, export
 from railcosim.fmus.python_runtime.bodies import TrackBody, VehicleBody
 from railcosim.fmus.python_runtime.motion import FromOutside, Inputs, Mover, OwnContact
@@ -190,6 +190,23 @@ def test_runtime_modules_are_named_by_their_content(exported, runtime):
     assert len(packages.pop()) == len("railcosim_") + 12
 
 
+def test_an_interrupted_export_leaves_the_older_file(short_track, tmp_path, monkeypatch):
+    target, content = tmp_path / "Vehicle.fmu", contents(Vehicle(), short_track)[0]
+    target.write_bytes(b"an older one")
+    write = zipfile.ZipFile.writestr
+
+    def interrupted(archive, place, data):
+        if place.startswith("documentation/"):
+            raise KeyboardInterrupt
+        write(archive, place, data)
+
+    monkeypatch.setattr(zipfile.ZipFile, "writestr", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        NativeRuntime().pack(content, target, str)
+    assert target.read_bytes() == b"an older one"
+    assert list(tmp_path.iterdir()) == [target]
+
+
 # --- the start --------------------------------------------------------------------------------
 
 
@@ -286,6 +303,40 @@ def test_extrapolation_over_steps_of_different_length(started):
         state = mover.step(state, Inputs(np.zeros(4), begin), Inputs(np.zeros(4), end), h)
     expected = body.motion(body.shapes(np.zeros(4)), state)
     assert wheel_outputs(vehicle, "wheel_z") == pytest.approx(expected, rel=1e-10, abs=1e-20)
+
+
+def test_holds_may_change_during_a_run(started):
+    """Inputs on one line in time are that line for either hold, so also for any mixture."""
+    steps = [1e-3, 2e-3, 5e-4, 1e-3, 1e-3, 2e-3, 5e-4, 5e-4]
+    mixed = [2, 2, 1, 1, 2, 1, 2, 2]  # 1 has no line before it has seen a step
+    places, forces = np.array([21.0, 18.5, 5.3, 2.8]), LOAD * np.linspace(0.8, 1.2, 8)
+    ends = []
+    for holds in ([2] * len(steps), mixed):
+        track, t = started("Track", position=places, force_z=forces), 0.0
+        for hold, h in zip(holds, steps, strict=True):
+            at = t + (h if hold == 2 else 0.0)  # what a value set with this hold is that of
+            line = {"position": places + 70.0 * at, "force_z": forces * (1 + 20.0 * at)}
+            track.set_hold(Hold(hold))
+            track.set_inputs(values(track, **line))
+            track.do_step(t, h)
+            t += h
+        ends.append(wheel_outputs(track, "rail_z"))
+    assert ends[1] == pytest.approx(ends[0], rel=1e-10)  # rounding of where the line is
+
+
+def test_outputs_stay_when_a_parameter_is_set(started):
+    """They are for where the step took the inputs, not for the values it began with."""
+    places = np.array([21.0, 18.5, 5.3, 2.8])
+    track = started("Track", position=places)
+    track.set_hold(Hold.EXTRAPOLATE)
+    for k in range(2):
+        track.set_inputs(values(track, position=places + 0.07 * k))
+        track.do_step(k * STEP, STEP)
+    y = track.get_outputs()
+    track.set_hold(Hold.INTERPOLATE)
+    assert np.array_equal(track.get_outputs(), y)
+    track.set_inputs(values(track, position=places + 0.07))
+    assert np.abs(track.get_outputs() - y).max() > 1e-6  # it would have shown
 
 
 @pytest.mark.parametrize("linear", [False, True])

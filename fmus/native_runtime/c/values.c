@@ -222,10 +222,12 @@ Status instance_set(Instance *i, const uint32_t *refs, size_t n, ValueType type,
     for (size_t k = 0; k < n; k++)
         if (check_new(i, refs[k], type, values[k]) != OK)
             return ERROR;
-    for (size_t k = 0; k < n; k++)
+    for (size_t k = 0; k < n; k++) {
         i->value[refs[k]] = values[k];
-    for (size_t k = 0; k < i->model.inputs; k++)
-        i->shown[k] = i->value[i->model.input[k]];
+        for (size_t j = 0; j < i->model.inputs; j++)
+            if (i->model.input[j] == refs[k])
+                i->shown[j] = values[k]; /* the others stay where the last step took them */
+    }
     i->clock->stale = 1;
     return OK;
 }
