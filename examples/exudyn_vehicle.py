@@ -11,6 +11,7 @@ compared, with two steps each, so that one sees what the steps leave. Takes a mi
 import argparse
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -37,7 +38,7 @@ except ModuleNotFoundError as missing:
 
 SPEED = 250 / 3.6  # m/s
 OUR_STEPS = (5e-5, 2.5e-5)  # s, of Vehicle.fmu and TrackWithContact.fmu
-SAMPLE = 1e-4  # s, a multiple of all steps: when the vehicles are compared
+SAMPLE = 1e-4  # s, when the vehicles are compared
 PROBE = 1e3  # N, of a trial step; the track is linear, so any will do
 QUANTITIES = {  # columns of the samples
     "contact forces": slice(0, 8),
@@ -76,13 +77,17 @@ class TrackFmu:
         self.fmu.enterInitializationMode()
         self.fmu.setReal(self.u, [*self.start, *force])
         self.fmu.exitInitializationMode()
+        return self.rail_z()
+
+    def rail_z(self) -> np.ndarray:
+        """The rail's deflection under the wheels, m, down."""
         return np.array(self.fmu.getReal(self.y))
 
     def step(self, t: float, h: float, inputs_at: float, force: np.ndarray) -> np.ndarray:
         """From t to t + h, with the inputs of one instant; returns the deflection at t + h."""
         self.fmu.setReal(self.u, [*(self.start + SPEED * inputs_at), *force])
         self.fmu.doStep(currentCommunicationPoint=t, communicationStepSize=h)
-        return np.array(self.fmu.getReal(self.y))
+        return self.rail_z()
 
     def hold(self, how: int) -> None:
         """Say how inputs go over a step."""
@@ -100,9 +105,11 @@ class Explicit:
     Then the vehicle steps onto the rail's new place.
     """
 
+    input_hold = 1  # inputs go on from those set, which are of the step's beginning
+
     def __init__(self, track: TrackFmu, vehicle: ExudynVehicle, irregularity: Heights) -> None:
         self.track, self.vehicle, self.irregularity = track, vehicle, irregularity
-        track.hold(1)
+        track.hold(self.input_hold)
 
     def before(self, t: float, h: float) -> None:
         """Find the rail's place at t, the END of the step."""
@@ -120,9 +127,7 @@ class Implicit(Explicit):
     from a saved state tell how. In so short a time a force reaches no other wheel.
     """
 
-    def __init__(self, track: TrackFmu, vehicle: ExudynVehicle, irregularity: Heights) -> None:
-        super().__init__(track, vehicle, irregularity)
-        track.hold(2)  # inputs go along the line to those set, which are of the step's end
+    input_hold = 2  # inputs go along the line to those set, which are of the step's end
 
     def before(self, t: float, h: float) -> None:
         """Find the rail's place at t without forces, and how far it gives way to them."""
@@ -140,10 +145,25 @@ class Implicit(Explicit):
         self.track.step(t - h, h, t, self.vehicle.forces())
 
 
+@dataclass(frozen=True)
+class Times:
+    """Step, end and interval of samples, a multiple of the step; s."""
+
+    step: float
+    stop: float
+    sample: float = SAMPLE
+
+    @property
+    def every(self) -> int:
+        """Of how many steps one is a sample."""
+        return round(self.sample / self.step)
+
+
 def exudyn_run(
-    path: Path, p: Vehicle, journey: Journey, coupling: type[Explicit], step: float, stop: float
+    path: Path, p: Vehicle, journey: Journey, coupling: type[Explicit], times: Times
 ) -> np.ndarray:
     """Roll exudyn's vehicle over Track.fmu; returns samples, shape (n, 11)."""
+    step, stop = times.step, times.stop
     with TemporaryDirectory() as unpacked, progress(f"exudyn, {1e3 * step:g} ms") as update:
         track, vehicle = TrackFmu(path, unpacked), ExudynVehicle(p, contact_defaults(p).C)
         irregularity = journey.profile.under(track.start, SPEED, FADE_IN)
@@ -156,7 +176,7 @@ def exudyn_run(
         def after(t: float) -> None:
             if t > 0:  # exudyn also calls it at the start
                 coupled.after(t, step)
-            if round(t / step) % round(SAMPLE / step) == 0:
+            if round(t / step) % times.every == 0:
                 acceleration, z, pitch = vehicle.carbody()
                 samples.append([*vehicle.forces(), acceleration, z - z_0, pitch])
                 update(t, stop)
@@ -166,36 +186,41 @@ def exudyn_run(
     return np.array(samples)
 
 
-def our_run(fmus: Path, journey: Journey, step: float, stop: float) -> np.ndarray:
+def our_run(fmus: Path, journey: Journey, times: Times) -> np.ndarray:
     """Our vehicle on a track that owns the contact, coupled by our master."""
     plan = Plan(
         vehicle=fmus / "Vehicle.fmu",
         track=fmus / "TrackWithContact.fmu",
-        parameters={"contact.nonlinear": True, "internal_step": step},
+        parameters={"contact.nonlinear": True, "internal_step": times.step},
         journey=journey,
         scheme=jacobi(extrapolation=1),
-        step=step,
-        stop=stop,
+        step=times.step,
+        stop=times.stop,
     )
-    with progress(f"railcosim, {1e3 * step:g} ms") as update:
+    with progress(f"railcosim, {1e3 * times.step:g} ms") as update:
         run, stopped = run_pair(plan, update)
     if stopped is not None:
         raise stopped
     z = run["carbody.z"] - run["carbody.z"][0]
     columns = [*(run[f] for f in FORCES), run["carbody.az"], z, run["carbody.pitch"]]
-    every = round(SAMPLE / step)
-    return np.stack(columns, axis=1)[::every]
+    return np.stack(columns, axis=1)[:: times.every]
 
 
-def print_row(name: str, theirs: np.ndarray, ours: np.ndarray, wheel_load: float) -> None:
+def differences(theirs: np.ndarray, ours: np.ndarray, p: Vehicle) -> dict[str, list[float]]:
     """RMS and largest difference of each quantity over those of its dynamic part, in percent."""
-    at_rest = np.array([wheel_load] * 8 + [0.0] * 3)
-    cells = []
-    for columns in QUANTITIES.values():
+    at_rest = np.array([p.wheel_load] * 8 + [0.0] * 3)
+    found = {}
+    for quantity, columns in QUANTITIES.items():
         error, dynamic = (theirs - ours)[:, columns], (ours - at_rest)[:, columns]
         rms = np.sqrt(np.mean(error**2) / np.mean(dynamic**2))
         largest = np.abs(error).max() / np.abs(dynamic).max()
-        cells.append(f"{100 * rms:.3f} {100 * largest:7.3f}")
+        found[quantity] = [100 * float(rms), 100 * float(largest)]
+    return found
+
+
+def print_row(name: str, found: dict[str, list[float]]) -> None:
+    """A line of the table."""
+    cells = (f"{rms:.3f} {largest:7.3f}" for rms, largest in found.values())
     print(f"{name:26}" + "".join(f"{cell:>16}" for cell in cells))
 
 
@@ -225,14 +250,14 @@ def compare(fmus: Path, stop: float, picture: Path) -> None:
             sys.exit(f"{fmus / name}.fmu: no such file; make it by: railcosim export --out {fmus}")
     p, profile = Vehicle(), synthesise("german-low", SPEED * stop + FADE_IN)
     journey = Journey(speed=SPEED, held=False, profile=profile)
-    coarse, ours = (our_run(fmus, journey, step, stop) for step in OUR_STEPS)
+    coarse, ours = (our_run(fmus, journey, Times(step, stop)) for step in OUR_STEPS)
     print("difference to railcosim with 0.025 ms: RMS and largest, % of the dynamic part")
     print(f"{'':26}" + "".join(f"{quantity:>16}" for quantity in QUANTITIES))
-    print_row("railcosim, 0.05 ms", coarse, ours, p.wheel_load)
+    print_row("railcosim, 0.05 ms", differences(coarse, ours, p))
     for coupling, step in ((Explicit, 1e-5), (Explicit, 5e-6), (Implicit, 1e-4), (Implicit, 5e-5)):
-        theirs = exudyn_run(fmus / "Track.fmu", p, journey, coupling, step, stop)
+        theirs = exudyn_run(fmus / "Track.fmu", p, journey, coupling, Times(step, stop))
         name = f"exudyn, {coupling.__name__.lower()}, {1e3 * step:g} ms"
-        print_row(name, theirs, ours, p.wheel_load)
+        print_row(name, differences(theirs, ours, p))
     save_comparison(theirs, ours, picture)
 
 

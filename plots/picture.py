@@ -51,30 +51,36 @@ def save_picture(chart: Chart, *paths: Path) -> None:
     with plt.rc_context(STYLE):
         figure = plt.figure(figsize=size, layout="constrained")
         figure.suptitle(chart.title, x=0.01, ha="left", fontsize=10)
-        for part, row in zip(
-            figure.subfigures(len(chart.rows), 1, squeeze=False)[:, 0], chart.rows, strict=True
-        ):
-            _row(part, row, bottom=not chart.share_x or row is chart.rows[-1])
+        bands = [chart.rows] if chart.share_x else [(row,) for row in chart.rows]
+        parts = figure.subfigures(len(bands), 1, squeeze=False)[:, 0]
+        for part, band in zip(parts, bands, strict=True):
+            _band(part, band)
         for path in paths:
             figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else {})
             figure.set_layout_engine("none")  # found once, good for all
         plt.close(figure)
 
 
-def _row(figure: Any, panels: tuple[Panel | Map, ...], *, bottom: bool) -> None:
-    """One row of panels with one legend beside it."""
-    entries: dict[str, Any] = {}
-    for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
-        if isinstance(panel, Map):
-            _map(figure, axes, panel)
-        else:
-            entries |= _curves(axes, panel)
-        axes.set_title(panel.title)
-        axes.set_ylabel(panel.y_label)
-        if bottom:
-            axes.set_xlabel(panel.x_label)
-    if len(entries) > 1:  # beside the curves, never on them
-        figure.legend(entries.values(), entries.keys(), loc="outside right upper")
+def _band(figure: Any, rows: tuple[tuple[Panel | Map, ...], ...]) -> None:
+    """Rows with one x axis for each column; legends beside rows, once if they look alike."""
+    above: dict[str, Any] = {}
+    grid = figure.subplots(len(rows), len(rows[0]), sharex="col", squeeze=False)
+    for axes_of_row, row in zip(grid, rows, strict=True):
+        entries: dict[str, Any] = {}
+        for axes, panel in zip(axes_of_row, row, strict=True):
+            if isinstance(panel, Map):
+                _map(figure, axes, panel)
+            else:
+                entries |= _curves(axes, panel)
+                beside = axes
+            axes.set_title(panel.title)
+            axes.set_ylabel(panel.y_label)
+            if row is rows[-1]:
+                axes.set_xlabel(panel.x_label)
+        looks = {name: (line.get_color(), line.get_linestyle()) for name, line in entries.items()}
+        if len(looks) > 1 and looks != above:  # beside the curves, never on them
+            beside.legend(entries.values(), entries.keys(), loc="upper left", bbox_to_anchor=(1, 1))
+        above = looks
 
 
 def _curves(axes: Any, panel: Panel) -> dict[str, Any]:

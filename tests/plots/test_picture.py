@@ -56,6 +56,22 @@ def test_text_in_svg_is_text_and_the_file_reproducible(chart, tmp_path) -> None:
     assert (tmp_path / "b.png").exists()
 
 
+def test_stacked_panels_line_up_under_one_legend(monkeypatch, tmp_path) -> None:
+    """Columns of the grid have the same edges, however wide numbers and legends beside them are."""
+    kept = []
+    monkeypatch.setattr("railcosim.plots.picture.plt.close", kept.append)
+    curve = Curve(name="large", x=X, y=1e6 * X)
+    large = Panel(x_label="frequency (Hz)", y_label="receptance (m/N)", curves=(curve, curve))
+    rows = ((panel(), panel()), (panel(), panel()), (large, panel()))
+    save_picture(Chart(title="stack", rows=rows, share_x=True), tmp_path / "a.png")
+    (figure,) = kept
+    axes = np.array(figure.axes).reshape(3, 2)
+    edges = np.array([[(a.bbox.x0, a.bbox.x1) for a in row] for row in axes])
+    np.testing.assert_allclose(edges, edges[[0, 0, 0]], atol=0.01)  # of a pixel
+    legends = [[a.get_legend() is not None for a in row] for row in axes]
+    assert legends == [[False, True], [False, False], [False, True]]  # the last has a third name
+
+
 def test_roll_off_is_not_shown() -> None:
     steep = Curve(name="steep", x=X, y=X**-8.0)
     low, high = shown_range(Panel(x_label="", y_label="", curves=(steep,), y_log=True))
