@@ -16,10 +16,12 @@ from .description.about import NATIVE, Description
 from .description.extras import extras
 from .description.kind import KINDS
 from .native_runtime.compile import build, headers, sources
-from .native_runtime.platforms import Platform
+from .native_runtime.platforms import Platform, platforms_named
 from .native_runtime.resource import resource
+from .native_runtime.universal import universal
 from .whole import written_whole
 
+(MAC,) = platforms_named("darwin64")
 WRITERS = {2: fmi2.model_description, 3: fmi3.model_description}
 
 
@@ -43,15 +45,24 @@ class NativeRuntime:
         libraries = build(self.fmi, self.platforms, progress)
         progress(f"packing {target.name}")
         entries = self._entries(content)
-        for platform, library in libraries.items():
+        for platform, binary in self._binaries(libraries).items():
             place = f"binaries/{platform.folder(self.fmi)}/{content.name}{platform.suffix}"
-            entries[place] = library.read_bytes()
+            entries[place] = binary
         with (
             written_whole(target) as partial,
             zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive,
         ):
             for place, data in entries.items():
                 archive.writestr(place, data)
+
+    def _binaries(self, libraries: dict[Platform, Path]) -> dict[Platform, bytes]:
+        """What goes into the folder of each platform."""
+        binaries = {platform: path.read_bytes() for platform, path in libraries.items()}
+        macs = [platform for platform in binaries if platform.suffix == MAC.suffix]
+        if self.fmi == 2 and MAC in macs:
+            # Importers of FMI 2.0 look there on either kind of Mac.
+            return binaries | {MAC: universal([binaries[mac] for mac in macs])}
+        return binaries
 
     def _entries(self, content: Content) -> dict[str, bytes]:
         """All but the binaries, by place in the archive."""

@@ -10,6 +10,7 @@ import pytest
 
 from railcosim.fmus.native_runtime.compile import SOURCES, build, headers, sources
 from railcosim.fmus.native_runtime.platforms import PLATFORMS, local_platform
+from railcosim.fmus.native_runtime.universal import universal
 
 MACH_O, MACH_O_DYLIB, SYMBOL_TABLE = 0xFEEDFACF, 6, 2
 # -Wconversion not for clang, which takes what its own isfinite() gives for a conversion.
@@ -129,3 +130,32 @@ def test_the_macos_binary_is_built(fmi, name, cpu):
     assert struct.unpack_from("<I", content, 4) == (cpu,)
     # With an underscore: the linker's own, in every library.
     assert {n for n in mach_o_exports(content) if n[0] != "_"} == declared(fmi)
+
+
+def test_one_file_for_both_macs():
+    """Taken apart by hand and, where it is, by LLVM's own tool."""
+    pytest.importorskip("ziglang", reason='no zig: pip install "railcosim[native]"')
+    macs = [p for p in PLATFORMS if p.suffix == ".dylib"]
+    thin = [path.read_bytes() for path in build(2, macs).values()]
+    both = universal(thin)
+    magic, count = struct.unpack_from(">II", both)
+    assert (magic, count) == (0xCAFEBABE, 2)
+    for k, library in enumerate(thin):
+        cpu, variant, offset, size, alignment = struct.unpack_from(">iiIII", both, 8 + 20 * k)
+        assert struct.pack("<ii", cpu, variant) == library[4:12]
+        assert offset % (1 << alignment) == 0
+        assert both[offset : offset + size] == library
+
+
+def test_llvm_finds_both_processors(tmp_path):
+    pytest.importorskip("ziglang", reason='no zig: pip install "railcosim[native]"')
+    lipo = program("llvm-lipo-14", "llvm-14")
+    macs = [p for p in PLATFORMS if p.suffix == ".dylib"]
+    file = tmp_path / "both.dylib"
+    file.write_bytes(universal([path.read_bytes() for path in build(2, macs).values()]))
+    assert output(lipo, "-archs", str(file)).split() == ["x86_64", "arm64"]
+
+
+def test_what_is_no_library_is_refused():
+    with pytest.raises(ValueError, match="Mach-O"):
+        universal([b"\x7fELF" + bytes(60)])
