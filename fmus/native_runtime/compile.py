@@ -182,8 +182,17 @@ def _place(fmi: int, platform: Platform, compiler: Compiler) -> Path:
     for path in sources(fmi) + headers(fmi):
         content = path.read_bytes()
         digest.update(f"{path.name} {len(content)}\0".encode() + content)
-    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "railcosim"
-    return root / f"fmi{fmi}-{platform.fmi3}-{digest.hexdigest()[:32]}{platform.suffix}"
+    return _cache() / f"fmi{fmi}-{platform.fmi3}-{digest.hexdigest()[:32]}{platform.suffix}"
+
+
+def _cache() -> Path:
+    try:
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "railcosim"
+    except RuntimeError:
+        raise CompilationFailed(
+            "there is no home folder to keep the compiled runtime in; set XDG_CACHE_HOME to a "
+            "folder that can be written"
+        ) from None
 
 
 def _compile(fmi: int, compiler: Compiler, place: Path) -> None:

@@ -134,6 +134,18 @@ def test_a_cache_that_cannot_be_written(counted, tmp_path, monkeypatch):
         build(2)
 
 
+def test_nobody_is_at_home(counted, monkeypatch):
+    """As in a container that runs under a number."""
+
+    def homeless():
+        raise RuntimeError
+
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setattr(compiling.Path, "home", homeless)
+    with pytest.raises(CompilationFailed, match="XDG_CACHE_HOME"):
+        build(2)
+
+
 def test_no_compiler_at_all(stub, monkeypatch):
     no_zig(monkeypatch)
     monkeypatch.setenv("PATH", str(stub))
