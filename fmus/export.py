@@ -29,6 +29,9 @@ class Runtime(Protocol):
     def fmi(self) -> int:
         """Version of FMI."""
 
+    def prepare(self, progress: Callable[[str], None]) -> None:
+        """Do what all FMUs need once."""
+
     def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> None:
         """Write the FMU, replacing one that is there."""
 
@@ -67,6 +70,7 @@ def export(
     CompilerMissing, CompilationFailed
         If there is no compiler for a native FMU, or it fails.
     """
+    runtime.prepare(progress)
     out.mkdir(parents=True, exist_ok=True)
     made = {content.name: content for content in contents(vehicle, track, progress)}
     files = {name: out / f"{name}.fmu" for name in made}

@@ -40,6 +40,10 @@ class NativeRuntime:
     fmi: int = 2
     platforms: tuple[Platform, ...] | None = None
 
+    def prepare(self, progress: Callable[[str], None]) -> None:
+        """Compile, so that a missing compiler is told before anything is computed."""
+        build(self.fmi, self.platforms, progress)
+
     def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> None:
         """Write the FMU."""
         libraries = build(self.fmi, self.platforms, progress)
@@ -59,7 +63,7 @@ class NativeRuntime:
         """What goes into the folder of each platform."""
         binaries = {platform: path.read_bytes() for platform, path in libraries.items()}
         macs = [platform for platform in binaries if platform.suffix == MAC.suffix]
-        if self.fmi == 2 and MAC in macs:
+        if self.fmi == 2 and macs:
             # Importers of FMI 2.0 look there on either kind of Mac.
             return binaries | {MAC: universal([binaries[mac] for mac in macs])}
         return binaries

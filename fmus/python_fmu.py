@@ -44,6 +44,9 @@ class PythonRuntime:
 
     fmi: int = 2
 
+    def prepare(self, progress: Callable[[str], None]) -> None:
+        """Nothing: the binaries are pythonfmu's."""
+
     def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> None:
         """Write the FMU."""
         progress(f"packing {target.name}")

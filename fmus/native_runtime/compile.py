@@ -143,7 +143,7 @@ def compiler_for(platform: Platform) -> Compiler:
     raise CompilerMissing(
         "a native FMU needs a C compiler, and there is none (no cc, gcc or clang on the PATH, no "
         "zig in this Python). Three ways out: install one (Debian, Ubuntu: apt install gcc "
-        'libc6-dev); or pip install "railcosim[native]"; or take --runtime python'
+        'libc6-dev); or pip install "railcosim[native]"; or export with --runtime python'
     )
 
 

@@ -14,6 +14,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.parameters import ParameterError
 from railcosim.vehicle.multibody import COORDINATES, WHEELSETS
 
 from ..content import Arrays
@@ -26,6 +27,7 @@ HEAD, ENTRY = struct.Struct("<8sQQII"), struct.Struct("<24sII3QQ")
 ALIGNMENT = 64
 TYPES = {np.dtype("<f8"): 1, np.dtype("<i4"): 2, np.dtype("u1"): 3, np.dtype("<f4"): 4}
 VALUE_TYPES = {"Real": 0, "Integer": 1, "Boolean": 2}
+MOST_MODES, LARGEST_TABLE = 1_000_000, 1_900_000_000  # a little less than model.c takes
 OUTSIDE, WHEEL, RAIL = 0, 1, -1  # whose motion presses the contact: nobody's, down, up
 
 # Role (c/model.h) of a variable by its causality and the last part of its name.
@@ -88,8 +90,14 @@ def _sizes(
 
 
 def _track(arrays: Arrays, has_contact: bool) -> Sections:
-    body = TrackBody(arrays)
     nodes, _, ring = arrays["table"].shape
+    if arrays["table"].nbytes > LARGEST_TABLE or ring > MOST_MODES:
+        raise ParameterError(
+            f"[mesh] {ring} modes at {nodes} nodes: the native runtime takes {MOST_MODES} modes "
+            f"and tables of {LARGEST_TABLE / 1e9:.1f} GB; reduce cells, elements_per_bay or "
+            "highest_frequency"
+        )
+    body = TrackBody(arrays)
     return {
         "sizes": _sizes(
             even=body.even, odd=ring - body.even, local=body.poles.size - ring, nodes=nodes,
@@ -144,19 +152,23 @@ def _interface(model: str, table: Sequence[Scalar]) -> Sections:
         [VALUE_TYPES[v.type], int(v.variability == "tunable"), _role(model, v), _owner(v)]
         for v in table
     ]
-    ranges = [
-        [
-            float(v.start or 0),
-            -np.finfo(float).max if v.minimum is None else v.minimum,
-            np.finfo(float).max if v.maximum is None else v.maximum,
-        ]
-        for v in table
-    ]
+    ranges = [[float(v.start or 0), *_range(v)] for v in table]
     return {
         "variables": np.array(rows, np.int32),
         "ranges": np.array(ranges),
         "names": _text([v.name for v in table]),
     }
+
+
+def _range(v: Scalar) -> tuple[float, float]:
+    """Least and largest value."""
+    if v.type == "Boolean":
+        return 0.0, 1.0
+    most = float(np.finfo(float).max)
+    return (
+        -most if v.minimum is None else v.minimum,
+        most if v.maximum is None else v.maximum,
+    )
 
 
 def _role(model: str, v: Scalar) -> int:

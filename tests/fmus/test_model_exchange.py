@@ -8,6 +8,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 
 from railcosim.fmus.content import track_arrays
@@ -338,6 +339,18 @@ def test_a_ramp_of_inputs(importer):
     for one in (fmu, other):
         one.step(h)
     assert fmu.get(fmu.outputs) == pytest.approx(other.get(other.outputs), rel=1e-10, abs=1e-15)
+
+
+def test_input_derivatives_are_set_all_or_none(importer):
+    fmu, twin = importer("Track"), importer("Track")
+    for one in (fmu, twin):
+        one.fmu.exitInitializationMode()
+    good, bad = fmu.reference[FORCES[0]], fmu.reference["wheelset[1].left.rail_z"]
+    with pytest.raises(FMICallException):
+        fmu.fmu.setRealInputDerivatives([good, bad], [1, 1], [1e9, 1.0])
+    for one in (fmu, twin):
+        one.step(1e-3)
+    assert np.array_equal(fmu.get(fmu.outputs), twin.get(twin.outputs))
 
 
 @pytest.mark.parametrize("name", ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"])

@@ -22,10 +22,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 {
     BEGIN(STARTED | INITIALISING | STEPPING);
     DEMAND(n == 0 || (refs != NULL && orders != NULL && values != NULL), "something is missing");
-    for (size_t k = 0; k < n; k++)
-        if (instance_set_slope(i, refs[k], orders[k], values[k]) != OK)
-            return fmi2Error;
-    return fmi2OK;
+    return (fmi2Status)instance_set_slopes(i, refs, n, orders, values);
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference refs[], size_t n,

@@ -83,8 +83,9 @@ Status instance_nominals(Instance *instance, double *nominals, size_t n);
 /* Set the time, at the start or in Model Exchange. */
 Status instance_set_time(Instance *instance, double time);
 Status instance_exit_initialisation(Instance *instance);
-/* Derivative of an input for the next step. */
-Status instance_set_slope(Instance *instance, uint32_t ref, int order, double value);
+/* Derivatives of inputs for the next step. */
+Status instance_set_slopes(Instance *instance, const uint32_t *refs, size_t n, const int *orders,
+                           const double *values);
 Status instance_step(Instance *instance, double time, double step);
 
 /* --- derivatives, in linear.c ------------------------------------------------------------------ */

@@ -57,7 +57,7 @@ static Status read_seeds(Instance *i, const uint32_t *knowns, size_t n, const do
             return instance_fail(i, "reference %lu is no known that derivatives can be taken by "
                                     "now: must be an input, time%s or, in initialisation, a "
                                     "parameter", (unsigned long)ref, states > 0 ? ", a state" : "");
-        *place = seed[k];
+        *place += seed[k]; /* a known may stand there twice */
     }
     return OK;
 }
@@ -211,20 +211,17 @@ Status instance_directional(Instance *i, const uint32_t *unknowns, size_t n_unkn
                             double *sensitivity)
 {
     Seeds seeds = {i->plan[0], i->dx, 0, 0, 0, {0}, 0, 0};
-    double *du = seeds.du, *end = i->plan[1];
     const int stepped = !i->model_exchange && i->clock->step > 0;
+    const double *end = stepped ? i->u_end : i->shown;
+    double *du = seeds.du;
     const char *failed = NULL;
     if (read_seeds(i, knowns, n_knowns, seed, &seeds) != OK ||
         check_unknowns(i, unknowns, n_unknowns) != OK || instance_settle(i) != OK)
         return ERROR;
-    memcpy(end, i->shown, i->model.inputs * sizeof(double));
     if (stepped) {
-        const double h = i->clock->step;
         failed = step_change(i, du, i->dx);
-        for (size_t k = 0; k < i->model.inputs; k++) {
-            end[k] = i->path[0][k] + h * (i->path[1][k] + 0.5 * h * i->path[2][k]);
-            du[k] *= i->clock->before + i->clock->change * h;
-        }
+        for (size_t k = 0; k < i->model.inputs; k++)
+            du[k] *= i->clock->before + i->clock->change * i->clock->step;
     }
     const Inputs now = instance_inputs(i, end);
     Inputs change = instance_inputs(i, du);
@@ -246,9 +243,9 @@ Status instance_output_slopes(Instance *i, const uint32_t *refs, size_t n, doubl
         return ERROR;
     for (size_t k = 0; k < i->model.inputs; k++)
         i->plan[0][k] = i->path[1][k] + i->clock->step * i->path[2][k];
-    if (instance_derivatives(i, i->dx, i->model.states) != OK)
-        return ERROR;
-    const Direction d = {i->shown, instance_inputs(i, i->plan[0]), 1, 0, 0, i->dx};
+    const Inputs now = instance_inputs(i, i->u_end);
+    motion_rate(&i->motion, &now, i->x, i->dx);
+    const Direction d = {i->u_end, instance_inputs(i, i->plan[0]), 1, 0, 0, i->dx};
     outputs_change(i, &d, refs, n, slopes);
     return OK;
 }

@@ -90,6 +90,19 @@ Status snapshot_write(Instance *i, const Snapshot *snapshot, unsigned char *byte
     return OK;
 }
 
+/* A checksum finds damage, not malice: the phase and the parameters become whole numbers. */
+static int makes_sense(const Instance *i, const double *live)
+{
+    const double phase = ((const Clock *)live)->phase, *value = live + (i->value - i->live);
+    int good = phase == STARTED || phase == INITIALISING || phase == EVENT ||
+               phase == CONTINUOUS || phase == STEPPING || phase == TERMINATED;
+    for (size_t k = 0; k < i->model.variables; k++) {
+        const Variable *v = &i->model.variable[k];
+        good &= v->causality != PARAMETER || (value[k] >= v->minimum && value[k] <= v->maximum);
+    }
+    return good;
+}
+
 Snapshot *snapshot_read(Instance *i, const unsigned char *bytes, size_t size)
 {
     Stamp stamp;
@@ -111,10 +124,7 @@ Snapshot *snapshot_read(Instance *i, const unsigned char *bytes, size_t size)
     }
     s->stamp = stamp;
     memcpy(s->live, bytes + sizeof stamp, i->live_size * sizeof(double));
-    const double phase = ((const Clock *)s->live)->phase;
-    if (stamp.checksum != checksum(s->live, i->live_size) ||
-        !(phase == STARTED || phase == INITIALISING || phase == EVENT || phase == CONTINUOUS ||
-          phase == STEPPING || phase == TERMINATED)) {
+    if (stamp.checksum != checksum(s->live, i->live_size) || !makes_sense(i, s->live)) {
         instance_fail(i, "the bytes of the state are damaged");
         snapshot_free(s);
         return NULL;

@@ -28,18 +28,30 @@ Status instance_exit_initialisation(Instance *i)
     return OK;
 }
 
-Status instance_set_slope(Instance *i, uint32_t ref, int order, double value)
+/* Place of an input among the inputs; their number if it is none. */
+static size_t input_place(const Instance *i, uint32_t ref)
 {
-    for (size_t k = 0; k < i->model.inputs; k++)
-        if (i->model.input[k] == ref) {
-            if (order < 1 || order > 2 || !isfinite(value))
-                return instance_fail(i, "derivative %d of %s = %g: must be finite, of order 1 or 2",
-                                     order, i->model.variable[ref].name, value);
-            (order == 1 ? i->u_slope : i->u_curve)[k] = value;
-            i->clock->has_slopes = 1;
-            return OK;
-        }
-    return instance_fail(i, "there is no Real input with reference %lu", (unsigned long)ref);
+    size_t k = 0;
+    while (k < i->model.inputs && i->model.input[k] != ref)
+        k++;
+    return k;
+}
+
+Status instance_set_slopes(Instance *i, const uint32_t *refs, size_t n, const int *orders,
+                           const double *values)
+{
+    for (size_t k = 0; k < n; k++) { /* all or nothing */
+        if (input_place(i, refs[k]) == i->model.inputs)
+            return instance_fail(i, "there is no Real input with reference %lu",
+                                 (unsigned long)refs[k]);
+        if (orders[k] < 1 || orders[k] > 2 || !isfinite(values[k]))
+            return instance_fail(i, "derivative %d of %s = %g: must be finite, of order 1 or 2",
+                                 orders[k], i->model.variable[refs[k]].name, values[k]);
+    }
+    for (size_t k = 0; k < n; k++)
+        (orders[k] == 1 ? i->u_slope : i->u_curve)[input_place(i, refs[k])] = values[k];
+    i->clock->has_slopes = n > 0 || i->clock->has_slopes != 0;
+    return OK;
 }
 
 /* Inputs over the next step, into i->plan, and how they follow the values set. The last step says

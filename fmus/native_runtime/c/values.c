@@ -175,12 +175,13 @@ static const Variable *variable(Instance *i, uint32_t ref, ValueType type)
 Status instance_get(Instance *i, const uint32_t *refs, size_t n, ValueType type, double *values)
 {
     const size_t states = i->model.states;
-    int rates = 0; /* whether i->next holds them */
+    int settled = 0, rates = 0; /* whether i->x and i->next hold states and their derivatives */
     for (size_t k = 0; k < n; k++) {
         const size_t ref = refs[k];
         if (type == REAL && ref >= FIRST_STATE && ref < FIRST_STATE + states) {
-            if (instance_settle(i) != OK)
+            if (!settled && instance_settle(i) != OK)
                 return ERROR;
+            settled = 1;
             values[k] = i->x[ref - FIRST_STATE];
         } else if (type == REAL && ref >= FIRST_DERIVATIVE && ref < FIRST_DERIVATIVE + states) {
             if (!rates && instance_derivatives(i, i->next, states) != OK)
