@@ -22,7 +22,7 @@ def paper(
         str, typer.Option("--figures", help="For instance 3,4,7-12; all of 3 to 23 if not given.")
     ] = "",
     quick: Annotated[
-        bool, typer.Option("--quick", help="A minute instead of ten: coarser, short runs.")
+        bool, typer.Option("--quick", help="In half the time: coarser, short runs.")
     ] = False,
 ) -> None:
     """Reproduce figures 3 to 23 of Xu & Lu (2021): pictures, data, table.csv and report.html.
