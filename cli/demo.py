@@ -50,7 +50,7 @@ def demo(
         Path, typer.Option("--out", help="Folder for everything.", metavar="DIR")
     ] = Path("railcosim-demo"),
 ) -> None:
-    """The whole job on the paper's vehicle and slab track, in about a minute.
+    """The whole job on the paper's vehicle and slab track, in half a minute to a minute.
 
     Exports the FMUs, runs them coupled at 250 km/h over a random irregularity, linearises each,
     couples them in the frequency domain, and prints the paper's resonances.
