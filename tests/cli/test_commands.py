@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 
@@ -21,8 +22,10 @@ from railcosim.vehicle.parameters import Vehicle
 COMMAND = [sys.executable, "-c", "from railcosim.cli.main import run; run()"]
 
 
-def railcosim(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "COLUMNS": "200", "OPENBLAS_NUM_THREADS": "1"}
+def railcosim(
+    *arguments: object, folder: Path, **variables: str
+) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "COLUMNS": "200", "OPENBLAS_NUM_THREADS": "1", **variables}
     return subprocess.run(
         [*COMMAND, *(str(a) for a in arguments)],
         cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False,
@@ -223,3 +226,37 @@ def test_plot_of_a_run_that_stopped_at_once(tmp_path) -> None:
     run = xr.Dataset({"carbody.az": ("time", [0.0])}, {"time": [0.0]}, {"title": "stopped"})
     save_picture(run_chart(run), tmp_path / "one.png")
     assert (tmp_path / "one.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--fmi", 4], "--fmi 4: must be 2 or 3"),
+        (["--runtime", "python", "--fmi", 3], "FMI 2 only"),
+        (["--runtime", "python", "--platforms", "all"], "leave out the rest"),
+        (["--platforms", "linux63"], "unknown platform 'linux63'; known are linux64"),
+        (["--runtime", "rust"], "--runtime"),
+    ],
+)
+def test_export_options_that_make_no_sense(options, words, tmp_path) -> None:
+    done = railcosim("export", "--out", "fmus", *options, folder=tmp_path)
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "fmus").exists()
+
+
+def test_export_with_a_compiler_that_is_not_there(tmp_path) -> None:
+    done = railcosim("export", "--out", "fmus", folder=tmp_path, CC="/nowhere/cc")
+    assert done.returncode == 1
+    assert "'/nowhere/cc' cannot be run" in done.stderr
+    assert not (tmp_path / "fmus").exists()
+
+
+def test_export_of_fmi_3(tmp_path) -> None:
+    mesh = "[mesh]\ncells = 6\nhighest_slab_frequency = 800\nhighest_frequency = 1500\n"
+    (tmp_path / "short.toml").write_text(mesh)
+    done = railcosim("export", "--out", "f", "--fmi", 3, "--track", "short.toml", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Track.fmu" in done.stdout
+    assert fmpy.read_model_description(str(tmp_path / "f" / "Track.fmu")).fmiVersion == "3.0"

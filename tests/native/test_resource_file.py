@@ -85,6 +85,17 @@ def test_a_folder_in_its_place(drivers, tiny, tmp_path):
     assert "model.bin" in reply.log[0]
 
 
+def test_a_location_on_this_host(drivers, tiny):
+    place = tiny["Track"].resources
+    for uri in (place.as_uri(), f"file://localhost{place}", f"file:{place}"):
+        driver = drivers()
+        assert driver("new", 0, "cs", tiny["Track"].guid, uri, 0).status != "NULL", uri
+        driver.close()
+    reply = drivers()("new", 0, "cs", tiny["Track"].guid, f"file://elsewhere{place}", 0)
+    assert reply.status == "NULL"
+    assert "elsewhere" in reply.log[0]  # a share on Windows, nothing here
+
+
 @pytest.mark.slow  # what a fuzzer finds it finds in time
 def test_fuzzing(tiny, tmp_path, tmp_path_factory):
     """Files without a checksum, altered at random where that reaches new code, read and lived with.

@@ -47,9 +47,11 @@ char *resource_path_from_uri(const char *uri)
         return NULL;
     const char *path = uri + 5;
     if (strncmp(path, "//", 2) == 0) { /* file://[host]/path */
-        path = strchr(path + 2, '/');
-        if (path == NULL)
+        const char *after = strchr(path + 2, '/');
+        if (after == NULL)
             return NULL;
+        if (after == path + 2 || strncmp(path, "//localhost/", 12) == 0)
+            path = after; /* else a share of Windows: //server/share */
     }
     /* Windows: file:///C:/path */
     if (path[0] == '/' && isalpha((unsigned char)path[1]) && path[2] == ':')
