@@ -53,7 +53,7 @@ class Content:
     @property
     def has_contact(self) -> bool:
         """Whether it owns the contact springs."""
-        return any(v.name.startswith("contact.") for v in self.table)
+        return interface.owns_contact(self.table)
 
 
 def track_arrays(track: ReducedTrack) -> Arrays:

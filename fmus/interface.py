@@ -5,6 +5,7 @@ Every runtime is built from this table, and so is every modelDescription.xml.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from .variables import (
@@ -71,6 +72,11 @@ def track(
             pressed = force(i, side, "output")
             table.append(replace(pressed, depends_on=own, starts_from=everything))
     return [*table, input_hold(), internal_step(with_contact=with_contact), *law]
+
+
+def owns_contact(table: Sequence[Scalar]) -> bool:
+    """Whether an interface is that of an FMU with the contact springs inside."""
+    return any(v.name.startswith("contact.") for v in table)
 
 
 def vehicle(

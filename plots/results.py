@@ -22,8 +22,8 @@ FIRST = ["wheel_z", "rail_z", "irregularity_z"]
 OVER_TIME = [  # label, factor, variables
     ("contact force, left (kN)", 1e-3, FORCES),
     ("down (mm)", 1e3, [f"wheelset[1].left.{name}" for name in FIRST]),
-    ("acceleration (m/s²)", 1.0, ["bogie[1].az", "bogie[2].az"]),
-    ("acceleration (m/s²)", 1.0, ["carbody.az"]),
+    ("bogie acceleration (m/s²)", 1.0, ["bogie[1].az", "bogie[2].az"]),
+    ("car body acceleration (m/s²)", 1.0, ["carbody.az"]),
 ]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..content import Arrays
-from ..interface import Scalar
+from ..interface import Scalar, owns_contact
 from .about import Description
 from .build import build_description
 from .drawing import signs, wheel_icon
@@ -60,9 +60,8 @@ def extras(
     dict
         Path in the archive to content.
     """
-    with_contact = any(v.name.startswith("contact.") for v in table)
     run = reference_run(kind.model, arrays, table)
-    icon = kind.icon(with_contact=with_contact)
+    icon = kind.icon(with_contact=owns_contact(table))
     found = {
         "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(
             table, below=kind.terminals_below

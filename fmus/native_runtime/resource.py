@@ -19,7 +19,7 @@ from railcosim.vehicle.multibody import COORDINATES, WHEELSETS
 
 from ..content import Arrays
 from ..description.kind import KINDS
-from ..interface import Scalar
+from ..interface import Scalar, owns_contact
 from ..python_runtime.bodies import TrackBody, VehicleBody
 
 MAGIC = b"RAILCOS1"
@@ -75,8 +75,7 @@ def resource(model: str, arrays: Arrays, table: Sequence[Scalar], guid: str) -> 
     guid : str
         Identity that an importer must ask for.
     """
-    has_contact = any(v.name == "contact.stiffness" for v in table)
-    sections = BODIES[model](arrays, has_contact)
+    sections = BODIES[model](arrays, owns_contact(table))
     nominals = [block.nominal for block in KINDS[model].states(arrays).blocks]
     sections |= {"guid": _text([guid]), "nominals": np.array(nominals)}
     return _pack(sections | _interface(model, table))

@@ -143,8 +143,8 @@ static void segment_compliance(const Body *body, const Shapes *shapes, const dou
                                shapes->in_im + j * n + s->from, G4[j]);
 }
 
-void body_compliance(const Body *body, const Shapes *shapes, const double *weight, double rigid_weight,
-                     double G[WHEELS * WHEELS])
+void body_compliance(const Body *body, const Shapes *shapes, const double *weight,
+                     double rigid_weight, double G[WHEELS * WHEELS])
 {
     const Model *m = body->model;
     const size_t n = m->ring;

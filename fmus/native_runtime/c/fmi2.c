@@ -120,61 +120,36 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference refs[], size_t 
     return (fmi2Status)instance_set(i, refs, n, REAL, values);
 }
 
-/* Integers and Booleans, one at a time: there are two of them. */
-static Status get_whole(Instance *i, const fmi2ValueReference refs[], size_t n, ValueType type,
-                        int values[])
-{
-    for (size_t k = 0; k < n; k++) {
-        double value;
-        if (instance_get(i, &refs[k], 1, type, &value) != OK)
-            return ERROR;
-        values[k] = (int)value;
+/* There are one Integer and one Boolean variable, so one at a time will do. */
+#define WHOLE(name, type)                                                                    \
+    fmi2Status fmi2Get##name(fmi2Component c, const fmi2ValueReference refs[], size_t n,     \
+                             fmi2##name values[])                                            \
+    {                                                                                        \
+        BEGIN(ANY);                                                                          \
+        DEMAND(n == 0 || (refs != NULL && values != NULL), "no references or values given"); \
+        for (size_t k = 0; k < n; k++) {                                                     \
+            double value;                                                                    \
+            if (instance_get(i, &refs[k], 1, type, &value) != OK)                            \
+                return fmi2Error;                                                            \
+            values[k] = (fmi2##name)value;                                                   \
+        }                                                                                    \
+        return fmi2OK;                                                                       \
+    }                                                                                        \
+    fmi2Status fmi2Set##name(fmi2Component c, const fmi2ValueReference refs[], size_t n,     \
+                             const fmi2##name values[])                                      \
+    {                                                                                        \
+        BEGIN(ANY & ~TERMINATED);                                                            \
+        DEMAND(n == 0 || (refs != NULL && values != NULL), "no references or values given"); \
+        for (size_t k = 0; k < n; k++) {                                                     \
+            const double value = type == BOOLEAN ? values[k] != 0 : values[k];               \
+            if (instance_set(i, &refs[k], 1, type, &value) != OK)                            \
+                return fmi2Error;                                                            \
+        }                                                                                    \
+        return fmi2OK;                                                                       \
     }
-    return OK;
-}
 
-static Status set_whole(Instance *i, const fmi2ValueReference refs[], size_t n, ValueType type,
-                        const int values[])
-{
-    for (size_t k = 0; k < n; k++) {
-        const double value = type == BOOLEAN ? values[k] != 0 : values[k];
-        if (instance_set(i, &refs[k], 1, type, &value) != OK)
-            return ERROR;
-    }
-    return OK;
-}
-
-fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference refs[], size_t n,
-                          fmi2Integer values[])
-{
-    BEGIN(ANY);
-    DEMAND(n == 0 || (refs != NULL && values != NULL), "no references or values given");
-    return (fmi2Status)get_whole(i, refs, n, INTEGER, values);
-}
-
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference refs[], size_t n,
-                          const fmi2Integer values[])
-{
-    BEGIN(ANY & ~TERMINATED);
-    DEMAND(n == 0 || (refs != NULL && values != NULL), "no references or values given");
-    return (fmi2Status)set_whole(i, refs, n, INTEGER, values);
-}
-
-fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference refs[], size_t n,
-                          fmi2Boolean values[])
-{
-    BEGIN(ANY);
-    DEMAND(n == 0 || (refs != NULL && values != NULL), "no references or values given");
-    return (fmi2Status)get_whole(i, refs, n, BOOLEAN, values);
-}
-
-fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference refs[], size_t n,
-                          const fmi2Boolean values[])
-{
-    BEGIN(ANY & ~TERMINATED);
-    DEMAND(n == 0 || (refs != NULL && values != NULL), "no references or values given");
-    return (fmi2Status)set_whole(i, refs, n, BOOLEAN, values);
-}
+WHOLE(Integer, INTEGER)
+WHOLE(Boolean, BOOLEAN)
 
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference refs[], size_t n,
                          fmi2String values[])

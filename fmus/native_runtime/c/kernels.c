@@ -20,15 +20,15 @@ typedef double Lanes;
 #if (defined(__x86_64__) || defined(_M_X64)) && defined(__GNUC__)
 #define HAS_AVX2
 #define NAME(kernel) kernel##_avx2
-#define TARGET __attribute__((target("avx2,fma")))
+#define TARGET __attribute__((target("avx2")))
 #include "kernels_body.h"
 #include <cpuid.h>
 
-/* The processor has AVX2 and FMA, and the operating system keeps the wide registers. */
+/* The processor has AVX2, and the operating system keeps the wide registers. */
 static int avx2_works(void)
 {
     unsigned a, b, c, d, low, high;
-    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_OSXSAVE) || !(c & bit_FMA))
+    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_OSXSAVE))
         return 0;
     __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
     if ((low & 6) != 6)

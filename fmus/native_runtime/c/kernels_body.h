@@ -1,6 +1,12 @@
 /* Bodies of the kernels; included by kernels.c once for each instruction set, with NAME(kernel)
    and TARGET (a function attribute) defined. */
 
+/* The other three rows of X, each with a pointer of its own. */
+#define ROWS                                                                                 \
+    const double *restrict X1_re = X_re + stride, *restrict X1_im = X_im + stride;           \
+    const double *restrict X2_re = X1_re + stride, *restrict X2_im = X1_im + stride;         \
+    const double *restrict X3_re = X2_re + stride, *restrict X3_im = X2_im + stride
+
 TARGET static void NAME(interpolate)(size_t n, size_t stride, ptrdiff_t im,
                                      const float *restrict a, const float *restrict b,
                                      const double w[4], const double phase_a[2],
@@ -25,9 +31,7 @@ TARGET static void NAME(drive)(size_t n, size_t stride, const double *restrict X
                                double *restrict g_re, double *restrict g_im)
 {
     const double f0 = f[0], f1 = f[1], f2 = f[2], f3 = f[3];
-    const double *restrict X1_re = X_re + stride, *restrict X1_im = X_im + stride;
-    const double *restrict X2_re = X1_re + stride, *restrict X2_im = X1_im + stride;
-    const double *restrict X3_re = X2_re + stride, *restrict X3_im = X2_im + stride;
+    ROWS;
     for (size_t r = 0; r < n; r++) {
         g_re[r] = f0 * X_re[r] + f1 * X1_re[r] + f2 * X2_re[r] + f3 * X3_re[r];
         g_im[r] = f0 * X_im[r] + f1 * X1_im[r] + f2 * X2_im[r] + f3 * X3_im[r];
@@ -44,10 +48,6 @@ TARGET static void NAME(drive)(size_t n, size_t stride, const double *restrict X
     q1 += AT(X1_im, r) * (im);    \
     q2 += AT(X2_im, r) * (im);    \
     q3 += AT(X3_im, r) * (im)
-#define ROWS(X)                                                                \
-    const double *restrict X##1_re = X##_re + stride, *restrict X##1_im = X##_im + stride;     \
-    const double *restrict X##2_re = X##1_re + stride, *restrict X##2_im = X##1_im + stride;   \
-    const double *restrict X##3_re = X##2_re + stride, *restrict X##3_im = X##2_im + stride
 #define SUMS Lanes p0 = {0}, p1 = {0}, p2 = {0}, p3 = {0}, q0 = {0}, q1 = {0}, q2 = {0}, q3 = {0}
 #define TAKE_SUMS(z)                                                           \
     const Lanes sums[4] = {p0 - q0, p1 - q1, p2 - q2, p3 - q3};                \
@@ -59,7 +59,7 @@ TARGET static void NAME(observe)(size_t n, size_t stride, const double *restrict
                                  const double *restrict X_im, const double *restrict s_re,
                                  const double *restrict s_im, double z[4])
 {
-    ROWS(X);
+    ROWS;
     SUMS;
     size_t r = 0;
     for (; r + LANES <= n; r += LANES) {
@@ -77,7 +77,7 @@ TARGET static void NAME(respond)(size_t n, size_t stride, const double *restrict
                                  const double *restrict w_im, const double *restrict s_re,
                                  const double *restrict s_im, double z[4])
 {
-    ROWS(X);
+    ROWS;
     SUMS;
     size_t r = 0;
     for (; r + LANES <= n; r += LANES) {

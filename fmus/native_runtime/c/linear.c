@@ -104,20 +104,6 @@ static double output_change(Instance *i, const Variable *v, const Direction *d,
     return a;
 }
 
-/* Displacements of the contacts and their change. */
-static void contact_change(Instance *i, const Inputs *now, const Direction *d, const double *x,
-                           const double *dx, double dz[WHEELS])
-{
-    Body *body = &i->motion.body;
-    double moved[WHEELS];
-    const Shapes *shapes = body_shapes(body, now->position);
-    const Shapes *slope = body_slope(body, d->change.position);
-    body_observe(body, shapes, dx, dz);
-    body_observe(body, slope, x, moved);
-    for (size_t k = 0; k < WHEELS; k++)
-        dz[k] += moved[k];
-}
-
 /* Changes of the outputs with these references; other references give 0. */
 static void outputs_change(Instance *i, const Direction *d, const uint32_t *refs, size_t n,
                            double *dy)
@@ -130,8 +116,10 @@ static void outputs_change(Instance *i, const Direction *d, const uint32_t *refs
     if (m->nodes > 0) {
         motion_rate(motion, &now, i->x, motion->rate);
         motion_rate_change(motion, &now, i->x, &d->change, d->dx, motion->drate);
-        contact_change(i, &now, d, i->x, d->dx, dz);
-        contact_change(i, &now, d, motion->rate, motion->drate, dvz);
+        const Shapes *shapes = body_shapes(&motion->body, now.position);
+        const Shapes *slope = body_slope(&motion->body, d->change.position);
+        motion_observe_change(motion, shapes, slope, i->x, d->dx, dz);
+        motion_observe_change(motion, shapes, slope, motion->rate, motion->drate, dvz);
     } else {
         body_rate(&motion->body, d->dx, NULL, motion->drate);
         body_acceleration(&motion->body, d->dx, motion->rate);

@@ -63,6 +63,9 @@ int motion_bulge(const InputPath *path, double h, double force[WHEELS]);
 
 /* --- derivatives along changes dx of the state and `change` of the inputs --------------------- */
 
+/* Derivative of the displacements (or velocities) at the contacts. */
+void motion_observe_change(const Motion *motion, const Shapes *shapes, const Shapes *slope,
+                           const double *x, const double *dx, double dz[WHEELS]);
 /* Derivative of the forces; `force` as motion_forces gives it. */
 void motion_forces_change(Motion *motion, const Inputs *now, const double *x, const Inputs *change,
                           const double *dx, double dforce[WHEELS]);

@@ -21,8 +21,7 @@ static void drive_change(Motion *motion, const Shapes *shapes, const Shapes *slo
         dg[r] += more[r];
 }
 
-/* Change of the displacements at the contacts. */
-static void observe_change(const Motion *motion, const Shapes *shapes, const Shapes *slope,
+void motion_observe_change(const Motion *motion, const Shapes *shapes, const Shapes *slope,
                            const double *x, const double *dx, double dz[WHEELS])
 {
     double moved[WHEELS];
@@ -61,7 +60,7 @@ void motion_forces_change(Motion *motion, const Inputs *now, const double *x, co
     const Shapes *shapes = body_shapes(&motion->body, now->position);
     const Shapes *slope = body_slope(&motion->body, change->position);
     body_observe(&motion->body, shapes, x, z);
-    observe_change(motion, shapes, slope, x, dx, dz);
+    motion_observe_change(motion, shapes, slope, x, dx, dz);
     balance_change(motion, NONE, z, now->load, dz, change->load, dforce);
 }
 
@@ -96,7 +95,7 @@ void motion_rest_change(Motion *motion, const Inputs *now, const double *x, cons
         drive_change(motion, shapes, slope, force, NONE, motion->g1);
         body_at_rest(&motion->body, motion->g1, dx);
         body_observe(&motion->body, shapes, x, z);
-        observe_change(motion, shapes, slope, x, dx, dz);
+        motion_observe_change(motion, shapes, slope, x, dx, dz);
         balance_change(motion, G, z, now->load, dz, change->load, dforce);
     }
     drive_change(motion, shapes, slope, force, dforce, motion->g1);
@@ -124,7 +123,7 @@ static const char *end_change(Motion *motion, const Coefficients *c, const Input
         double G[WHEELS * WHEELS], z[WHEELS], dz[WHEELS];
         body_compliance(body, shapes, c->P1, c->h * c->h / 6, G);
         body_observe(body, shapes, x, z);
-        observe_change(motion, shapes, slope, x, dx, dz);
+        motion_observe_change(motion, shapes, slope, x, dx, dz);
         balance_change(motion, G, z, now->load, dz, change->load, dforce);
     }
     body_drive(body, shapes, dforce, motion->g1);
