@@ -72,6 +72,8 @@ class FmuDescription:
         The causality of every variable that is not a parameter.
     can_get_and_set_state, can_serialize_state : bool
         Capabilities.
+    can_interpolate_inputs, has_directional_derivatives : bool
+        Likewise.
     """
 
     path: Path
@@ -90,6 +92,8 @@ class FmuDescription:
     other_names: dict[str, str]
     can_get_and_set_state: bool
     can_serialize_state: bool
+    can_interpolate_inputs: bool
+    has_directional_derivatives: bool
 
     @property
     def has_hold_parameter(self) -> bool:
@@ -113,6 +117,16 @@ class FmuDescription:
         }
 
 
+def read_raw(path: Path, folder: Path) -> Any:
+    """Model description of an unpacked FMU as FMPy reads it; FmuError if it breaks the schema."""
+    try:
+        return fmpy.model_description.read_model_description(folder)
+    except Exception as error:  # fmpy raises bare Exception, and IndexError for bad indices
+        raise FmuError(
+            f"{path}: modelDescription.xml is not valid FMI 2.0: {_one_line(error)}"
+        ) from error
+
+
 def read_description(path: Path, folder: Path) -> FmuDescription:
     """Read an unpacked FMU's model description.
 
@@ -133,14 +147,14 @@ def read_description(path: Path, folder: Path) -> FmuDescription:
     FmuError
         If it breaks the FMI schema, or the FMU offers no co-simulation.
     """
-    try:
-        raw: Any = fmpy.model_description.read_model_description(folder)
-    except Exception as error:  # fmpy raises bare Exception, and IndexError for bad indices
-        raise FmuError(
-            f"{path}: modelDescription.xml is not valid FMI 2.0: {_one_line(error)}"
-        ) from error
+    raw = read_raw(path, folder)
     if raw.coSimulation is None:
         raise FmuError(f"{path}: no Co-Simulation in it; export it as FMI 2.0 Co-Simulation")
+    return describe(path, raw, raw.coSimulation)
+
+
+def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
+    """What FMPy has read, for one kind of FMU: ``raw.coSimulation`` or ``raw.modelExchange``."""
     inputs = [v for v in raw.modelVariables if v.type == "Real" and v.causality == "input"]
     outputs = [v for v in raw.modelVariables if v.type == "Real" and v.causality == "output"]
     return FmuDescription(
@@ -150,9 +164,9 @@ def read_description(path: Path, folder: Path) -> FmuDescription:
         guid=raw.guid,
         version=raw.version or "",
         generation_tool=raw.generationTool or "",
-        model_identifier=raw.coSimulation.modelIdentifier,
-        inputs=tuple(_variable(v) for v in inputs),
-        outputs=tuple(_variable(v) for v in outputs),
+        model_identifier=kind.modelIdentifier,
+        inputs=tuple(coupling_variable(v) for v in inputs),
+        outputs=tuple(coupling_variable(v) for v in outputs),
         input_references=tuple(v.valueReference for v in inputs),
         output_references=tuple(v.valueReference for v in outputs),
         feedthrough=_feedthrough(raw.outputs, inputs, outputs),
@@ -160,8 +174,8 @@ def read_description(path: Path, folder: Path) -> FmuDescription:
             v.name: _parameter(v) for v in raw.modelVariables if v.causality == "parameter"
         },
         other_names={v.name: v.causality for v in raw.modelVariables if v.causality != "parameter"},
-        can_get_and_set_state=raw.coSimulation.canGetAndSetFMUstate,
-        can_serialize_state=raw.coSimulation.canSerializeFMUstate,
+        can_get_and_set_state=kind.canGetAndSetFMUstate,
+        can_serialize_state=kind.canSerializeFMUstate,
     )
 
 
@@ -191,8 +205,8 @@ def _declared(variable: Any, attribute: str) -> str | None:
     return value
 
 
-def _variable(variable: Any) -> Variable:
-    """Convert a coupling variable."""
+def coupling_variable(variable: Any) -> Variable:
+    """Real input or output of a model description as FMPy reads it, as a `Variable`."""
     # The schema asks for a start value of every input; 0 is for outputs, where it is not used.
     return Variable(
         name=variable.name,

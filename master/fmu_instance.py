@@ -44,6 +44,8 @@ class FmuInstance:
         What the FMU says of itself.
     folder : Path
         Where it is unpacked; removed at the end.
+    kind : type
+        FMPy's class for the kind of FMU: ``FMU2Slave`` or ``FMU2Model``.
 
     Attributes
     ----------
@@ -58,7 +60,13 @@ class FmuInstance:
         If it cannot be instantiated here.
     """
 
-    def __init__(self, name: str, description: FmuDescription, folder: Path) -> None:
+    def __init__(
+        self,
+        name: str,
+        description: FmuDescription,
+        folder: Path,
+        kind: type[Any] = fmpy.fmi2.FMU2Slave,
+    ) -> None:
         # PythonFMU's loader reads this file, whatever tool the FMU claims to come from.
         is_python = (folder / "resources" / "slavemodule.txt").is_file()
         self.log = FmuLog(is_format=not is_python)
@@ -66,7 +74,7 @@ class FmuInstance:
         self.is_open = True
         self._name = name
         self._states: weakref.WeakSet[FmuState] = weakref.WeakSet()
-        self._fmu = _instantiate(name, description, folder, self.log)
+        self._fmu = _instantiate(name, description, folder, self.log, kind)
         self._component = self._fmu.component
         self._remove_folder = weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
 
@@ -131,7 +139,9 @@ class FmuInstance:
         self._remove_folder()
 
 
-def _instantiate(name: str, description: FmuDescription, folder: Path, log: FmuLog) -> Any:
+def _instantiate(
+    name: str, description: FmuDescription, folder: Path, log: FmuLog, kind: type[Any]
+) -> Any:
     """Load the shared library and make an instance."""
     path, identifier = description.path, description.model_identifier
     library = folder / "binaries" / fmpy.platform / (identifier + fmpy.sharedLibraryExtension)
@@ -144,7 +154,7 @@ def _instantiate(name: str, description: FmuDescription, folder: Path, log: FmuL
     try:
         # fmpy changes the working directory to load, and stays there if loading fails.
         with contextlib.chdir(Path.cwd()):
-            fmu = fmpy.fmi2.FMU2Slave(
+            fmu = kind(
                 guid=description.guid,
                 modelIdentifier=identifier,
                 unzipDirectory=str(folder),

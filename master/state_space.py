@@ -1,0 +1,144 @@
+"""A linear model as matrices: x' = A x + B u, y = C x + D u."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csc_array
+from scipy.sparse.csgraph import connected_components
+
+from railcosim.master.component import FloatArray, Variable
+
+ComplexArray: TypeAlias = NDArray[np.complex128]
+IndexArray: TypeAlias = NDArray[np.intp]
+
+CHUNK = 2_000_000
+"""Complex numbers solved for at once: 32 MB."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StateSpace:
+    """Small motion about an operating point.
+
+    Attributes
+    ----------
+    name : str
+        What moves.
+    A : scipy.sparse.csc_array, shape (n_states, n_states)
+        In 1/s and the units of the states.
+    B : ndarray, shape (n_states, n_inputs)
+        Rates of the states per unit of the inputs.
+    C : ndarray, shape (n_outputs, n_states)
+        Outputs per unit of the states.
+    D : ndarray, shape (n_outputs, n_inputs)
+        Feedthrough.
+    inputs, outputs : tuple of Variable
+        Names and units, in the order of the columns of B and of the rows of C.
+    """
+
+    name: str
+    A: csc_array
+    B: FloatArray
+    C: FloatArray
+    D: FloatArray
+    inputs: tuple[Variable, ...]
+    outputs: tuple[Variable, ...]
+
+    def __post_init__(self) -> None:
+        n, m, p = self.A.shape[0], len(self.inputs), len(self.outputs)
+        found = {k: getattr(self, k).shape for k in "ABCD"}
+        wanted = {"A": (n, n), "B": (n, m), "C": (p, n), "D": (p, m)}
+        if found != wanted:
+            raise ValueError(f"{self.name}: shapes are {found}; they must be {wanted}")
+
+    def blocks(self) -> list[IndexArray]:
+        """States that act on each other, apart from all others.
+
+        Returns
+        -------
+        list of ndarray of int, each of shape (n_blocks, size)
+            One array for each size of block, with the positions of each block's states.
+        """
+        _, label = connected_components(self.A != 0, directed=False)
+        order = np.argsort(label, kind="stable")
+        counts = np.bincount(label)
+        starts = np.cumsum(counts) - counts
+        return [
+            order[starts[counts == size][:, None] + np.arange(size)]
+            for size in np.unique(counts).tolist()
+        ]
+
+    def frequency_response(self, omega: ArrayLike) -> ComplexArray:
+        """C (i omega - A)^-1 B + D.
+
+        Parameters
+        ----------
+        omega : array_like, shape (n_omega,)
+            Angular frequencies, rad/s; none of them an undamped pole.
+
+        Returns
+        -------
+        ndarray of complex, shape (n_omega, n_outputs, n_inputs)
+            In units of the output per unit of the input.
+
+        Notes
+        -----
+        Each block is brought to triangular form once, by unitary matrices, which a rigid body's
+        double pole does not harm; from then on a frequency costs one back substitution.
+        """
+        s = 1j * np.asarray(omega, dtype=float)
+        response: ComplexArray = np.zeros((len(s), *self.D.shape), dtype=np.complex128)
+        for T, B, C in self._triangular:
+            length = max(1, CHUNK // B.size)
+            for begin in range(0, len(s), length):
+                part = slice(begin, begin + length)
+                # (outputs, all states) times (all states, frequencies and inputs): one BLAS call.
+                x = _back_substitute(T, B, s[part])
+                y: ComplexArray = C @ x.reshape(C.shape[1], -1)
+                response[part] += y.reshape(len(C), -1, B.shape[2]).transpose(1, 0, 2)
+        response += self.D
+        return response
+
+    @cached_property
+    def _triangular(self) -> list[tuple[ComplexArray, ComplexArray, ComplexArray]]:
+        """By size of block: T (n_blocks, k, k), B (n_blocks, k, n_inputs), C (n_outputs, all k)."""
+        found: list[tuple[ComplexArray, ComplexArray, ComplexArray]] = []
+        for states in self.blocks():
+            count, size = states.shape
+            # Blocks come one after the other, so their own parts are a band along the diagonal.
+            ordered = self.A[states.ravel()][:, states.ravel()].tocoo()
+            A = np.zeros((count, size, size))
+            A[ordered.row // size, ordered.row % size, ordered.col % size] = ordered.data
+            pairs = [_schur(block) for block in A]
+            T = np.array([t for t, _, _ in pairs])
+            Q = np.array([q for _, q, _ in pairs])
+            inverse = np.array([i for _, _, i in pairs])
+            B: ComplexArray = inverse @ self.B[states].astype(complex)
+            C: ComplexArray = (self.C[:, states].transpose(1, 0, 2) @ Q).transpose(1, 0, 2)
+            found.append((T, B, C.reshape(len(self.C), states.size)))
+        return found
+
+
+def _schur(A: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """T, Q and Q^-1 with A = Q T Q^-1, T upper triangular."""
+    # Balanced first: stiffness over mass of 1e9 next to a velocity's 1 would hide the slow poles.
+    balanced, scale = scipy.linalg.matrix_balance(A, permute=False)
+    T, Q = scipy.linalg.schur(balanced, output="complex")
+    d = np.diag(scale)
+    return T, d[:, None] * Q, Q.conj().T / d
+
+
+def _back_substitute(T: ComplexArray, B: ComplexArray, s: ComplexArray) -> ComplexArray:
+    """Solve (s - T) x = B for all blocks and frequencies: (n_blocks, k, n_omega, n_inputs)."""
+    count, size, m = B.shape
+    x = np.empty((count, size, len(s), m), dtype=complex)
+    for i in range(size)[::-1]:
+        known = x[:, i + 1 :].reshape(count, size - 1 - i, len(s) * m)
+        right = (T[:, i, None, i + 1 :] @ known).reshape(count, len(s), m) + B[:, i, None, :]
+        x[:, i] = right / (s - T[:, i, i, None])[:, :, None]
+    return x
