@@ -176,6 +176,8 @@ def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
         other_names={v.name: v.causality for v in raw.modelVariables if v.causality != "parameter"},
         can_get_and_set_state=kind.canGetAndSetFMUstate,
         can_serialize_state=kind.canSerializeFMUstate,
+        can_interpolate_inputs=getattr(kind, "canInterpolateInputs", False),  # Co-Simulation's
+        has_directional_derivatives=kind.providesDirectionalDerivative,
     )
 
 

@@ -107,7 +107,7 @@ def linear_model(
         rows = [p.outputs[k] for k in _select(p, "output", p.outputs, outputs)]
         n = len(p.states)
         wanted = np.r_[np.arange(n), n + np.array(columns, dtype=np.intp)]
-        way = slope or (exact if p.has_derivatives else differences)
+        way = slope or (exact if p.description.has_directional_derivatives else differences)
         rates = _jacobian(p, p.rates, wanted, way)[0]
         observed = _jacobian(p, rows, wanted, way)[0].toarray()
         return StateSpace(

@@ -36,8 +36,6 @@ class OperatingPoint:
     ----------
     description : FmuDescription
         Identity, interface, parameters.
-    has_derivatives : bool
-        Whether it provides directional derivatives.
     states, rates, inputs, outputs : list
         Its continuous states, their derivatives, its continuous Real inputs and Real outputs.
     values, magnitudes : ndarray, shape (n_states + n_inputs,)
@@ -48,7 +46,6 @@ class OperatingPoint:
 
     def __init__(self, description: FmuDescription, raw: Any, instance: FmuInstance) -> None:
         self.description = description
-        self.has_derivatives = bool(raw.modelExchange.providesDirectionalDerivative)
         self.rates = [unknown.variable for unknown in raw.derivatives]
         self.states = [rate.derivative for rate in self.rates]
         real = [v for v in raw.modelVariables if v.type == "Real"]
