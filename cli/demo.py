@@ -66,7 +66,7 @@ def demo(
         journey=Journey(
             speed=SPEED, held=False, profile=synthesise("german-low", SPEED * STOP + FADE_IN)
         ),
-        scheme=jacobi(extrapolation=1),
+        scheme=jacobi(degree=1),
         step=1e-4,
         stop=STOP,
     )

@@ -62,9 +62,9 @@ class Extrapolation(StrEnum):
 
 ORDERS = {Extrapolation.CONSTANT: 0, Extrapolation.LINEAR: 1}
 SCHEMES: dict[SchemeName, Callable[[int, Owner], Scheme]] = {
-    SchemeName.JACOBI: lambda order, first: jacobi(extrapolation=order),
+    SchemeName.JACOBI: lambda order, first: jacobi(degree=order),
     SchemeName.GAUSS_SEIDEL: lambda order, first: gauss_seidel(
-        first=first.value, extrapolation=order
+        first=first.value, degree=order
     ),
 }
 # Stable up to 8 GN/m and, with the contact in the vehicle, up to Hertz at the static load.

@@ -193,7 +193,7 @@ def our_run(fmus: Path, journey: Journey, times: Times) -> np.ndarray:
         track=fmus / "TrackWithContact.fmu",
         parameters={"contact.nonlinear": True, "internal_step": times.step},
         journey=journey,
-        scheme=jacobi(extrapolation=1),
+        scheme=jacobi(degree=1),
         step=times.step,
         stop=times.stop,
     )

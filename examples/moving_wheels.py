@@ -25,7 +25,7 @@ with TemporaryDirectory() as folder:
         track=fmus["TrackWithContact"],  # the stiff contact sits with the track
         parameters={"contact.nonlinear": True},
         journey=Journey(speed=speed, held=False, profile=dip(length=2.0, depth=1e-3, at=12.0)),
-        scheme=jacobi(extrapolation=1),
+        scheme=jacobi(degree=1),
         step=1e-4,  # s
         stop=0.25,
     )

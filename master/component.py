@@ -1,10 +1,12 @@
-"""What the master asks of anything it couples: an FMU, a signal, or a fake in a test."""
+"""What the master asks of anything it couples: an FMU, a signal, a contact law, a linear model."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +15,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 
 
 class Hold(IntEnum):
-    """How a component continues its inputs over a communication step.
+    """How a component continues its inputs over a communication step by itself.
 
     The numbers are the values of the FMU parameter `input_hold` of our own FMUs.
     """
@@ -56,50 +58,121 @@ class ComponentError(RuntimeError):
     """A component refused a call; the message names it, the time and what it said."""
 
 
-class Component(Protocol):
+class Component(ABC):
     """A dynamic system that is stepped from outside.
 
-    Vectors of inputs and outputs are in the order of `inputs` and `outputs`.
+    Values are exchanged through two arrays, `u` and `y`, which `bind` makes those of a system: so
+    nothing is allocated or copied on the way.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in a system.
+    inputs, outputs : sequence of Variable
+        The interface. All vectors of inputs and outputs are in this order.
+
+    Attributes
+    ----------
+    name, inputs, outputs
+        As given.
+    u : array, shape (n_inputs,)
+        Where `write_inputs` takes the inputs from.
+    y : array, shape (n_outputs,)
+        Where `read_outputs` puts the outputs.
+    holds : frozenset of Hold
+        The ways this component can continue its inputs by itself; CONSTANT is always among them.
+    max_input_derivative : int
+        Highest derivative of the inputs that `set_input_derivatives` takes; 0 if none.
+    can_rollback : bool
+        Whether `save_state` and `restore_state` work.
     """
 
-    @property
-    def name(self) -> str:
-        """Name, unique in a system."""
+    holds: frozenset[Hold] = frozenset({Hold.CONSTANT})
+    max_input_derivative: int = 0
+    can_rollback: bool = False
 
-    @property
-    def inputs(self) -> tuple[Variable, ...]:
-        """The inputs."""
-
-    @property
-    def outputs(self) -> tuple[Variable, ...]:
-        """The outputs."""
+    def __init__(self, name: str, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> None:
+        self.name = name
+        self.inputs = tuple(inputs)
+        self.outputs = tuple(outputs)
+        self.u: FloatArray = np.array([v.start for v in self.inputs], dtype=np.float64)
+        self.y: FloatArray = np.zeros(len(self.outputs))
 
     @property
     def feedthrough(self) -> NDArray[np.bool_]:
         """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
+        return np.ones((len(self.outputs), len(self.inputs)), dtype=bool)
 
-    @property
-    def holds(self) -> frozenset[Hold]:
-        """The ways this component can continue its inputs; CONSTANT is always among them."""
+    def bind(self, u: FloatArray, y: FloatArray) -> None:
+        """Exchange values through these arrays from now on, contiguous, of the shapes of `u`, `y`."""
+        self.u, self.y = u, y
 
-    @property
-    def can_rollback(self) -> bool:
-        """Whether `save_state` and `restore_state` work."""
+    @abstractmethod
+    def write_inputs(self) -> None:
+        """Make `u` the inputs at the present time."""
 
-    def set_hold(self, hold: Hold) -> None:
-        """Choose how the inputs continue from now on; `hold` must be in `holds`."""
+    @abstractmethod
+    def read_outputs(self) -> None:
+        """Put the outputs at the present time, for the inputs last written, into `y`."""
 
-    def set_inputs(self, u: FloatArray) -> None:
-        """Set all inputs, shape (n_inputs,)."""
-
-    def get_outputs(self) -> FloatArray:
-        """All outputs at the present time, for the inputs last set, shape (n_outputs,)."""
-
+    @abstractmethod
     def do_step(self, t: float, h: float) -> None:
         """Go from time `t` to `t + h` (s). Raises ComponentError."""
 
+    # --- for those who use a component by itself -----------------------------------------------
+
+    def set_inputs(self, u: FloatArray) -> None:
+        """Set all inputs, shape (n_inputs,)."""
+        if len(u) != self.u.size:
+            raise ValueError(f"{self.name}: {len(u)} values given for {self.u.size} inputs")
+        self.u[:] = u
+        self.write_inputs()
+
+    def get_outputs(self) -> FloatArray:
+        """All outputs, shape (n_outputs,); a copy."""
+        self.read_outputs()
+        return self.y.copy()
+
+    # --- what not every component can ----------------------------------------------------------
+
+    def set_hold(self, hold: Hold) -> None:
+        """Choose how the inputs continue from now on; `hold` must be in `holds`."""
+        if hold not in self.holds:
+            raise ComponentError(f"{self.name}: cannot {hold.name} its inputs")
+
+    def set_input_derivatives(self, derivatives: FloatArray) -> None:
+        """Give derivatives of the inputs at the beginning of the next step, for that step only.
+
+        Parameters
+        ----------
+        derivatives : array, shape (order, n_inputs)
+            The first, second ... derivative with respect to time, in units of the input per s,
+            s2 ...; `order` up to `max_input_derivative`.
+        """
+        raise ComponentError(f"{self.name}: takes no derivatives of its inputs")
+
+    def step_derivative(self) -> FloatArray | None:
+        """Change of the outputs at the end of the last step per change of an input held over it.
+
+        Returns
+        -------
+        array, shape (n_outputs, n_inputs), or None
+            None if the component does not know; who wants it then makes the step again.
+        """
+        return None
+
     def save_state(self) -> Any:
         """Snapshot of everything that decides the future."""
+        raise ComponentError(f"{self.name}: cannot save its state")
 
     def restore_state(self, state: Any) -> None:
         """Go back to a snapshot, which stays usable."""
+        raise ComponentError(f"{self.name}: cannot restore a state")
+
+    def serialize_state(self, state: Any) -> bytes:
+        """Write a snapshot as bytes, to be kept in a file."""
+        raise ComponentError(f"{self.name}: cannot write its state to a file")
+
+    def deserialize_state(self, data: bytes) -> Any:
+        """Read what `serialize_state` wrote, also in another process."""
+        raise ComponentError(f"{self.name}: cannot read its state from a file")

@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray
+from railcosim.master.pace import FixedStep, Pace
 from railcosim.master.schemes import Scheme, StepReport
 from railcosim.master.system import System
-
-_ROUNDING = 1e-6
-"""Of a step: a remainder smaller than this is rounding in the user's numbers, not a step."""
 
 _LIMIT = 1e6
 """Largest output, in nominal values. A contact force or a displacement in its own unit never gets
@@ -30,8 +28,7 @@ class FallbackWarning(UserWarning):
     """A component cannot continue its inputs as the scheme asks."""
 
 
-@dataclass(frozen=True, slots=True)
-class CommunicationPoint:
+class CommunicationPoint(NamedTuple):
     """The state of the exchange at one instant.
 
     Attributes
@@ -49,15 +46,80 @@ class CommunicationPoint:
     report: StepReport | None
 
 
+class Cosimulation(Iterator[CommunicationPoint]):
+    """See `cosimulate`; an iterator over communication points.
+
+    Attributes
+    ----------
+    system : System
+        What is coupled.
+    stepper : Stepper
+        The scheme at work on it.
+    walk : Walk
+        The pace at work on it.
+    time : float
+        Where it has got to, s; NaN before the first point.
+    """
+
+    def __init__(
+        self, system: System, scheme: Scheme, pace: Pace, start: float, stop: float, limit: float
+    ) -> None:
+        self.system = system
+        self.stepper = scheme.start(system)
+        self.walk = pace.walk(system, self.stepper, start, stop)
+        self.time = math.nan
+        self._start, self._stop = start, stop
+        self._inverse_limit = 1.0 / (limit * np.array([v.nominal for v in system.variables]))
+        self._context = f"scheme {scheme.describe()}, {pace.describe()}"
+
+    def __next__(self) -> CommunicationPoint:
+        """Make the next step; see `cosimulate`."""
+        if self.time == self._stop:
+            raise StopIteration
+        try:
+            if math.isnan(self.time):
+                self.system.begin(self._start)
+                t, report = self._start, None
+            else:
+                t, report = self.walk.advance(self.time)
+        except ComponentError as error:
+            begun = self._start if math.isnan(self.time) else self.time
+            raise ComponentError(
+                f"{error} (step from t = {begun:.9g} s, {self._context})"
+            ) from error
+        outputs = self.system.outputs.copy()
+        self._check(outputs, t)
+        self.time = t
+        return CommunicationPoint(t, outputs, report)
+
+    def _check(self, outputs: FloatArray, t: float) -> None:
+        """Raise Divergence if an output is out of bounds."""
+        scaled = outputs * self._inverse_limit
+        # One product finds large values and NaN, which compares false.
+        if scaled.dot(scaled) <= 1.0:
+            return
+        inside = np.abs(scaled) <= 1.0
+        if inside.all():
+            return
+        worst = int(np.argmin(inside))
+        variable = self.system.variables[worst]
+        raise Divergence(
+            f"diverged at t = {t:.9g} s: {self.system.names[worst]} = {outputs[worst]:.6g} "
+            f"{variable.unit} (allowed: {1.0 / self._inverse_limit[worst]:.3g}; {self._context}). "
+            "Try a shorter step; the scheme interface-jacobian; the contact in the other component; "
+            "or, if the value is right, a larger nominal value of the variable"
+        )
+
+
 def cosimulate(
     system: System,
     scheme: Scheme,
-    step: float,
+    step: float | Pace,
     stop: float,
     start: float = 0.0,
     *,
     limit: float = _LIMIT,
-) -> Iterator[CommunicationPoint]:
+) -> Cosimulation:
     """Couple components over time.
 
     The components must be initialised at `start`. To let FMUs find their initial state from each
@@ -69,26 +131,25 @@ def cosimulate(
         What to couple.
     scheme : Scheme
         How to couple it.
-    step : float
-        Communication step, s. The last one is shorter if `stop` is not a multiple away.
+    step : float or Pace
+        Communication step, s; the last one is shorter if `stop` is not a multiple away. Or a rule
+        for it.
     stop, start : float
         Time span, s.
     limit : float, optional
         Largest output, in its nominal values, that does not count as divergence.
 
-    Yields
-    ------
-    CommunicationPoint
-        At `start`, after every step, and last exactly at `stop`.
+    Returns
+    -------
+    Cosimulation
+        An iterator over communication points: at `start`, after every step, and last exactly at
+        `stop`. It raises Divergence if an output is not finite or exceeds the limit, and
+        ComponentError if a component refuses a call.
 
     Raises
     ------
     ValueError
         If step or span are not positive and finite, or the scheme does not suit the system.
-    Divergence
-        If an output is not finite or exceeds the limit.
-    ComponentError
-        If a component refuses a call.
 
     Warns
     -----
@@ -100,52 +161,10 @@ def cosimulate(
     >>> for point in cosimulate(system, jacobi(), step=1e-4, stop=1.0):  # doctest: +SKIP
     ...     recorder.add(point)
     """
-    if not (math.isfinite(step) and step > 0.0):
-        raise ValueError(f"step must be positive and finite, got {step!r} s")
     if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
         raise ValueError(f"stop must be finite and after start = {start!r} s, got {stop!r} s")
-    for sentence in scheme.prepare(system):
+    pace = FixedStep(step) if isinstance(step, float | int) else step
+    run = Cosimulation(system, scheme, pace, start, stop, limit)
+    for sentence in run.stepper.fallbacks:
         warnings.warn(sentence, FallbackWarning, stacklevel=2)
-    return _loop(system, scheme, step=step, stop=stop, start=start, limit=limit)
-
-
-def _loop(
-    system: System, scheme: Scheme, *, step: float, stop: float, start: float, limit: float
-) -> Iterator[CommunicationPoint]:
-    """Generate the communication points."""
-    largest = limit * np.array([variable.nominal for variable in system.variables])
-    n_steps = max(1, math.ceil((stop - start) / step - _ROUNDING))
-    remainder = stop - (start + (n_steps - 1) * step)
-    # The same number for every full step: an FMU may keep matrices for the step it knows.
-    last = step if abs(remainder - step) <= _ROUNDING * step else remainder
-    t = start
-    context = f"scheme {scheme.describe()}, step {step:g} s"
-    try:
-        system.forget()
-        system.exchange()
-        _check(system, largest, t, context)
-        yield CommunicationPoint(t, system.outputs.copy(), None)
-        for i in range(1, n_steps + 1):
-            is_last = i == n_steps
-            report = scheme.step(system, t, last if is_last else step)
-            t = stop if is_last else start + i * step
-            _check(system, largest, t, context)
-            yield CommunicationPoint(t, system.outputs.copy(), report)
-    except ComponentError as error:
-        raise ComponentError(f"{error} (step from t = {t:.9g} s, {context})") from error
-
-
-def _check(system: System, largest: FloatArray, t: float, context: str) -> None:
-    """Raise Divergence if an output is out of bounds."""
-    # One comparison finds large values and NaN, which compares false.
-    inside = np.abs(system.outputs) <= largest
-    if inside.all():
-        return
-    worst = int(np.argmin(inside))
-    unit = system.variables[worst].unit
-    raise Divergence(
-        f"diverged at t = {t:.9g} s: {system.names[worst]} = {system.outputs[worst]:.6g} {unit} "
-        f"(allowed: {largest[worst]:.3g}; {context}). Try a shorter step; the contact in the other "
-        "component; Gauss-Seidel in place of Jacobi; or, if the value is right, a larger nominal "
-        "value of the variable"
-    )
+    return run

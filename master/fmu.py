@@ -7,6 +7,7 @@ import ctypes
 import shutil
 from collections.abc import Mapping
 from enum import Enum
+from functools import cache
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.master.archive import FmuError, unpack
-from railcosim.master.component import ComponentError, FloatArray, Hold, Variable
+from railcosim.master.component import Component, ComponentError, FloatArray, Hold
 from railcosim.master.description import HOLD_PARAMETER, FmuDescription, read_description
 from railcosim.master.fmu_instance import FmuInstance, FmuState
 from railcosim.master.fmu_parameters import parameter_call
@@ -31,7 +32,7 @@ class _Phase(Enum):
     RUNNING = "initialised"
 
 
-class FmuComponent:
+class FmuComponent(Component):
     """One instance of an FMI 2.0 Co-Simulation FMU.
 
     Made by `load`; then `set_parameters`, `enter_initialization`, `exit_initialization`, steps,
@@ -45,17 +46,13 @@ class FmuComponent:
     """
 
     def __init__(self, name: str, description: FmuDescription, folder: Path) -> None:
-        self._name = name
+        super().__init__(name, description.inputs, description.outputs)
         self.description = description
         self._instance = FmuInstance(name, description, folder)
         self._phase = _Phase.INSTANTIATED
-        # Buffers and pointers made once: making them in every call costs more than the FMU does.
-        self._u = np.array([v.start for v in description.inputs], dtype=np.float64)
-        self._y = np.zeros(len(description.outputs))
-        self._u_pointer = _pointer(self._u)
-        self._y_pointer = _pointer(self._y)
         self._u_references = _references(description.input_references)
         self._y_references = _references(description.output_references)
+        self.bind(self.u, self.y)
 
     @classmethod
     def load(cls, path: str | Path, *, name: str | None = None) -> Self:
@@ -90,34 +87,24 @@ class FmuComponent:
     # --- interface -----------------------------------------------------------------------------
 
     @property
-    def name(self) -> str:
-        """Name, unique in a system."""
-        return self._name
-
-    @property
-    def inputs(self) -> tuple[Variable, ...]:
-        """The Real inputs."""
-        return self.description.inputs
-
-    @property
-    def outputs(self) -> tuple[Variable, ...]:
-        """The Real outputs."""
-        return self.description.outputs
-
-    @property
     def feedthrough(self) -> NDArray[np.bool_]:
         """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
         return self.description.feedthrough
 
     @property
-    def holds(self) -> frozenset[Hold]:
+    def max_input_derivative(self) -> int:  # type: ignore[override]
+        """2 if the FMU can interpolate its inputs (FMI names no order), else 0."""
+        return 2 if self.description.can_interpolate_inputs else 0
+
+    @property
+    def holds(self) -> frozenset[Hold]:  # type: ignore[override]
         """All holds if the FMU has the Integer parameter ``input_hold``, else only CONSTANT."""
         return (
             frozenset(Hold) if self.description.has_hold_parameter else frozenset({Hold.CONSTANT})
         )
 
     @property
-    def can_rollback(self) -> bool:
+    def can_rollback(self) -> bool:  # type: ignore[override]
         """Whether the FMU declares that its state can be got and set."""
         return self.description.can_get_and_set_state
 
@@ -191,19 +178,51 @@ class FmuComponent:
 
     # --- stepping (the hot path) ---------------------------------------------------------------
 
-    def set_inputs(self, u: FloatArray) -> None:
-        """Set all inputs, shape (n_inputs,)."""
-        if self._u.size != len(u):
-            raise FmuError(f"{self._name}: {len(u)} values given for {self._u.size} inputs")
-        if self._u.size:
-            self._u[:] = u
-            self._instance.call("fmi2SetReal", self._u_references, self._u.size, self._u_pointer)
+    def bind(self, u: FloatArray, y: FloatArray) -> None:
+        """Exchange values through these arrays from now on; see `Component.bind`."""
+        super().bind(u, y)
+        # Pointers made once: making them in every call costs more than the FMU does.
+        self._u_pointer, self._y_pointer = _pointer(u), _pointer(y)
 
-    def get_outputs(self) -> FloatArray:
-        """All outputs at the present time, for the inputs last set, shape (n_outputs,); a copy."""
-        if self._y.size:
-            self._instance.call("fmi2GetReal", self._y_references, self._y.size, self._y_pointer)
-        return self._y.copy()
+    def write_inputs(self) -> None:
+        """Make `u` the inputs at the present time."""
+        if self.u.size:
+            self._instance.call("fmi2SetReal", self._u_references, self.u.size, self._u_pointer)
+
+    def read_outputs(self) -> None:
+        """Put the outputs at the present time, for the inputs last written, into `y`."""
+        if self.y.size:
+            self._instance.call("fmi2GetReal", self._y_references, self.y.size, self._y_pointer)
+
+    def set_input_derivatives(self, derivatives: FloatArray) -> None:
+        """Give derivatives of the inputs for the next step; see `Component`."""
+        n, order = self.u.size, len(derivatives)
+        self._instance.call(
+            "fmi2SetRealInputDerivatives",
+            _references(self.description.input_references * order),
+            n * order,
+            _orders(n, order),
+            _pointer(np.ascontiguousarray(derivatives)),
+        )
+
+    def step_derivative(self) -> FloatArray | None:
+        """Change of the outputs per change of an input held over the last step; see `Component`."""
+        if not self.description.has_directional_derivatives:
+            return None
+        matrix = np.empty((self.u.size, self.y.size))
+        one, column = (ctypes.c_double * 1)(1.0), np.empty(self.y.size)
+        for j, reference in enumerate(self.description.input_references):
+            self._instance.call(
+                "fmi2GetDirectionalDerivative",
+                self._y_references,
+                self.y.size,
+                _references((reference,)),
+                1,
+                one,
+                _pointer(column),
+            )
+            matrix[j] = column
+        return matrix.T
 
     def do_step(self, t: float, h: float) -> None:
         """Go from time `t` to `t + h` (s). Raises ComponentError."""
@@ -217,9 +236,7 @@ class FmuComponent:
     def set_hold(self, hold: Hold) -> None:
         """Choose how the inputs continue from now on; `hold` must be in `holds`."""
         if hold not in self.holds:
-            raise FmuError(
-                f"{self._name}: cannot {hold.name} inputs; no parameter {HOLD_PARAMETER}"
-            )
+            raise FmuError(f"{self.name}: cannot {hold.name} inputs; no parameter {HOLD_PARAMETER}")
         if self.description.has_hold_parameter:
             reference = self.description.parameters[HOLD_PARAMETER].reference
             value = (ctypes.c_int * 1)(hold)
@@ -264,7 +281,7 @@ class FmuComponent:
         self._instance.check_open()
         if self._phase is not wanted:
             raise FmuError(
-                f"{self._name}: is {self._phase.value}, but for this call it must be "
+                f"{self.name}: is {self._phase.value}, but for this call it must be "
                 f"{wanted.value}: enter and exit the initialisation, once"
             )
 
@@ -277,9 +294,16 @@ class FmuComponent:
         """Refuse a snapshot of another instance, which would crash."""
         self._instance.check_open()
         if not self._instance.owns(state):
-            raise FmuError(f"{self._name}: this snapshot belongs to another FMU")
+            raise FmuError(f"{self.name}: this snapshot belongs to another FMU")
 
 
+@cache
+def _orders(n: int, order: int) -> Any:
+    """Make a ctypes array of n ones, n twos ..."""
+    return (ctypes.c_int * (n * order))(*np.repeat(np.arange(1, order + 1), n).tolist())
+
+
+@cache
 def _references(values: tuple[int, ...]) -> Any:
     """Make a ctypes array of value references."""
     return (ctypes.c_uint * len(values))(*values)

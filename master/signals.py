@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from railcosim.master.component import FloatArray, Hold, Variable
+from railcosim.master.component import Component, Variable
 
 
-class Signal:
+class Signal(Component):
     """A component without inputs whose outputs are a function of time.
 
     Parameters
@@ -25,8 +26,6 @@ class Signal:
         Time (s) before the first step.
     """
 
-    inputs: tuple[Variable, ...] = ()
-    holds = frozenset(Hold)  # nothing to hold
     can_rollback = True
 
     def __init__(
@@ -36,8 +35,7 @@ class Signal:
         function: Callable[[float], ArrayLike],
         start: float = 0.0,
     ) -> None:
-        self.name = name
-        self.outputs = tuple(outputs)
+        super().__init__(name, (), outputs)
         self._function = function
         self._time = start
         shape = np.shape(function(start))
@@ -47,20 +45,12 @@ class Signal:
                 f"({len(self.outputs)},), one value for each output"
             )
 
-    @property
-    def feedthrough(self) -> NDArray[np.bool_]:
-        """Nothing depends on inputs, shape (n_outputs, 0)."""
-        return np.zeros((len(self.outputs), 0), dtype=bool)
-
-    def set_hold(self, hold: Hold) -> None:
+    def write_inputs(self) -> None:
         """Do nothing: there are no inputs."""
 
-    def set_inputs(self, u: FloatArray) -> None:
-        """Do nothing: there are no inputs."""
-
-    def get_outputs(self) -> FloatArray:
-        """Values at the present time, shape (n_outputs,)."""
-        return np.asarray(self._function(self._time), dtype=np.float64)
+    def read_outputs(self) -> None:
+        """Evaluate the function at the present time."""
+        self.y[:] = self._function(self._time)
 
     def do_step(self, t: float, h: float) -> None:
         """Go to time `t + h` (s)."""
@@ -73,3 +63,12 @@ class Signal:
     def restore_state(self, state: float) -> None:
         """Go back in time."""
         self._time = state
+
+    def serialize_state(self, state: float) -> bytes:
+        """Write the time as bytes."""
+        return struct.pack("<d", state)
+
+    def deserialize_state(self, data: bytes) -> float:
+        """Read the time from bytes."""
+        time: float = struct.unpack("<d", data)[0]
+        return time

@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.master.component import Component, FloatArray, Hold, Variable
+from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import Connection, CouplingError, check_connections
+from railcosim.master.continuation import NAMES, Continuation, Held, History, continuation, follow
 from railcosim.master.exchange import exchange_plan
 from railcosim.master.suggest import suggest
 
 
 @dataclass(slots=True)
 class _Port:
-    """What the system knows of one component; arrays in it are replaced, never changed."""
+    """What the system knows of one component."""
 
     component: Component
     outputs: slice
@@ -28,15 +29,17 @@ class _Port:
     """The components that feed it."""
     reacts: bool
     """Whether an output depends at once on a connected input."""
-    hold: Hold = Hold.CONSTANT
-    u: FloatArray = field(default_factory=lambda: np.empty(0))
-    """Inputs last set."""
-    key: bytes | None = None
-    """Their bytes; None if the component's inputs are not known."""
+    continuation: Continuation = field(default_factory=Held)
+    """How its inputs go on over a step."""
+    past: History = ()
+    """As many as the continuation needs; arrays in it are never written to."""
     fresh: bool = False
     """Whether the buffer holds the outputs for the present time and inputs."""
-    line: tuple[tuple[float, FloatArray], ...] = ()
-    """Time and inputs at the beginning of the last step and of the one before it, latest last."""
+
+    def note(self, t: float, u: FloatArray) -> None:
+        """Remember the inputs at `t`."""
+        past = self.past[:-1] if self.past and self.past[-1][0] == t else self.past
+        self.past = (*past[-self.continuation.degree :], (t, u.copy()))
 
 
 class System:
@@ -80,17 +83,27 @@ class System:
         starts = [v.start for c in components for v in c.inputs]
         self._buffer = np.concatenate([np.zeros(len(self.names)), np.array(starts, dtype=float)])
         self.outputs: FloatArray = self._buffer[: len(self.names)]
+        for port in self._ports:
+            port.component.bind(port.component.u.copy(), self._buffer[port.outputs])
         self._plan = exchange_plan(
             [(p.outputs, p.sources, p.component.feedthrough) for p in self._ports], self.names
         )
 
     # --- the exchange --------------------------------------------------------------------------
 
+    def begin(self, t: float) -> None:
+        """Make everything consistent at `t` (s), and forget what was before it."""
+        for port in self._ports:
+            port.fresh, port.past = False, ()
+        self.exchange()
+        for port in self._ports:
+            if port.continuation.degree:
+                port.note(t, port.component.u)
+
     def exchange(self) -> None:
         """Make all outputs and inputs consistent at the present time.
 
-        Outputs are read after the inputs they depend on directly have been set. Components whose
-        values have not changed are not called.
+        Outputs are read after the inputs they depend on directly have been set.
         """
         for k, needs_inputs in self._plan.visits:
             if needs_inputs:
@@ -102,71 +115,119 @@ class System:
     def feed(self, k: int) -> None:
         """Set the inputs of component `k` to the present values of its sources."""
         port = self._ports[k]
-        u = self._buffer.take(port.sources)
-        # Comparing bytes takes 0.3 us; an FMU call takes 1 (native) to 10 (Python).
-        key = u.tobytes()
-        if key != port.key:
-            self._set_inputs(port, u, key)
+        # "clip" only because the default checks every index again; all are in range.
+        self._buffer.take(port.sources, out=port.component.u, mode="clip")
+        self.write_inputs(k)
+
+    def write_inputs(self, k: int) -> None:
+        """Set the inputs of component `k` to what its `u` holds: after a step, where they got to.
+
+        A component whose inputs went on along a polynomial has to be read for its end and not for
+        its beginning, or outputs that depend on inputs at once are of first order only.
+        """
+        port = self._ports[k]
+        port.component.write_inputs()
+        if port.reacts:
+            port.fresh = False
 
     def refresh(self, k: int) -> None:
         """Read the outputs of component `k`, if they may have changed."""
         port = self._ports[k]
         if not port.fresh:
-            self._buffer[port.outputs] = port.component.get_outputs()
+            port.component.read_outputs()
             port.fresh = True
+
+    def gather(self, k: int) -> FloatArray:
+        """Give the present values of the sources of component `k`, shape (n_inputs,)."""
+        return self._buffer.take(self._ports[k].sources)
 
     # --- for schemes ---------------------------------------------------------------------------
 
-    def step(self, k: int, t: float, h: float) -> None:
-        """Take component `k` from `t` to `t + h` (s) with the inputs it has; outputs not read."""
-        port = self._ports[k]
-        port.component.do_step(t, h)
-        port.fresh = False
-        port.line = (*port.line[-1:], (t, port.u))
+    def set_continuation(self, k: int, degree: int, *, at_end: bool) -> str | None:
+        """Choose how the inputs of component `k` go on over a step.
 
-    def extend_inputs(self, k: int, t: float) -> None:
-        """Set the inputs of component `k`, just stepped with EXTRAPOLATE, to where they got to.
-
-        The component extended its inputs along a line; its outputs at `t` (s) have to be read for
-        the end of that line and not for its beginning, or they are of first order only.
-        """
-        port = self._ports[k]
-        if not port.reacts or len(port.line) < 2:
-            return
-        (t0, u0), (t1, u1) = port.line
-        u = u1 + (u1 - u0) * ((t - t1) / (t1 - t0))
-        self._set_inputs(port, u, u.tobytes())
-
-    def set_hold(self, k: int, hold: Hold) -> str | None:
-        """Ask component `k` to continue its inputs in a way.
+        Parameters
+        ----------
+        k : int
+            The component.
+        degree : int
+            0 constant, 1 linear, 2 quadratic.
+        at_end : bool
+            Whether it will be stepped by `step_towards`; else by `step`.
 
         Returns
         -------
         str or None
-            A sentence for the user if the component cannot, and holds them constant instead.
+            A sentence for the user if the component can only do with a lower degree.
         """
         port = self._ports[k]
-        able = hold in port.component.holds
-        port.hold = hold if able else Hold.CONSTANT
-        port.component.set_hold(port.hold)
-        if able:
+        port.continuation = continuation(port.component, degree, at_end=at_end)
+        able = port.continuation.degree
+        if able == degree:
             return None
         return (
-            f"{port.component.name} cannot {hold.name.lower()} its inputs and holds them constant: "
-            "the coupling is of first order in the step."
+            f"{port.component.name} cannot {'inter' if at_end else 'extra'}polate its inputs by a "
+            f"{NAMES[degree]} polynomial; they are {NAMES[able]}, and the coupling is of order "
+            f"{able + 1} in the step."
         )
 
-    def hold(self, k: int) -> Hold:
-        """Tell how component `k` continues its inputs."""
-        return self._ports[k].hold
+    def step(self, k: int, t: float, h: float) -> None:
+        """Take component `k` from `t` to `t + h` (s), its inputs going on from those it has."""
+        port = self._ports[k]
+        component = port.component
+        if port.continuation.degree:
+            port.note(t, component.u)
+        port.continuation.extrapolate(component, port.past, t, h)
+        port.fresh = False
+
+    def step_towards(self, k: int, t: float, h: float, u: FloatArray) -> None:
+        """Take component `k` from `t` to `t + h` (s), its inputs being `u` at the end."""
+        port = self._ports[k]
+        port.continuation.interpolate(port.component, port.past, t, h, u)
+        if port.continuation.degree:
+            port.note(t + h, u)
+        port.fresh = False
+
+    def step_along(self, k: int, t: float, h: float, taylor: FloatArray) -> None:
+        """Take component `k` from `t` to `t + h` (s) along a given polynomial.
+
+        Parameters
+        ----------
+        k : int
+            The component.
+        t, h : float
+            Beginning and length of the step, s.
+        taylor : array, shape (degree + 1, n_inputs)
+            Value and derivatives of the inputs at `t`.
+        """
+        port = self._ports[k]
+        port.component.u[:] = taylor[0]
+        port.component.write_inputs()
+        follow(port.component, taylor, t, h)
+        port.fresh = False
+
+    def degree(self, k: int) -> int:
+        """Tell the degree of the polynomial by which the inputs of component `k` go on."""
+        return self._ports[k].continuation.degree
 
     def feeders(self, k: int) -> frozenset[int]:
         """Tell which components feed component `k`."""
         return self._ports[k].feeders
 
-    def inputs(self, k: int) -> FloatArray:
-        """Give the inputs last set in component `k`, shape (n_inputs,); not to be written to."""
-        return self._ports[k].u
+    def reacts(self, k: int) -> bool:
+        """Tell whether an output of component `k` depends at once on a connected input."""
+        return self._ports[k].reacts
+
+    def own_outputs(self, k: int) -> slice:
+        """Tell where in `outputs` those of component `k` are."""
+        return self._ports[k].outputs
+
+    def sources(self, k: int) -> NDArray[np.intp]:
+        """Tell where in `outputs` each input of component `k` comes from, shape (n_inputs,).
+
+        A number beyond the end of `outputs` means that nothing feeds the input.
+        """
+        return self._ports[k].sources
 
     def index(self, name: str) -> int:
         """Find the index of a component."""
@@ -177,33 +238,27 @@ class System:
 
     # --- state ---------------------------------------------------------------------------------
 
-    def forget(self) -> None:
-        """Assume nothing of the components' values: after they were changed from outside."""
-        for port in self._ports:
-            port.key, port.fresh, port.line = None, False, ()
+    @property
+    def can_rollback(self) -> bool:
+        """Whether all components can go back to a snapshot."""
+        return all(component.can_rollback for component in self.components)
 
     def save_state(self) -> Any:
         """Snapshot of all components and of the values exchanged."""
         return (
             [port.component.save_state() for port in self._ports],
-            [(port.u, port.key, port.fresh, port.line) for port in self._ports],
+            [(port.component.u.copy(), port.past, port.fresh) for port in self._ports],
             self.outputs.copy(),
         )
 
     def restore_state(self, state: Any) -> None:
         """Go back to a snapshot, which stays usable."""
         components, values, outputs = state
-        for port, snapshot, value in zip(self._ports, components, values, strict=True):
+        for port, snapshot, (u, past, fresh) in zip(self._ports, components, values, strict=True):
             port.component.restore_state(snapshot)
-            port.u, port.key, port.fresh, port.line = value
+            port.component.u[:] = u
+            port.past, port.fresh = past, fresh
         self.outputs[:] = outputs
-
-    def _set_inputs(self, port: _Port, u: FloatArray, key: bytes) -> None:
-        """Set inputs that differ from the last."""
-        port.component.set_inputs(u)
-        port.u, port.key = u, key
-        if port.reacts:
-            port.fresh = False
 
 
 def _make_ports(

@@ -243,7 +243,7 @@ def _run(
             "contact.hertz_coefficient": coefficient_for(run.k_H, wheel_load),
         },
         journey=Journey(speed=SPEED, held=not run.rolling, profile=profile),
-        scheme=jacobi(extrapolation=1),
+        scheme=jacobi(degree=1),
         step=STEP,
         stop=duration,
     )

@@ -1,16 +1,17 @@
 """Coupling schemes, one a file; what they have in common.
 
 A scheme is a frozen object made by the factory in its file, for instance
-``railcosim.master.schemes.jacobi.jacobi``.
+``railcosim.master.schemes.jacobi.jacobi``. Started on a system it gives a stepper.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
-from railcosim.master.component import Hold
+from railcosim.master.continuation import NAMES
 from railcosim.master.system import System
 
 
@@ -37,16 +38,34 @@ ONE_EVALUATION = StepReport(evaluations=1, residual=math.nan, converged=True)
 """The report of a scheme that steps everything once and measures nothing."""
 
 
+class Stepper(Protocol):
+    """A scheme at work on one system.
+
+    Attributes
+    ----------
+    fallbacks : tuple of str
+        A sentence for every component that cannot do what the scheme asks for.
+    memory : object
+        Everything beyond the system's own state that decides the next steps: numbers, arrays, and
+        tuples of them, never changed in place; None if there is nothing. Setting it goes back.
+    """
+
+    fallbacks: tuple[str, ...]
+    memory: Any
+
+    def step(self, t: float, h: float) -> StepReport:
+        """Take the system, consistent at `t`, to `t + h` (s), consistent again."""
+
+
 class Scheme(Protocol):
-    """A way to take coupled components over one communication step."""
+    """A way to take coupled components over a communication step."""
 
-    def prepare(self, system: System) -> tuple[str, ...]:
-        """Set how the components hold their inputs; may be called again.
+    @property
+    def order(self) -> int:
+        """Order of the error in the step, if every component can do what is asked."""
 
-        Returns
-        -------
-        tuple of str
-            A sentence for every component that cannot do what the scheme asks and falls back.
+    def start(self, system: System) -> Stepper:
+        """Prepare the components, and go to work.
 
         Raises
         ------
@@ -54,40 +73,38 @@ class Scheme(Protocol):
             If the scheme does not suit the system.
         """
 
-    def step(self, system: System, t: float, h: float) -> StepReport:
-        """Take `system`, consistent at `t`, to `t + h` (s), consistent again."""
-
     def describe(self) -> str:
         """Name with settings, for people and for results."""
 
 
-def check_extrapolation(extrapolation: int) -> None:
-    """Refuse what no component can do."""
-    if extrapolation not in (0, 1):
-        raise ValueError(f"extrapolation must be 0 (constant) or 1 (linear), got {extrapolation!r}")
+def check_degree(degree: int) -> None:
+    """Refuse polynomials that nobody has."""
+    if degree not in range(len(NAMES)):
+        raise ValueError(
+            f"degree must be 0 (constant), 1 (linear) or 2 (quadratic), got {degree!r}"
+        )
 
 
-def extrapolation_name(extrapolation: int) -> str:
-    """``constant`` or ``linear``."""
-    return ("constant", "linear")[extrapolation]
-
-
-def set_holds(system: System, holds: dict[int, Hold]) -> tuple[str, ...]:
-    """Set the hold of every component that has inputs, and gather what they cannot do.
+def set_continuations(system: System, degree: int, at_end: Mapping[int, bool]) -> tuple[str, ...]:
+    """Choose how the inputs of all components that have some go on over a step.
 
     Parameters
     ----------
     system : System
         The components.
-    holds : dict of int to Hold
-        By index of component.
+    degree : int
+        Of the polynomial.
+    at_end : mapping of int to bool
+        By index of component: whether its inputs at the end of a step are known.
 
     Returns
     -------
     tuple of str
-        A sentence for each fallback.
+        A sentence for each component that can only do with a lower degree.
     """
     sentences = (
-        system.set_hold(k, hold) for k, hold in holds.items() if system.components[k].inputs
+        system.set_continuation(k, degree, at_end=known)
+        for k, known in at_end.items()
+        if system.components[k].inputs
     )
     return tuple(sentence for sentence in sentences if sentence is not None)

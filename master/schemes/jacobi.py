@@ -4,52 +4,61 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from railcosim.master.component import Hold
-from railcosim.master.schemes import (
-    ONE_EVALUATION,
-    StepReport,
-    check_extrapolation,
-    extrapolation_name,
-    set_holds,
-)
+from railcosim.master.continuation import NAMES
+from railcosim.master.schemes import ONE_EVALUATION, StepReport, check_degree, set_continuations
 from railcosim.master.system import System
-
-_HOLDS = (Hold.CONSTANT, Hold.EXTRAPOLATE)
 
 
 @dataclass(frozen=True)
 class Jacobi:
     """See `jacobi`."""
 
-    extrapolation: int
+    degree: int
 
-    def prepare(self, system: System) -> tuple[str, ...]:
-        """Ask all components for the same hold; see `Scheme.prepare`."""
-        hold = _HOLDS[self.extrapolation]
-        return set_holds(system, dict.fromkeys(range(len(system.components)), hold))
+    @property
+    def order(self) -> int:
+        """Order of the error in the step."""
+        return self.degree + 1
 
-    def step(self, system: System, t: float, h: float) -> StepReport:
-        """Step all, then exchange; see `Scheme.step`."""
-        for k in range(len(system.components)):
-            system.step(k, t, h)
-        system.exchange()
-        return ONE_EVALUATION
+    def start(self, system: System) -> JacobiStepper:
+        """Ask all components for the same polynomial; see `Scheme.start`."""
+        return JacobiStepper(system, self.degree)
 
     def describe(self) -> str:
         """Name with settings."""
-        return f"Jacobi, {extrapolation_name(self.extrapolation)} inputs"
+        return f"Jacobi, {NAMES[self.degree]} inputs"
 
     __str__ = describe
 
 
-def jacobi(*, extrapolation: int = 1) -> Jacobi:
+class JacobiStepper:
+    """See `Stepper`; it remembers nothing."""
+
+    memory = None
+
+    def __init__(self, system: System, degree: int) -> None:
+        everybody = range(len(system.components))
+        self.fallbacks = set_continuations(system, degree, dict.fromkeys(everybody, False))
+        self._system = system
+        self._everybody = everybody
+
+    def step(self, t: float, h: float) -> StepReport:
+        """Step all, then exchange; see `Stepper.step`."""
+        system = self._system
+        for k in self._everybody:
+            system.step(k, t, h)
+        system.exchange()
+        return ONE_EVALUATION
+
+
+def jacobi(*, degree: int = 1) -> Jacobi:
     """Couple in parallel.
 
     Parameters
     ----------
-    extrapolation : int, optional
-        0 holds the inputs constant over a step: first order in the step. 1 extrapolates them
-        linearly: second order, but often unstable from a shorter step on.
+    degree : int, optional
+        Of the polynomial by which inputs are extrapolated over a step: 0 constant, 1 linear, 2
+        quadratic. The order of the error is one more; the largest stable step is often less.
 
     Returns
     -------
@@ -59,11 +68,11 @@ def jacobi(*, extrapolation: int = 1) -> Jacobi:
     Raises
     ------
     ValueError
-        For another extrapolation.
+        For another degree.
 
     References
     ----------
     .. [1] M. Busch, Zur effizienten Kopplung von Simulationsprogrammen, PhD thesis, Kassel, 2012.
     """
-    check_extrapolation(extrapolation)
-    return Jacobi(extrapolation)
+    check_degree(degree)
+    return Jacobi(degree)

@@ -119,10 +119,10 @@ def driven(drive: Drive, scheme: Scheme, *, feedthrough: bool) -> FloatArray:
 
 
 SCHEMES = {
-    "Jacobi": {"scheme": jacobi(extrapolation=0)},
-    "Jacobi, feedthrough resolved": {"scheme": jacobi(extrapolation=0), "feedthrough": True},
-    "Gauss-Seidel, vehicle first": {"scheme": gauss_seidel(first="vehicle", extrapolation=0)},
-    "Gauss-Seidel, track first": {"scheme": gauss_seidel(first="track", extrapolation=0)},
+    "Jacobi": {"scheme": jacobi(degree=0)},
+    "Jacobi, feedthrough resolved": {"scheme": jacobi(degree=0), "feedthrough": True},
+    "Gauss-Seidel, vehicle first": {"scheme": gauss_seidel(first="vehicle", degree=0)},
+    "Gauss-Seidel, track first": {"scheme": gauss_seidel(first="track", degree=0)},
 }
 
 

@@ -59,7 +59,7 @@ def test_fmpy(run, exported, exported3, fmi):
     drive = make_drive(exported["Track"])
     told = run("fmpy", replace(drive, fmu=str({2: exported, 3: exported3}[fmi]["Track"])))
     found = np.array(told["rows"])
-    held, ahead = jacobi(extrapolation=0), gauss_seidel(first="fmu", extrapolation=0)
+    held, ahead = jacobi(degree=0), gauss_seidel(first="fmu", degree=0)
     assert difference(found, driven(drive, held, feedthrough=False)) < AGREES
     assert difference(found, driven(drive, held, feedthrough=True)) > DIFFERS
     assert difference(found, driven(drive, ahead, feedthrough=False)) > DIFFERS

@@ -15,7 +15,7 @@ from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
 
-from .oscillator import make_system
+from .oscillator import HoldingComponent, make_system
 
 
 def signal_system(function, **variable):
@@ -83,7 +83,7 @@ def test_points_are_yours_to_keep():
 
 def test_fallback_warns():
     with pytest.warns(FallbackWarning) as caught:
-        cosimulate(make_system(holds={Hold.CONSTANT}), jacobi(), 0.01, 0.1)
+        cosimulate(make_system(HoldingComponent, holds={Hold.CONSTANT}), jacobi(), 0.01, 0.1)
     assert [" ".join(str(w.message).split()[:3]) for w in caught] == [
         "left cannot extrapolate",
         "right cannot extrapolate",
@@ -91,6 +91,7 @@ def test_fallback_warns():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         cosimulate(make_system(), jacobi(), 0.01, 0.1)
+        cosimulate(make_system(HoldingComponent), jacobi(), 0.01, 0.1)
 
 
 def test_divergence_keeps_what_was_recorded():

@@ -1,0 +1,77 @@
+"""How long the communication steps are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from railcosim.master.schemes import Stepper, StepReport
+from railcosim.master.system import System
+
+_ROUNDING = 1e-6
+"""Of a step: a remainder smaller than this is rounding in the user's numbers, not a step."""
+
+
+class Walk(Protocol):
+    """A pace on its way through a span of time.
+
+    Attributes
+    ----------
+    memory : object
+        What decides the next steps; as `Stepper.memory`.
+    """
+
+    memory: Any
+
+    def advance(self, t: float) -> tuple[float, StepReport]:
+        """Make one step from `t`, however often it is tried; gives the new time (s)."""
+
+
+class Pace(Protocol):
+    """A rule for the lengths of communication steps."""
+
+    def walk(self, system: System, stepper: Stepper, start: float, stop: float) -> Walk:
+        """Begin at `start` (s); the last step ends exactly at `stop`."""
+
+    def describe(self) -> str:
+        """For people and for results."""
+
+
+@dataclass(frozen=True)
+class FixedStep:
+    """All steps of one length (s); the last one is shorter if the end is not a multiple away."""
+
+    step: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.step) and self.step > 0.0):
+            raise ValueError(f"step must be positive and finite, got {self.step!r} s")
+
+    def walk(self, system: System, stepper: Stepper, start: float, stop: float) -> Walk:
+        """Begin; see `Pace.walk`."""
+        return _FixedWalk(stepper, self.step, start, stop)
+
+    def describe(self) -> str:
+        """For people and for results."""
+        return f"step {self.step:g} s"
+
+
+class _FixedWalk:
+    """See `Walk`; its memory is the number of steps made."""
+
+    def __init__(self, stepper: Stepper, step: float, start: float, stop: float) -> None:
+        self.memory = 0
+        self._stepper, self._step, self._start, self._stop = stepper, step, start, stop
+        self._n_steps = max(1, math.ceil((stop - start) / step - _ROUNDING))
+        remainder = stop - (start + (self._n_steps - 1) * step)
+        # The same number for every full step: an FMU may keep matrices for the step it knows.
+        self._last = step if abs(remainder - step) <= _ROUNDING * step else remainder
+
+    def advance(self, t: float) -> tuple[float, StepReport]:
+        """Make one step; see `Walk.advance`."""
+        self.memory += 1
+        if self.memory == self._n_steps:
+            return self._stop, self._stepper.step(t, self._last)
+        report = self._stepper.step(t, self._step)
+        return self._start + self.memory * self._step, report
