@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -19,9 +19,10 @@ from railcosim.master.signals import Signal
 from railcosim.master.system import System
 from railcosim.track.irregularity import Profile
 
-WHEELSETS = [f"wheelset[{i}]" for i in (1, 2, 3, 4)]
-WHEELS = [f"{w}.{side}" for side in ("left", "right") for w in WHEELSETS]
-FORCES = [f"{wheel}.force_z" for wheel in WHEELS]
+from .contact import FORCES, WHEELS, WHEELSETS, contact_law
+
+__all__ = ["FADE_IN", "FORCES", "WHEELS", "WHEELSETS", "Journey", "Pair", "open_pair"]
+
 FADE_IN = 10.0  # m
 FIRST_COMPRESSION = 1e-4  # m, about the static one: where the search for equilibrium begins
 STILL = 1e-6  # m/s2, and 0.1 N: a thousandth of what a bump of 1e-6 m does
@@ -31,7 +32,10 @@ Pool: TypeAlias = dict[str, float]  # values by variable name
 
 @dataclass(frozen=True)
 class Pair:
-    """The two FMUs, the irregularity, and their system, ready to run."""
+    """The two FMUs, and their system with the irregularity, ready to run.
+
+    Where neither FMU owns the contact springs, the system has a `Law` named ``contact`` that does.
+    """
 
     vehicle: FmuComponent
     track: FmuComponent
@@ -66,20 +70,15 @@ def open_pair(
     Parameters
     ----------
     vehicle, track : Path
-        FMU files; one of them owns the contact.
+        FMU files. If neither owns the contact springs, the master does.
     parameters : dict
-        Contact parameters, for the FMU that has them.
+        Of the contact, for whoever owns it.
     journey : Journey
         Speed and irregularity.
     """
     with ExitStack() as stack:
         cars = stack.enter_context(FmuComponent.load(vehicle, name="vehicle"))
         rails = stack.enter_context(FmuComponent.load(track, name="track"))
-        if not any(v.name == FORCES[0] for fmu in (cars, rails) for v in fmu.outputs):
-            raise CouplingError(
-                f"{vehicle} and {track}: neither owns the contact (has an output {FORCES[0]}); "
-                "give VehicleWithContact.fmu or TrackWithContact.fmu as one of them"
-            )
         for fmu in (cars, rails):
             known = fmu.description.parameters
             fmu.set_parameters({k: v for k, v in parameters.items() if k in known})
@@ -91,15 +90,16 @@ def open_pair(
         _ask(cars, pool)
         irregularity = _irregularity(journey, _positions(cars, pool))
         components: list[Component] = [irregularity, cars, rails]
+        if not any(v.name == FORCES[0] for fmu in (cars, rails) for v in fmu.outputs):
+            components.insert(2, contact_law(parameters))
         needed = [*(f"{w}.position" for w in WHEELSETS), *FORCES]
         system = System(components, connect_by_name(components, required=needed))
         heights = irregularity.get_outputs()
         pool.update(zip((v.name for v in irregularity.outputs), heights, strict=True))
-        _settle(cars, rails, pool)
+        _settle(cars, rails, components[2:-1], pool)
         for fmu in (cars, rails):
             _tell(fmu, pool)
             fmu.exit_initialization()
-        system.forget()
         yield Pair(cars, rails, system)
 
 
@@ -126,7 +126,9 @@ def _positions(vehicle: FmuComponent, pool: Pool) -> FloatArray:
     return np.array([pool[f"{w}.position"] for w in WHEELSETS])
 
 
-def _settle(vehicle: FmuComponent, track: FmuComponent, pool: Pool) -> None:
+def _settle(
+    vehicle: FmuComponent, track: FmuComponent, law: Sequence[Component], pool: Pool
+) -> None:
     """Find the heights (and forces) for which vehicle and track are at rest together.
 
     The vehicle is at rest on wheelsets held at `start_z`; it needs no holding where the wheelsets'
@@ -142,7 +144,7 @@ def _settle(vehicle: FmuComponent, track: FmuComponent, pool: Pool) -> None:
         _ask(track, pool)
         rail = np.array([pool[f"{w}.left.rail_z"] for w in WHEELSETS])
         guess = np.concatenate([1e3 * (rail + FIRST_COMPRESSION), force / 1e5])
-        residual = partial(_imbalance_at_forces, vehicle, track, pool)
+        residual = partial(_imbalance_at_forces, vehicle, track, law, pool)
     else:
         guess = np.full(4, 2.0)
         residual = partial(_imbalance_at_heights, vehicle, track, pool)
@@ -168,16 +170,21 @@ def _imbalance_at_heights(
 
 
 def _imbalance_at_forces(
-    vehicle: FmuComponent, track: FmuComponent, pool: Pool, unknown: FloatArray
+    vehicle: FmuComponent,
+    track: FmuComponent,
+    law: Sequence[Component],
+    pool: Pool,
+    unknown: FloatArray,
 ) -> FloatArray:
-    """The vehicle owns it: heights (mm), forces on the track (100 kN) to what is out of balance."""
+    """Someone else owns it: heights (mm), forces (100 kN) to what is out of balance."""
     force = 1e5 * unknown[4:]
     pool.update(zip(FORCES, force, strict=True))
     _tell(track, pool)
     _ask(track, pool)
     _place(vehicle, unknown[:4])
-    _tell(vehicle, pool)
-    _ask(vehicle, pool)
+    for component in (vehicle, *law):
+        _tell(component, pool)
+        _ask(component, pool)
     unequal = np.array([pool[name] for name in FORCES]) - force
     return np.concatenate([[pool[f"{w}.az"] for w in WHEELSETS], unequal / 1e5])
 
@@ -187,11 +194,12 @@ def _place(vehicle: FmuComponent, heights: FloatArray) -> None:
     vehicle.set_parameters(dict(zip(names, (1e-3 * heights).tolist(), strict=True)))
 
 
-def _tell(fmu: FmuComponent, pool: Pool) -> None:
+def _tell(component: Component, pool: Pool) -> None:
     """Set the inputs that are known; the others keep their start values."""
-    fmu.set_inputs(np.array([pool.get(v.name, v.start) for v in fmu.inputs]))
+    component.set_inputs(np.array([pool.get(v.name, v.start) for v in component.inputs]))
 
 
-def _ask(fmu: FmuComponent, pool: Pool) -> None:
+def _ask(component: Component, pool: Pool) -> None:
     """Take note of the outputs."""
-    pool.update(zip((v.name for v in fmu.outputs), fmu.get_outputs().tolist(), strict=True))
+    names = (v.name for v in component.outputs)
+    pool.update(zip(names, component.get_outputs().tolist(), strict=True))

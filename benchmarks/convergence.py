@@ -31,12 +31,12 @@ K_H, SPEED, STOP = 1e9, 250 / 3.6, 0.04
 STEPS = (2e-4, 1e-4, 5e-5)
 FINEST = 2.5e-6
 SCHEMES: dict[str, tuple[Scheme, int]] = {
-    "Jacobi, constant": (jacobi(extrapolation=0), 1),
-    "Jacobi, linear": (jacobi(extrapolation=1), 2),
-    "Gauss-Seidel, vehicle first, constant": (gauss_seidel(first="vehicle", extrapolation=0), 1),
-    "Gauss-Seidel, vehicle first, linear": (gauss_seidel(first="vehicle", extrapolation=1), 2),
-    "Gauss-Seidel, track first, constant": (gauss_seidel(first="track", extrapolation=0), 1),
-    "Gauss-Seidel, track first, linear": (gauss_seidel(first="track", extrapolation=1), 2),
+    "Jacobi, constant": (jacobi(degree=0), 1),
+    "Jacobi, linear": (jacobi(degree=1), 2),
+    "Gauss-Seidel, vehicle first, constant": (gauss_seidel(first="vehicle", degree=0), 1),
+    "Gauss-Seidel, vehicle first, linear": (gauss_seidel(first="vehicle", degree=1), 2),
+    "Gauss-Seidel, track first, constant": (gauss_seidel(first="track", degree=0), 1),
+    "Gauss-Seidel, track first, linear": (gauss_seidel(first="track", degree=1), 2),
 }
 
 
@@ -71,7 +71,7 @@ def contact_forces(folder: Path, scheme: Scheme, step: float) -> np.ndarray:
 
 def observed_orders(folder: Path) -> dict[str, tuple[list[float], float]]:
     """Relative RMS errors for `STEPS` and the order of the last halving, by scheme."""
-    reference = contact_forces(folder, gauss_seidel(first="vehicle", extrapolation=1), FINEST)
+    reference = contact_forces(folder, gauss_seidel(first="vehicle", degree=1), FINEST)
     dynamic = reference - reference[0]
     found = {}
     for name, (scheme, _) in SCHEMES.items():
