@@ -1,8 +1,9 @@
-"""The schemes by name: families for one run, and all that studies compare."""
+"""The schemes by name: families with their settings, and all members that studies compare."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from enum import StrEnum
 
 from railcosim.master.continuation import NAMES
@@ -26,20 +27,66 @@ FMUS = {
 }
 """Names of our vehicle's and track's FMUs, by owner of the contact."""
 
-Factory = Callable[[int, str], Scheme]
-FAMILIES: dict[str, Factory] = {
-    "jacobi": lambda degree, first: jacobi(degree=degree),
-    "gauss-seidel": lambda degree, first: gauss_seidel(first=first, degree=degree),
+
+@dataclass(frozen=True, kw_only=True)
+class Family:
+    """Schemes that differ in their settings only.
+
+    Attributes
+    ----------
+    make : callable
+        A member, from the degree of its inputs' polynomials and the component that steps first.
+    degrees : tuple of int
+        The degrees it can have, the usual one first.
+    sequential : bool
+        Whether it matters who steps first.
+    owners : tuple of Owner
+        Who may own the contact, the usual owner first.
+    """
+
+    make: Callable[[int, str], Scheme]
+    degrees: tuple[int, ...] = (1, 0, 2)
+    sequential: bool = False
+    owners: tuple[Owner, ...] = (Owner.TRACK, Owner.VEHICLE, Owner.MASTER)
+
+
+FAMILIES: dict[str, Family] = {
+    "jacobi": Family(make=lambda degree, first: jacobi(degree=degree)),
+    "gauss-seidel": Family(
+        make=lambda degree, first: gauss_seidel(first=first, degree=degree), sequential=True
+    ),
 }
-"""From the degree of the inputs' polynomials and the component that steps first, where it matters."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Member:
+    """One scheme of the catalogue.
+
+    Attributes
+    ----------
+    scheme : Scheme
+        The scheme.
+    owners : tuple of Owner
+        Who may own the contact.
+    """
+
+    scheme: Scheme
+    owners: tuple[Owner, ...]
+
+
+def members() -> dict[str, Member]:
+    """All schemes that studies compare, by a name such as ``gauss-seidel-linear-track-first``."""
+    found: dict[str, Member] = {}
+    for name, family in FAMILIES.items():
+        for degree in sorted(family.degrees):
+            inputs = f"-{NAMES[degree]}" if len(family.degrees) > 1 else ""
+            for first in ("vehicle", "track") if family.sequential else ("vehicle",):
+                order = f"-{first}-first" if family.sequential else ""
+                scheme = family.make(degree, first)
+                found[name + inputs + order] = Member(scheme=scheme, owners=family.owners)
+    return found
 
 
 def catalogue() -> dict[str, Scheme]:
-    """All schemes that studies compare, by a name such as ``gauss-seidel-linear-track-first``."""
-    schemes: dict[str, Scheme] = {}
-    for degree, inputs in enumerate(NAMES):
-        schemes[f"jacobi-{inputs}"] = jacobi(degree=degree)
-        for first in ("vehicle", "track"):
-            name = f"gauss-seidel-{inputs}-{first}-first"
-            schemes[name] = gauss_seidel(first=first, degree=degree)
-    return schemes
+    """The schemes of `members`, by name."""
+    return {name: member.scheme for name, member in members().items()}

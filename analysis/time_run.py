@@ -63,6 +63,7 @@ def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
             "irregularity": journey.profile.name,
             "railcosim_version": version("railcosim"),
             "stopped": "no" if stopped is None else str(stopped) or "interrupted",
+            **{f"inputs of {k}": how for k, how in pair.system.describe_inputs().items()},
             **{f"parameter {k}": float(v) for k, v in plan.parameters.items()},
         }
         for fmu in (pair.vehicle, pair.track):

@@ -12,6 +12,7 @@ import typer
 from numpy.typing import NDArray
 from rich.table import Table
 
+from railcosim.analysis.catalogue import FMUS, Owner
 from railcosim.analysis.frequency import Models, coupled, linear_models, response
 from railcosim.analysis.pair import FADE_IN, FORCES, Journey
 from railcosim.analysis.time_run import Plan, run_pair
@@ -40,7 +41,14 @@ from .options import (
     track_of,
     vehicle_of,
 )
-from .run_command import FMUS, ORDERS, SCHEMES, Extrapolation, Owner, SchemeName
+from .scheme_options import (
+    ContactOption,
+    InputsOption,
+    SchemeName,
+    SchemeOption,
+    owner_of,
+    scheme_of,
+)
 from .uncoupled import compare_uncoupled
 
 Progress = Callable[[float, float], None]
@@ -65,11 +73,9 @@ def compare(
     track: TrackFile = None,
     contact_stiffness: ContactStiffness = "1e9",
     frequencies: Frequencies = "0.3:1500:60@log",
-    scheme: Annotated[SchemeName, typer.Option(help="Coupling scheme.")] = SchemeName.JACOBI,
-    inputs: Annotated[
-        Extrapolation, typer.Option(help="Inputs between communication points.")
-    ] = Extrapolation.LINEAR,
-    contact: Annotated[Owner, typer.Option(help="Owner of the contact springs.")] = Owner.TRACK,
+    scheme: SchemeOption = SchemeName.JACOBI,
+    inputs: InputsOption = None,
+    contact: ContactOption = None,
     step: Annotated[float, typer.Option(help="Communication step, s.")] = 1e-4,
     time: Annotated[float, typer.Option(help="How long, s.")] = 0.3,
     speed: Speed = 250.0,
@@ -108,13 +114,13 @@ def compare(
             return
         mono = assemble(cars, rails, models.positions)
         with progress("coupled FMUs in time") as update:
-            names = FMUS[contact]
+            names = FMUS[owner_of(scheme, contact)]
             plan = Plan(
                 vehicle=fmus[names[0]],
                 track=fmus[names[1]],
                 parameters=contact_parameters(contact_stiffness),
                 journey=Journey(speed=v, held=True, profile=profile),
-                scheme=SCHEMES[scheme](ORDERS[inputs], Owner.VEHICLE),
+                scheme=scheme_of(scheme, inputs, Owner.VEHICLE),
                 step=step,
                 stop=time,
             )

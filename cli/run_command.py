@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -12,12 +11,10 @@ import numpy as np
 import typer
 import xarray as xr
 
+from railcosim.analysis.catalogue import FMUS, Owner
 from railcosim.analysis.pair import FADE_IN, FORCES, Journey
 from railcosim.analysis.time_run import Plan, Stopped, run_pair
 from railcosim.master.files import save
-from railcosim.master.schemes import Scheme
-from railcosim.master.schemes.gauss_seidel import gauss_seidel
-from railcosim.master.schemes.jacobi import jacobi
 from railcosim.plots.picture import save_picture
 from railcosim.plots.results import run_chart
 
@@ -37,56 +34,34 @@ from .options import (
     profile_of,
     progress,
 )
+from .scheme_options import (
+    ContactOption,
+    InputsOption,
+    SchemeName,
+    SchemeOption,
+    owner_of,
+    scheme_of,
+)
+
+# Stable up to 8 GN/m and, with the contact in the vehicle, up to Hertz at the static load.
+STEPS = {Owner.VEHICLE: 2e-5, Owner.TRACK: 1e-4, Owner.MASTER: 2e-5}
 
 
-class SchemeName(StrEnum):
-    """Coupling schemes by their name on the command line."""
-
-    JACOBI = "jacobi"
-    GAUSS_SEIDEL = "gauss-seidel"
-
-
-class Owner(StrEnum):
-    """Which FMU owns the contact springs."""
+class First(StrEnum):
+    """Who steps first."""
 
     VEHICLE = "vehicle"
     TRACK = "track"
-
-
-class Extrapolation(StrEnum):
-    """How inputs go on between communication points."""
-
-    CONSTANT = "constant"
-    LINEAR = "linear"
-
-
-ORDERS = {Extrapolation.CONSTANT: 0, Extrapolation.LINEAR: 1}
-SCHEMES: dict[SchemeName, Callable[[int, Owner], Scheme]] = {
-    SchemeName.JACOBI: lambda order, first: jacobi(degree=order),
-    SchemeName.GAUSS_SEIDEL: lambda order, first: gauss_seidel(
-        first=first.value, degree=order
-    ),
-}
-# Stable up to 8 GN/m and, with the contact in the vehicle, up to Hertz at the static load.
-STEPS = {Owner.VEHICLE: 2e-5, Owner.TRACK: 1e-4}
-FMUS = {
-    Owner.VEHICLE: ("VehicleWithContact", "Track"),
-    Owner.TRACK: ("Vehicle", "TrackWithContact"),
-}
 
 
 def run(
     out: Out,
     vehicle_fmu: VehicleFmu = None,
     track_fmu: TrackFmu = None,
-    scheme: Annotated[SchemeName, typer.Option(help="Coupling scheme.")] = SchemeName.JACOBI,
-    first: Annotated[Owner, typer.Option(help="Who steps first in gauss-seidel.")] = Owner.VEHICLE,
-    inputs: Annotated[
-        Extrapolation, typer.Option(help="Inputs between communication points.")
-    ] = Extrapolation.LINEAR,
-    contact: Annotated[
-        Owner, typer.Option(help="Owner of the contact springs, where we export the FMUs.")
-    ] = Owner.TRACK,
+    scheme: SchemeOption = SchemeName.JACOBI,
+    first: Annotated[First, typer.Option(help="Who steps first in gauss-seidel.")] = First.VEHICLE,
+    inputs: InputsOption = None,
+    contact: ContactOption = None,
     contact_stiffness: Annotated[
         str, typer.Option("--contact-stiffness", help="N/m, or hertz: nonlinear, may lose contact.")
     ] = "hertz",
@@ -110,18 +85,19 @@ def run(
     """
     RESULTS.check(out)
     PICTURES.check(plot)
-    step = positive("--step", STEPS[contact] if step is None else step, "s")
+    owner = owner_of(scheme, contact)
+    step = positive("--step", STEPS[owner] if step is None else step, "s")
     positive("--time", time, "s")
     v = positive("--speed", speed, "km/h") / 3.6
     parameters = contact_parameters(contact_stiffness)
     profile = profile_of(irregularity, v * time + FADE_IN)
-    with fmus_of(vehicle_fmu, track_fmu, *FMUS[contact]) as (vehicle, track):
+    with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner]) as (vehicle, track):
         plan = Plan(
             vehicle=vehicle,
             track=track,
             parameters=parameters,
             journey=Journey(speed=v, held=held, profile=profile),
-            scheme=SCHEMES[scheme](ORDERS[inputs], first),
+            scheme=scheme_of(scheme, inputs, first),
             step=step,
             stop=time,
         )

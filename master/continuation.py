@@ -30,6 +30,9 @@ class Continuation(Protocol):
 
     degree: int
 
+    def describe(self) -> str:
+        """For people and for results."""
+
     def extrapolate(self, component: Component, past: History, t: float, h: float) -> None:
         """Step from `t` to `t + h` (s); ``past[-1]`` are the inputs at `t`, already written.
 
@@ -46,6 +49,10 @@ class Held:
     """Inputs constant over the step."""
 
     degree = 0
+
+    def describe(self) -> str:
+        """For people and for results."""
+        return NAMES[0]
 
     def extrapolate(self, component: Component, past: History, t: float, h: float) -> None:
         """Hold the inputs at the beginning; see `Continuation`."""
@@ -64,6 +71,10 @@ class OwnHold:
     """A line that the component draws itself, through the inputs it is given."""
 
     degree = 1
+
+    def describe(self) -> str:
+        """For people and for results."""
+        return f"{NAMES[1]}, by its own hold"
 
     def extrapolate(self, component: Component, past: History, t: float, h: float) -> None:
         """Let the component extrapolate; see `Continuation`."""
@@ -90,6 +101,10 @@ class Derivatives:
 
     def __init__(self, degree: int) -> None:
         self.degree = degree
+
+    def describe(self) -> str:
+        """For people and for results."""
+        return f"{NAMES[self.degree]}, by derivatives"
 
     def extrapolate(self, component: Component, past: History, t: float, h: float) -> None:
         """Follow the polynomial through the past; see `Continuation`."""

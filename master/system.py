@@ -206,6 +206,14 @@ class System:
         follow(port.component, taylor, t, h)
         port.fresh = False
 
+    def describe_inputs(self) -> dict[str, str]:
+        """Tell how the inputs of each component that has some go on over a step."""
+        return {
+            port.component.name: port.continuation.describe()
+            for port in self._ports
+            if port.component.inputs
+        }
+
     def degree(self, k: int) -> int:
         """Tell the degree of the polynomial by which the inputs of component `k` go on."""
         return self._ports[k].continuation.degree

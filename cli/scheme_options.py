@@ -1,0 +1,54 @@
+"""How schemes and owners of the contact are spelt."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from railcosim.analysis.catalogue import FAMILIES, Owner
+from railcosim.master.continuation import NAMES
+from railcosim.master.schemes import Scheme
+
+from .options import UsageError
+
+SchemeName = StrEnum("SchemeName", {name.upper().replace("-", "_"): name for name in FAMILIES})
+Inputs = StrEnum("Inputs", {name.upper(): name for name in NAMES})
+
+SchemeOption = Annotated[SchemeName, typer.Option("--scheme", help="Coupling scheme.")]
+InputsOption = Annotated[
+    Inputs | None,
+    typer.Option(
+        "--inputs",
+        help="Inputs between communication points; linear where the scheme has a choice.",
+    ),
+]
+ContactOption = Annotated[
+    Owner | None,
+    typer.Option(
+        "--contact", help="Owner of the contact springs; track, or master if the scheme needs it."
+    ),
+]
+
+
+def scheme_of(name: SchemeName, inputs: Inputs | None, first: str) -> Scheme:
+    """A scheme from its options."""
+    family = FAMILIES[name]
+    degree = family.degrees[0] if inputs is None else NAMES.index(inputs)
+    if degree not in family.degrees:
+        able = " or ".join(NAMES[d] for d in sorted(family.degrees))
+        raise UsageError(f"--inputs {inputs}: {name} has {able} inputs only; leave the option out")
+    return family.make(degree, first)
+
+
+def owner_of(name: SchemeName, contact: Owner | None) -> Owner:
+    """Who owns the contact, from the options."""
+    owners = FAMILIES[name].owners
+    if contact is None:
+        return owners[0]
+    if contact not in owners:
+        raise UsageError(
+            f"--contact {contact}: with --scheme {name} it must be {' or '.join(owners)}"
+        )
+    return contact
