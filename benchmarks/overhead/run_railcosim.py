@@ -24,7 +24,7 @@ with (
     for fmu in (a, b):
         fmu.exit_initialization()
     points = cosimulate(
-        system, jacobi(extrapolation=0), given["step"], stop=given["step"] * given["steps"]
+        system, jacobi(degree=0), given["step"], stop=given["step"] * given["steps"]
     )
     next(points)
     recorder = Recorder(system)
