@@ -102,7 +102,7 @@ def pair_step(folder: Path) -> float:
     files = (folder / "Vehicle.fmu", folder / "TrackWithContact.fmu")
     with open_pair(*files, {"contact.nonlinear": True}, journey) as pair:
         recorder = Recorder(pair.system)
-        points = cosimulate(pair.system, jacobi(extrapolation=1), STEP, STEP * STEPS * BLOCKS)
+        points = cosimulate(pair.system, jacobi(degree=1), STEP, STEP * STEPS * BLOCKS)
         times = []
         for _ in range(BLOCKS):
             begun = perf_counter()
