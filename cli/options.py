@@ -20,6 +20,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from railcosim.parameters import read_toml
 from railcosim.track.irregularity import QUALITIES, Profile, flat, read_profile, synthesise
 from railcosim.track.parameters import Track
+from railcosim.vehicle.contact import coefficient_for
 from railcosim.vehicle.parameters import Vehicle
 
 FloatArray = NDArray[np.float64]
@@ -120,10 +121,17 @@ def grid_of(option: str, text: str, unit: str) -> FloatArray:
 
 
 def contact_parameters(text: str) -> dict[str, float | bool]:
-    """FMU parameters for ``hertz`` or a stiffness in N/m."""
-    if text == "hertz":
+    """FMU parameters for ``hertz``, ``hertz:k_H``, or a stiffness k_H in N/m.
+
+    With ``hertz:k_H`` the tangent at the static load of our vehicle's wheels is k_H.
+    """
+    kind, _, tangent = text.partition(":")
+    if kind != "hertz":
+        return {"contact.nonlinear": False, "contact.stiffness": stiffness_of(text)}
+    if not tangent:
         return {"contact.nonlinear": True}
-    return {"contact.nonlinear": False, "contact.stiffness": stiffness_of(text)}
+    C = coefficient_for(stiffness_of(tangent), Vehicle().wheel_load)
+    return {"contact.nonlinear": True, "contact.hertz_coefficient": C}
 
 
 def stiffness_of(text: str) -> float:
@@ -133,7 +141,9 @@ def stiffness_of(text: str) -> float:
     except ValueError:
         k_H = math.nan
     if not (math.isfinite(k_H) and k_H > 0):
-        raise UsageError(f"--contact-stiffness {text}: must be a number > 0 in N/m, or hertz")
+        raise UsageError(
+            f"--contact-stiffness {text}: must be a number > 0 in N/m, hertz, or hertz:N/m"
+        )
     return k_H
 
 

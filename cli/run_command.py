@@ -63,7 +63,11 @@ def run(
     inputs: InputsOption = None,
     contact: ContactOption = None,
     contact_stiffness: Annotated[
-        str, typer.Option("--contact-stiffness", help="N/m, or hertz: nonlinear, may lose contact.")
+        str,
+        typer.Option(
+            "--contact-stiffness",
+            help="N/m: linear; hertz: nonlinear, may lose contact; hertz:N/m with that tangent at rest.",
+        ),
     ] = "hertz",
     step: Annotated[
         float | None,
