@@ -66,7 +66,7 @@ def run(
         str,
         typer.Option(
             "--contact-stiffness",
-            help="N/m: linear; hertz: nonlinear, may lose contact; hertz:N/m with that tangent at rest.",
+            help="N/m: linear; hertz: nonlinear, may lose contact; hertz:N/m: tangent at rest.",
         ),
     ] = "hertz",
     step: Annotated[
