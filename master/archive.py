@@ -1,4 +1,4 @@
-"""Unpacking an FMU that may come from a stranger: checked first, then written to a plain path."""
+"""Unpacking an FMU or SSP that may come from a stranger: checked, then written to a folder."""
 
 from __future__ import annotations
 
@@ -7,25 +7,31 @@ import shutil
 import stat
 import tempfile
 import zipfile
+from collections.abc import Callable
 from pathlib import Path, PurePosixPath
-from xml.parsers import expat
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser
 
 MAX_TOTAL_SIZE = 2 * 1024**3
 """Largest unpacked size of an archive, bytes; big vendor FMUs reach some 500 MB."""
 MAX_ENTRIES = 50_000
 """Largest number of entries in an archive."""
+MAX_XML_SIZE = 100 * 1024**2
+"""Largest XML file, bytes; as a tree it takes ten times the memory."""
 
-_DESCRIPTION = "modelDescription.xml"
+DESCRIPTION = "modelDescription.xml"
 # Characters in the path of the resources that crash some FMUs' hosts: # % + ( and all non-ASCII.
 _PLAIN_PATH = re.compile(r"[A-Za-z0-9 _.~:/\\-]+")
+# FMI and SSP allow no others. They are also the ones that are unpacked piece by piece: a few bytes
+# of another method can fill the memory before they are counted.
+_METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 
 
 class FmuError(ValueError):
-    """Something is wrong with an FMU file or with what the user asks of it, in one clear line."""
+    """Something is wrong with an FMU or SSP file or with what the user asks of it, in one line."""
 
 
 def unpack(path: Path) -> Path:
-    """Check an FMU archive and extract it.
+    """Check an FMU and extract it; see `unpack_archive`.
 
     Parameters
     ----------
@@ -40,15 +46,43 @@ def unpack(path: Path) -> Path:
     Raises
     ------
     FmuError
-        If the file is missing, is not a zip archive, holds entries that leave the folder or are
-        links, unpacks to more than `MAX_TOTAL_SIZE`, or has no acceptable model description.
+        If the archive is refused, or its model description has a document type or is of another
+        FMI version than 2.0.
+    """
+    return unpack_archive(path, DESCRIPTION, check_description)
+
+
+def unpack_archive(path: Path, main: str, check: Callable[[Path, bytes], object]) -> Path:
+    """Check a zip archive and extract it.
+
+    Parameters
+    ----------
+    path : Path
+        The archive.
+    main : str
+        Its entry that says what is in it.
+    check : callable
+        Given `path` and the text of `main`; raises FmuError if it will not do.
+
+    Returns
+    -------
+    Path
+        A new temporary folder with the contents; the caller removes it.
+
+    Raises
+    ------
+    FmuError
+        If the file is missing, is not a zip archive, holds entries that leave the folder, collide
+        or are links, unpacks to more than `MAX_TOTAL_SIZE`, or has no acceptable `main`.
     """
     if not path.is_file():
-        raise FmuError(f"{path}: no such file; give the path of a .fmu file")
+        raise FmuError(f"{path}: no such file; give the path of a {path.suffix or '.fmu'} file")
     try:
         with zipfile.ZipFile(path) as archive:
             _check_entries(path, archive.infolist())
-            check_description(path, _read_description(path, archive))
+            if main not in archive.namelist():
+                raise FmuError(f"{path}: no {main} at its top level; not {_kind(main)}")
+            check(path, archive.read(main))
             return _extract(archive)
     except (zipfile.BadZipFile, NotImplementedError, EOFError, UnicodeDecodeError) as error:
         raise FmuError(f"{path}: not a readable zip archive ({error}); export it again") from error
@@ -56,11 +90,71 @@ def unpack(path: Path) -> Path:
         raise FmuError(f"{path}: cannot be unpacked ({error}); export it unencrypted") from error
 
 
-def check_description(path: Path, text: bytes) -> None:
-    """Refuse a model description with a document type, or of another FMI version than 2.0.
+def unpacked_size(path: Path) -> int:
+    """Bytes that a zip archive says it unpacks to; `unpack_archive` never writes more.
+
+    Raises
+    ------
+    FmuError
+        If the file is not a zip archive.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return sum(entry.file_size for entry in archive.infolist())
+    except (zipfile.BadZipFile, NotImplementedError, UnicodeDecodeError) as error:
+        raise FmuError(f"{path}: not a readable zip archive ({error}); export it again") from error
+
+
+def parse_xml(where: str, text: bytes) -> Element:
+    """Read XML that may come from a stranger.
 
     A document type is what entities need, and entities can read local files or grow without
-    bound; no FMU has a use for one.
+    bound; neither FMI nor SSP has a use for one.
+
+    Parameters
+    ----------
+    where : str
+        Archive and entry, for the message.
+    text : bytes
+        The XML.
+
+    Returns
+    -------
+    Element
+        Its root.
+
+    Raises
+    ------
+    FmuError
+        If it has a document type, is not well formed, or is longer than `MAX_XML_SIZE`.
+    """
+    if len(text) > MAX_XML_SIZE:
+        size, limit = len(text) / 1e6, MAX_XML_SIZE / 1e6
+        raise FmuError(f"{where} has {size:.0f} MB; refused, the limit is {limit:.0f} MB")
+    try:
+        parser = XMLParser(target=_NoDocumentType(where))
+        parser.feed(text)
+        root: Element = parser.close()
+    except (ParseError, ValueError, LookupError) as error:
+        if isinstance(error, FmuError):
+            raise
+        raise FmuError(f"{where} is not well-formed XML ({error})") from error
+    return root
+
+
+class _NoDocumentType(TreeBuilder):
+    """Builds the tree; stops at a document type."""
+
+    def __init__(self, where: str) -> None:
+        super().__init__()
+        self._where = where
+
+    def doctype(self, *_: object) -> None:
+        raise FmuError(f"{self._where} has a DOCTYPE, which may hide entities; refused")
+
+
+def check_description(path: Path, text: bytes) -> None:
+    """Refuse a model description with a document type, or of another FMI version than 2.0.
 
     Parameters
     ----------
@@ -74,28 +168,20 @@ def check_description(path: Path, text: bytes) -> None:
     FmuError
         Saying which of the two it is, or that the XML is not well formed.
     """
-    versions: list[str | None] = []
+    version = parse_xml(f"{path}: {DESCRIPTION}", text).get("fmiVersion")
+    if version != "2.0":
+        raise FmuError(f"{path}: FMI version {version}; export it as FMI 2.0 Co-Simulation")
 
-    def on_doctype(*_: object) -> None:
-        raise FmuError(f"{path}: {_DESCRIPTION} has a DOCTYPE, which may hide entities; refused")
 
-    def on_element(_: str, attributes: dict[str, str]) -> None:
-        if not versions:
-            versions.append(attributes.get("fmiVersion"))
-
-    parser = expat.ParserCreate()
-    parser.StartDoctypeDeclHandler = on_doctype
-    parser.StartElementHandler = on_element
-    try:
-        parser.Parse(text, True)
-    except expat.ExpatError as error:
-        raise FmuError(f"{path}: {_DESCRIPTION} is not well-formed XML ({error})") from error
-    if versions[0] != "2.0":
-        raise FmuError(f"{path}: FMI version {versions[0]}; export it as FMI 2.0 Co-Simulation")
+def _kind(main: str) -> str:
+    """What an archive without its main entry is not."""
+    return "an FMU" if main == DESCRIPTION else f"a {Path(main).suffix} package"
 
 
 def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
-    """Refuse entries that would be written elsewhere, links, and absurd sizes."""
+    """Refuse entries that would be written elsewhere or over each other, links, absurd sizes."""
+    files: set[PurePosixPath] = set()
+    folders: set[PurePosixPath] = set()
     for entry in entries:
         # Some Windows tools write backslashes; whatever they mean, they must not lead outside.
         name = PurePosixPath(entry.filename.replace("\\", "/"))
@@ -103,6 +189,20 @@ def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
             raise FmuError(f"{path}: entry {entry.filename!r} leaves the archive's folder; refused")
         if stat.S_ISLNK(entry.external_attr >> 16):
             raise FmuError(f"{path}: entry {entry.filename!r} is a symbolic link; refused")
+        if entry.compress_type not in _METHODS:
+            raise FmuError(
+                f"{path}: entry {entry.filename!r} is compressed by method {entry.compress_type}; "
+                "export it with deflate"
+            )
+        folders.update(name.parents)
+        if entry.is_dir():
+            folders.add(name)
+        elif name in files:
+            raise FmuError(f"{path}: entry {entry.filename!r} is in it twice; refused")
+        else:
+            files.add(name)
+    for name in sorted(files & folders):
+        raise FmuError(f"{path}: entry {str(name)!r} is both a file and a folder; refused")
     # The sizes are what the archive states, and zipfile never writes more than is stated.
     total = sum(entry.file_size for entry in entries)
     if total > MAX_TOTAL_SIZE or len(entries) > MAX_ENTRIES:
@@ -112,16 +212,8 @@ def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
         )
 
 
-def _read_description(path: Path, archive: zipfile.ZipFile) -> bytes:
-    """Read the text of the model description."""
-    try:
-        return archive.read(_DESCRIPTION)
-    except KeyError:
-        raise FmuError(f"{path}: no {_DESCRIPTION} at its top level; not an FMU") from None
-
-
 def _extract(archive: zipfile.ZipFile) -> Path:
-    """Write the contents to a new temporary folder, whatever the FMU's own path looks like."""
+    """Write the contents to a new temporary folder, whatever the archive's own path looks like."""
     folder = Path(tempfile.mkdtemp(prefix="railcosim_fmu_"))
     try:
         if not _PLAIN_PATH.fullmatch(str(folder)):

@@ -111,6 +111,73 @@ def test_size_limits(make, monkeypatch):
         unpack(path)
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "message"),
+    [
+        ("resources/a", "resources/a", "'resources/a' is in it twice"),
+        ("resources/a", "resources//./a", "'resources//./a' is in it twice"),
+        ("resources/a", "resources\\a", "is in it twice"),
+        ("resources/a", "resources/a/b", "'resources/a' is both a file and a folder"),
+        ("resources/a/", "resources/a", "'resources/a' is both a file and a folder"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_entries_that_collide(make, own_tempdir, first, second, message):
+    for pair in ((first, second), (second, first)):
+        with pytest.raises(FmuError, match=message.replace("'resources//./a' ", "")):
+            unpack(make(*((name, "") for name in pair)))
+    assert list(own_tempdir.iterdir()) == []
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_a_folder_may_be_named_twice(make):
+    assert (unpack(make(("a/", ""), ("a/", ""), ("a/b", "x"))) / "a" / "b").read_text() == "x"
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_other_compression_methods(tmp_path, method):
+    """What FMI does not allow, and what is unpacked in pieces that nobody counts."""
+    path = tmp_path / "x.fmu"
+    with zipfile.ZipFile(path, "w", method) as file:
+        file.writestr("modelDescription.xml", XML)
+    with pytest.raises(FmuError, match=f"compressed by method {method}; export it with deflate"):
+        unpack(path)
+
+
+@pytest.mark.parametrize("places", [(22,), (24,), (22, 24)], ids=["local", "central", "both"])
+def test_sizes_that_lie(tmp_path, own_tempdir, monkeypatch, places):
+    """10 MB that say they are 10 bytes, in either of the two places, or both."""
+    monkeypatch.setattr(archive, "MAX_TOTAL_SIZE", 1_000_000)
+    path = tmp_path / "x.fmu"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("big", bytes(10_000_000))
+        file.writestr("modelDescription.xml", XML)
+    raw = bytearray(path.read_bytes())
+    for signature, place in ((b"PK\x03\x04", 22), (b"PK\x01\x02", 24)):
+        at = raw.find(signature) + place  # of the first entry
+        assert raw[at : at + 4] == (10_000_000).to_bytes(4, "little")
+        if place in places:
+            raw[at : at + 4] = (10).to_bytes(4, "little")
+    path.write_bytes(raw)
+    # Where the central directory tells the truth, the limit holds; else the checksum does.
+    with pytest.raises(FmuError, match="refused" if 24 not in places else "CRC"):
+        unpack(path)
+    assert list(own_tempdir.iterdir()) == []
+
+
+def test_xml_too_long(make, monkeypatch):
+    monkeypatch.setattr(archive, "MAX_XML_SIZE", len(XML) - 1)
+    with pytest.raises(FmuError, match=r"modelDescription\.xml has 0 MB; refused, the limit"):
+        unpack(make())
+
+
+@pytest.mark.parametrize("encoding", ["utf-7", "no-such"])
+def test_strange_encodings(make, encoding):
+    """Ones in which a document type could hide."""
+    with pytest.raises(FmuError, match="not well-formed"):
+        unpack(make(xml=XML.replace("UTF-8", encoding)))
+
+
 def test_not_an_fmu(make, tmp_path):
     with pytest.raises(FmuError, match="no such file"):
         unpack(tmp_path / "none.fmu")

@@ -1,0 +1,99 @@
+"""A component seen through other units: each input a linear function of what feeds it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railcosim.master.component import Component, FloatArray, Hold, Variable
+from railcosim.master.units import Linear
+
+
+class MappedInputs(Component):
+    """A component whose inputs are ``factor * u + offset``.
+
+    Polynomials in time stay polynomials, so every scheme works on it as on the component itself.
+
+    Parameters
+    ----------
+    inner : Component
+        What is stepped; used through this object only from now on.
+    inputs : sequence of Variable
+        Its inputs as they are seen from outside, in the same order: unit and start value.
+    maps : sequence of Linear
+        From each input seen from outside to that of `inner`.
+
+    Attributes
+    ----------
+    inner : Component
+        As given.
+    """
+
+    def __init__(
+        self, inner: Component, inputs: Sequence[Variable], maps: Sequence[Linear]
+    ) -> None:
+        super().__init__(inner.name, inputs, inner.outputs)
+        self.inner = inner
+        self.holds = inner.holds
+        self.max_input_derivative = inner.max_input_derivative
+        self.can_rollback = inner.can_rollback
+        self._factor = np.array([m.factor for m in maps])
+        self._offset = np.array([m.offset for m in maps])
+        self._inner_u = np.empty(len(self.inputs))
+        self.bind(self.u, self.y)
+
+    @property
+    def feedthrough(self) -> NDArray[np.bool_]:
+        """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
+        return self.inner.feedthrough
+
+    def bind(self, u: FloatArray, y: FloatArray) -> None:
+        """Exchange values through these arrays from now on; see `Component.bind`."""
+        super().bind(u, y)
+        self.inner.bind(self._inner_u, y)
+
+    def write_inputs(self) -> None:
+        """Make `u`, converted, the inputs at the present time."""
+        np.multiply(self._factor, self.u, out=self._inner_u)
+        self._inner_u += self._offset
+        self.inner.write_inputs()
+
+    def read_outputs(self) -> None:
+        """Put the outputs into `y`."""
+        self.inner.read_outputs()
+
+    def do_step(self, t: float, h: float) -> None:
+        """Go from time `t` to `t + h` (s). Raises ComponentError."""
+        self.inner.do_step(t, h)
+
+    def set_hold(self, hold: Hold) -> None:
+        """Choose how the inputs continue from now on."""
+        self.inner.set_hold(hold)
+
+    def set_input_derivatives(self, derivatives: FloatArray) -> None:
+        """Give derivatives of the inputs; an offset has none."""
+        self.inner.set_input_derivatives(self._factor * derivatives)
+
+    def step_derivative(self) -> FloatArray | None:
+        """Change of the outputs over the last step per change of an input."""
+        derivative = self.inner.step_derivative()
+        return None if derivative is None else derivative * self._factor
+
+    def save_state(self) -> Any:
+        """Snapshot of everything that decides the future."""
+        return self.inner.save_state()
+
+    def restore_state(self, state: Any) -> None:
+        """Go back to a snapshot, which stays usable."""
+        self.inner.restore_state(state)
+
+    def serialize_state(self, state: Any) -> bytes:
+        """Write a snapshot as bytes, to be kept in a file."""
+        return self.inner.serialize_state(state)
+
+    def deserialize_state(self, data: bytes) -> Any:
+        """Read what `serialize_state` wrote."""
+        return self.inner.deserialize_state(data)

@@ -1,0 +1,190 @@
+"""What an SSP says, held against what its FMUs are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from railcosim.master.archive import FmuError
+from railcosim.master.component import Component, Variable
+from railcosim.master.connections import Connection
+from railcosim.master.fmu import FmuComponent
+from railcosim.master.mapped_inputs import MappedInputs
+from railcosim.master.ssp.structure import Scalar, Structure, Wire
+from railcosim.master.suggest import suggest
+from railcosim.master.units import IDENTITY, Linear, UnitError, Units, fmu_units
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadedSystem:
+    """A system read from an SSP file, its parameters set.
+
+    Attributes
+    ----------
+    name : str
+        Of the system.
+    fmus : tuple of FmuComponent
+        The FMUs, instantiated.
+    components : tuple of Component
+        The same for a `System`: where units differ or a connection has a factor, seen through
+        `MappedInputs`.
+    connections : tuple of Connection
+        Between them.
+    maps : dict of Connection to Linear
+        What those connections do to a value that do anything.
+    starts : dict of str to dict
+        Component to values by variable, in the FMU's units: parameters, and inputs that start
+        elsewhere than the FMU says.
+    start, stop, step : float or None
+        Default experiment, s; None where the file does not say.
+    notes : tuple of str
+        What of the file is not in the system, in sentences for the user.
+    """
+
+    name: str
+    fmus: tuple[FmuComponent, ...]
+    components: tuple[Component, ...]
+    connections: tuple[Connection, ...]
+    maps: dict[Connection, Linear]
+    starts: dict[str, dict[str, Scalar]]
+    start: float | None
+    stop: float | None
+    step: float | None
+    notes: tuple[str, ...]
+
+
+def assemble(path: Path, structure: Structure, fmus: dict[str, FmuComponent]) -> LoadedSystem:
+    """Sort out connections and values by what the FMUs are, and set parameters.
+
+    Parameters
+    ----------
+    path : Path
+        The SSP, for messages.
+    structure : Structure
+        What it says.
+    fmus : dict of str to FmuComponent
+        The components, instantiated.
+
+    Raises
+    ------
+    FmuError
+        For variables that are not there or of another kind, and units that do not fit.
+    """
+    units = {name: fmu_units(file) for name, file in structure.fmus.items()}
+    notes = list(structure.notes)
+    maps: dict[Connection, Linear] = {}
+    for wire in structure.wires:
+        ends = _ends(path, wire, fmus)
+        if ends is None:
+            notes.append(f"{wire} is not connected: only Real values are passed on")
+            continue
+        try:
+            linear = wire.way.linear(
+                ends[0].unit, units[wire.source], ends[1].unit, units[wire.target]
+            )
+        except UnitError as error:
+            raise FmuError(
+                f"{path}: {wire}: {error}; define it in both, or suppress the conversion"
+            ) from None
+        maps[Connection(wire.source, wire.output, wire.target, wire.input)] = linear
+    starts: dict[str, dict[str, Scalar]] = {name: {} for name in fmus}
+    for name, fmu in fmus.items():
+        starts[name] = _starts(path, structure, fmu, units[name], notes)
+        known = fmu.description.parameters
+        fmu.set_parameters({k: v for k, v in starts[name].items() if k in known})
+    return LoadedSystem(
+        name=structure.name,
+        fmus=tuple(fmus.values()),
+        components=tuple(_seen(fmu, maps, fmus, starts[fmu.name]) for fmu in fmus.values()),
+        connections=tuple(maps),
+        maps={c: linear for c, linear in maps.items() if linear != IDENTITY},
+        starts=starts,
+        start=structure.start,
+        stop=structure.stop,
+        step=structure.step,
+        notes=tuple(notes),
+    )
+
+
+def _ends(
+    path: Path, wire: Wire, fmus: dict[str, FmuComponent]
+) -> tuple[Variable, Variable] | None:
+    """Output and input of a wire; None if they are not Real."""
+    source = _end(path, wire, fmus[wire.source], wire.output, "output")
+    target = _end(path, wire, fmus[wire.target], wire.input, "input")
+    return None if source is None or target is None else (source, target)
+
+
+def _end(path: Path, wire: Wire, fmu: FmuComponent, name: str, kind: str) -> Variable | None:
+    """One variable of a wire; None if it is not Real."""
+    variables = {v.name: v for v in (fmu.outputs if kind == "output" else fmu.inputs)}
+    if name in variables:
+        return variables[name]
+    description = fmu.description
+    causalities = description.other_names | dict.fromkeys(description.parameters, "parameter")
+    if name not in causalities:
+        raise FmuError(
+            f"{path}: {wire}: the FMU of {fmu.name} has no {kind} {name!r}"
+            f"{suggest(name, variables)}"
+        )
+    if causalities[name] != kind:
+        raise FmuError(
+            f"{path}: {wire}: in the FMU of {fmu.name}, {name} is of causality "
+            f"{causalities[name]}, not an {kind}"
+        )
+    return None
+
+
+def _starts(
+    path: Path, structure: Structure, fmu: FmuComponent, units: Units, notes: list[str]
+) -> dict[str, Scalar]:
+    """Values for an FMU, in its own units, that it can be given."""
+    description = fmu.description
+    known = {name: p.unit for name, p in description.parameters.items()}
+    inputs = {v.name: v.unit for v in fmu.inputs}
+    starts: dict[str, Scalar] = {}
+    for name, start in structure.starts[fmu.name].items():
+        full = f"{fmu.name}.{name}"
+        if name not in known and name not in inputs:
+            causality = description.other_names.get(name)
+            why = (
+                f"its FMU has no such variable{suggest(name, [*known, *inputs])}"
+                if causality is None
+                else f"only parameters and Real inputs can be, and it is of causality {causality}"
+            )
+            notes.append(f"{full} is not set: {why}")
+            continue
+        unit = known.get(name, inputs.get(name, ""))
+        try:
+            linear = start.way.linear(start.way.unit, start.way.units, unit, units)
+        except UnitError as error:
+            raise FmuError(f"{path}: {full}: {error}") from None
+        # A function that does nothing leaves whole numbers whole and Booleans Booleans.
+        starts[name] = start.value if linear == IDENTITY else linear(start.value)
+    return starts
+
+
+def _seen(
+    fmu: FmuComponent,
+    maps: dict[Connection, Linear],
+    fmus: dict[str, FmuComponent],
+    starts: dict[str, Scalar],
+) -> Component:
+    """An FMU as its neighbours see it."""
+    sources = {c.input: c for c in maps if c.target == fmu.name}
+    seen, linears = [], []
+    for variable in fmu.inputs:
+        connection = sources.get(variable.name)
+        start = float(starts.get(variable.name, variable.start))
+        if connection is None:
+            seen.append(replace(variable, start=start))
+            linears.append(IDENTITY)
+        else:
+            outputs = {v.name: v.unit for v in fmus[connection.source].outputs}
+            unit = variable.unit and (outputs[connection.output] or variable.unit)
+            seen.append(replace(variable, unit=unit, start=start))
+            linears.append(maps[connection])
+    plain = all(linear == IDENTITY for linear in linears)
+    if plain and [(v.unit, v.start) for v in seen] == [(v.unit, v.start) for v in fmu.inputs]:
+        return fmu
+    return MappedInputs(fmu, seen, linears)

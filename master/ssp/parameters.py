@@ -1,0 +1,114 @@
+"""Parameter bindings: values from a parameter set, inline or in a file, renamed by a mapping."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element
+
+from railcosim.master.ssp.package import Package, is_true, local
+from railcosim.master.ssp.structure import SSD, SSM, SSV, Hop, Scalar, Start, Way
+from railcosim.master.units import Units
+
+_SET = "application/x-ssp-parameter-set"
+_MAPPING = "application/x-ssp-parameter-mapping"
+
+
+@dataclass(frozen=True)
+class Bound:
+    """One entry of a parameter set.
+
+    Attributes
+    ----------
+    name : str
+        Of the variable, seen from the element that has the binding.
+    start : Start or None
+        Its value; None if it is neither number nor Boolean.
+    kind : str
+        Type as in the file.
+    """
+
+    name: str
+    start: Start | None
+    kind: str
+
+
+def read_bindings(package: Package, element: Element, units: Units) -> Iterator[Bound]:
+    """Read the parameter bindings of a component or system, the strongest last.
+
+    Parameters
+    ----------
+    package : Package
+        The SSP.
+    element : Element
+        The component or system.
+    units : Units
+        The units of the system structure.
+
+    Yields
+    ------
+    Bound
+        Every value.
+
+    Raises
+    ------
+    FmuError
+        For a source that is not in the package, of another kind, or wrong numbers.
+    """
+    for binding in element.iterfind(f"{SSD}ParameterBindings/{SSD}ParameterBinding"):
+        if binding.get("type", _SET) != _SET:
+            raise package.error(f"parameters of type {binding.get('type')}; only {_SET} is read")
+        root = _content(package, binding, f"{SSD}ParameterValues/{SSV}ParameterSet")
+        if root is None:
+            continue
+        units_of_set = units | package.units(root)
+        bounds = list(_values(package, root, binding.get("prefix", ""), units_of_set))
+        mapping = binding.find(f"{SSD}ParameterMapping")
+        yield from bounds if mapping is None else _mapped(package, mapping, bounds)
+
+
+def _content(package: Package, element: Element, inline: str) -> Element | None:
+    """The root of what an element refers to, or has inside; None for nothing."""
+    if element.get("source"):
+        return package.xml(package.file(element, f"a {local(element)}"))
+    return element.find(inline)
+
+
+def _values(package: Package, root: Element, prefix: str, units: Units) -> Iterator[Bound]:
+    """The entries of a parameter set."""
+    for parameter in root.iterfind(f"{SSV}Parameters/{SSV}Parameter"):
+        name = prefix + package.need(parameter, "name")
+        found = next((child for child in parameter if child.tag.startswith(SSV)), None)
+        if found is None:
+            raise package.error(f"parameter {name} has no value")
+        value = _scalar(package, found)
+        way = Way(unit=found.get("unit", ""), units=units)
+        yield Bound(name, None if value is None else Start(value, way), local(found))
+
+
+def _scalar(package: Package, element: Element) -> Scalar | None:
+    """The value of an entry; None if it is no number and no Boolean."""
+    kind = local(element)
+    if kind == "Boolean":
+        return is_true(package.need(element, "value"))
+    if kind not in {"Real", "Integer"}:
+        return None
+    number = package.number(element, "value")
+    return int(number) if kind == "Integer" and number.is_integer() else number
+
+
+def _mapped(package: Package, element: Element, bounds: list[Bound]) -> Iterator[Bound]:
+    """What a mapping makes of a parameter set: only entries that it names, in its order."""
+    if element.get("type", _MAPPING) != _MAPPING:
+        raise package.error(f"a mapping of type {element.get('type')}; only {_MAPPING} is read")
+    root = _content(package, element, f"{SSM}ParameterMapping")
+    by_name = {bound.name: bound for bound in bounds}
+    for entry in [] if root is None else root.iterfind(f"{SSM}MappingEntry"):
+        bound = by_name.get(package.need(entry, "source"))
+        if bound is None:
+            continue
+        start = bound.start
+        if start is not None:
+            hop = Hop(package.linear(entry), "", not is_true(entry.get("suppressUnitConversion")))
+            start = Start(start.value, Way(unit=start.way.unit, units=start.way.units, hops=(hop,)))
+        yield Bound(package.need(entry, "target"), start, bound.kind)

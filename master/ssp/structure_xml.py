@@ -1,0 +1,195 @@
+"""SystemStructure.ssd of a system that is to be written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from urllib.parse import quote
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from railcosim.master.connections import Connection
+from railcosim.master.description import FmuDescription
+from railcosim.master.ssp.structure import FMU, NAMESPACE, Scalar
+from railcosim.master.units import BASE_UNITS, IDENTITY, Linear, Unit, Units, fmu_units
+
+_NAMESPACES = {
+    "ssc": f"{NAMESPACE}Common",
+    "ssd": f"{NAMESPACE}Description",
+    "ssv": f"{NAMESPACE}ParameterValues",
+    "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations",
+}
+TYPES = {"Real": "Real", "Integer": "Integer", "Enumeration": "Integer", "Boolean": "Boolean"}
+"""SSP's types for FMI's, of the values that can be written."""
+PARAMETER_SET = "start"
+"""Name of every parameter set; ecos asks for it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """One component to be written.
+
+    Attributes
+    ----------
+    name : str
+        Of the component.
+    description : FmuDescription
+        Its FMU.
+    starts : mapping of str to float, int or bool
+        Parameters and inputs that differ from the FMU's start values, in its units.
+    """
+
+    name: str
+    description: FmuDescription
+    starts: Mapping[str, Scalar] = field(default_factory=dict)
+
+    def units(self) -> dict[str, str]:
+        """Unit of every variable that can be in an SSP."""
+        d = self.description
+        variables = {v.name: v.unit for v in (*d.inputs, *d.outputs)}
+        return variables | {name: p.unit for name, p in d.parameters.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """When a run starts and stops, and its step, s; None to leave it to who runs it."""
+
+    start: float
+    stop: float | None
+    step: float | None
+
+
+def structure_xml(
+    name: str,
+    parts: Sequence[Part],
+    wiring: Mapping[Connection, Linear],
+    sources: Mapping[Path, str],
+    experiment: Experiment,
+) -> bytes:
+    """Write SystemStructure.ssd.
+
+    Parameters
+    ----------
+    name : str
+        Of the system.
+    parts : sequence of Part
+        The components.
+    wiring : mapping of Connection to Linear
+        What is connected, and what becomes of a value there.
+    sources : mapping of Path to str
+        Where each part's FMU is in the SSP.
+    experiment : Experiment
+        The default.
+
+    Returns
+    -------
+    bytes
+        The text.
+    """
+    root = Element(
+        "ssd:SystemStructureDescription",
+        {f"xmlns:{prefix}": uri for prefix, uri in _NAMESPACES.items()},
+        version="1.0",
+        name=name,
+        generationTool=f"railcosim {version('railcosim')}",
+    )
+    system = SubElement(root, "ssd:System", name=name)
+    defined = Units()
+    for part in parts:
+        defined = fmu_units(part.description.path) | defined
+    elements = SubElement(system, "ssd:Elements")
+    for part in parts:
+        fed = {c.input for c in wiring if c.target == part.name}
+        _component(elements, part, sources[part.description.path], fed, defined)
+    if wiring:
+        connections = SubElement(system, "ssd:Connections")
+        units = {part.name: part.units() for part in parts}
+        for c, linear in wiring.items():
+            is_same_unit = units[c.source][c.output] == units[c.target][c.input]
+            _connection(connections, c, linear, converts=is_same_unit and linear == IDENTITY)
+    _units(root, defined)
+    _experiment(root, experiment)
+    indent(root)
+    text: bytes = tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text
+
+
+def _component(parent: Element, part: Part, source: str, fed: set[str], defined: Units) -> None:
+    component = SubElement(parent, "ssd:Component", name=part.name, type=FMU, source=quote(source))
+    d, units = part.description, part.units()
+    ends = [("input", v.name) for v in d.inputs if v.name in fed]
+    ends += [("output", v.name) for v in d.outputs]
+    connectors = SubElement(component, "ssd:Connectors")
+    for kind, name in ends:
+        connector = SubElement(connectors, "ssd:Connector", name=name, kind=kind)
+        SubElement(connector, "ssc:Real", _unit(units[name], defined))
+    if not part.starts:
+        return
+    bindings = SubElement(component, "ssd:ParameterBindings")
+    values = SubElement(SubElement(bindings, "ssd:ParameterBinding"), "ssd:ParameterValues")
+    known = {"version": "1.0", "name": PARAMETER_SET}
+    parameters = SubElement(SubElement(values, "ssv:ParameterSet", known), "ssv:Parameters")
+    for name, value in part.starts.items():
+        parameter = SubElement(parameters, "ssv:Parameter", name=name)
+        kind = TYPES[d.parameters[name].type] if name in d.parameters else "Real"
+        unit = _unit(units[name], defined) if kind == "Real" else {}
+        SubElement(parameter, f"ssv:{kind}", {"value": _text(kind, value)} | unit)
+
+
+def _text(kind: str, value: Scalar) -> str:
+    """A number as XML wants it; nothing is lost."""
+    if kind == "Boolean":
+        return "true" if value else "false"
+    return repr(float(value)) if kind == "Real" else str(int(value))
+
+
+def _connection(parent: Element, c: Connection, linear: Linear, *, converts: bool) -> None:
+    ends = {"startElement": c.source, "startConnector": c.output}
+    ends |= {"endElement": c.target, "endConnector": c.input}
+    element = SubElement(parent, "ssd:Connection", ends)
+    if linear != IDENTITY:
+        numbers = {"factor": repr(float(linear.factor)), "offset": repr(float(linear.offset))}
+        SubElement(element, "ssc:LinearTransformation", numbers)
+    if not converts:  # a conversion is in the transformation
+        element.set("suppressUnitConversion", "true")
+
+
+def _unit(name: str, defined: Units) -> dict[str, str]:
+    """The attribute; left out where the FMU does not define its unit, for SSP asks for that."""
+    return {"unit": name} if name in defined.defined else {}
+
+
+def _units(root: Element, defined: Units) -> None:
+    """The units in use."""
+    used = {element.get("unit", "") for element in root.iter()}
+    found = [unit for name, unit in sorted(defined.defined.items()) if name in used]
+    if found:
+        parent = SubElement(root, "ssd:Units")
+        for unit in found:
+            SubElement(SubElement(parent, "ssc:Unit", name=unit.name), "ssc:BaseUnit", _base(unit))
+
+
+def _base(unit: Unit) -> dict[str, str]:
+    """Exponents, factor and offset, without those that are as if left out."""
+    exponents = zip(BASE_UNITS, unit.exponents, strict=True)
+    numbers = {name: str(exponent) for name, exponent in exponents if exponent}
+    if unit.factor != 1.0:
+        numbers["factor"] = repr(unit.factor)
+    if unit.offset != 0.0:
+        numbers["offset"] = repr(unit.offset)
+    return numbers
+
+
+def _experiment(root: Element, experiment: Experiment) -> None:
+    """SSP 1.0 has no place for the step; libcosim, without one, starts no simulation."""
+    times = {"startTime": experiment.start, "stopTime": experiment.stop}
+    attributes = {name: repr(float(t)) for name, t in times.items() if t is not None}
+    element = SubElement(root, "ssd:DefaultExperiment", attributes)
+    if experiment.step is None:
+        return
+    annotations = SubElement(element, "ssd:Annotations")
+    annotation = SubElement(annotations, "ssc:Annotation", type="com.opensimulationplatform")
+    algorithm = SubElement(annotation, "osp:Algorithm")
+    step = repr(float(experiment.step))
+    SubElement(algorithm, "osp:FixedStepAlgorithm", baseStepSize=step)

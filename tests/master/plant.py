@@ -1,0 +1,153 @@
+"""FMUs from plant.c, and SSP files written by hand around them."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import tempfile
+import zipfile
+from functools import cache
+from pathlib import Path
+
+import fmpy
+
+NAMESPACES = (
+    'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" '
+    'xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" '
+    'xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" '
+    'xmlns:ssm="http://ssp-standard.org/SSP1/SystemStructureParameterMapping"'
+)
+UNITS = """<Unit name="m"><BaseUnit m="1"/></Unit>
+    <Unit name="mm"><BaseUnit m="1" factor="0.001"/></Unit>
+    <Unit name="N"><BaseUnit kg="1" m="1" s="-2"/></Unit>
+    <Unit name="m/s"><BaseUnit m="1" s="-1"/></Unit>
+    <Unit name="m/ms"><BaseUnit m="1" s="-1" factor="1000"/></Unit>
+    <Unit name="K"><BaseUnit K="1"/></Unit>
+    <Unit name="degC"><BaseUnit K="1" offset="273.15"/></Unit>"""
+
+
+@cache
+def library() -> bytes:
+    """The compiled plant.c."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "plant.so"
+        command = shlex.split(os.environ.get("CC", "cc"))
+        source = Path(__file__).with_name("plant.c")
+        subprocess.run([*command, "-shared", "-fPIC", "-o", out, source], check=True)
+        return out.read_bytes()
+
+
+def description(*, u: str = "", x: str = "", z: str = "", x0: str = "", units: str = UNITS) -> str:
+    """Its model description, with these units."""
+
+    def real(name: str, reference: int, causality: str, unit: str, start: str = "") -> str:
+        more = {"parameter": ' variability="fixed"'}.get(causality, "")
+        unit = f' unit="{unit}"' if unit else ""
+        start = f' start="{start}"' if start else ""
+        return (
+            f'<ScalarVariable name="{name}" valueReference="{reference}" causality="{causality}"'
+            f"{more}><Real{unit}{start}/></ScalarVariable>"
+        )
+
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Plant" guid="plant">
+  <CoSimulation modelIdentifier="plant"/>
+  <UnitDefinitions>{units}</UnitDefinitions>
+  <ModelVariables>
+    {real("u", 0, "input", u, "0.5")}
+    {real("x", 1, "output", x)}
+    {real("z", 2, "output", z)}
+    {real("k", 3, "parameter", "", "1")}
+    {real("x0", 4, "parameter", x0, "0")}
+    {real("w", 5, "local", "")}
+    <ScalarVariable name="n" valueReference="10" causality="parameter" variability="fixed">
+      <Integer start="3"/></ScalarVariable>
+    <ScalarVariable name="count" valueReference="11" causality="output" variability="discrete">
+      <Integer/></ScalarVariable>
+    <ScalarVariable name="mode" valueReference="12" causality="input" variability="discrete">
+      <Integer start="0"/></ScalarVariable>
+    <ScalarVariable name="follow" valueReference="13" causality="parameter" variability="fixed">
+      <Boolean start="false"/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs>
+      <Unknown index="2" dependencies=""/>
+      <Unknown index="3" dependencies="1"/>
+      <Unknown index="8" dependencies=""/>
+    </Outputs>
+    <InitialUnknowns>
+      <Unknown index="2"/>
+      <Unknown index="3"/>
+      <Unknown index="8"/>
+    </InitialUnknowns>
+  </ModelStructure>
+</fmiModelDescription>"""
+
+
+def make_fmu(path: Path, **units: str) -> Path:
+    """Write an FMU."""
+    binary = f"binaries/{fmpy.platform}/plant{fmpy.sharedLibraryExtension}"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", description(**units))
+        archive.writestr(binary, library())
+    return path
+
+
+def ssd(system: str, after: str = "", version: str = "1.0") -> str:
+    """A system structure around what is in its system and behind it."""
+    return (
+        f'<?xml version="1.0"?><ssd:SystemStructureDescription {NAMESPACES} name="by hand" '
+        f'version="{version}"><ssd:System name="root">{system}</ssd:System>{after}'
+        "</ssd:SystemStructureDescription>"
+    )
+
+
+def component(name: str, source: str = "resources/P.fmu", more: str = "", **connectors: str) -> str:
+    """A component with connectors ``name=kind`` or ``name="kind unit"``."""
+    ends = ""
+    for connector, text in connectors.items():
+        kind, _, unit = text.partition(" ")
+        unit = f' unit="{unit}"' if unit else ""
+        ends += f'<ssd:Connector name="{connector}" kind="{kind}"><ssc:Real{unit}/></ssd:Connector>'
+    return (
+        f'<ssd:Component name="{name}" source="{source}"><ssd:Connectors>{ends}</ssd:Connectors>'
+        f"{more}</ssd:Component>"
+    )
+
+
+def connection(start: str, end: str, inside: str = "", more: str = "") -> str:
+    """A connection from ``element.connector``, or a connector of the system, to another."""
+    ends = ""
+    for side, text in (("start", start), ("end", end)):
+        element, _, connector = text.rpartition(".")
+        if element:
+            ends += f' {side}Element="{element}"'
+        ends += f' {side}Connector="{connector}"'
+    return f"<ssd:Connection{ends} {more}>{inside}</ssd:Connection>"
+
+
+def values(text: str, attributes: str = "", mapping: str = "") -> str:
+    """Bindings with an inline parameter set of these entries."""
+    return (
+        f"<ssd:ParameterBindings><ssd:ParameterBinding {attributes}><ssd:ParameterValues>"
+        f'<ssv:ParameterSet version="1.0" name="s"><ssv:Parameters>{text}</ssv:Parameters>'
+        f"</ssv:ParameterSet></ssd:ParameterValues>{mapping}</ssd:ParameterBinding>"
+        "</ssd:ParameterBindings>"
+    )
+
+
+def real(name: str, value: float, unit: str = "") -> str:
+    """An entry of a parameter set."""
+    unit = f' unit="{unit}"' if unit else ""
+    return f'<ssv:Parameter name="{name}"><ssv:Real value="{value!r}"{unit}/></ssv:Parameter>'
+
+
+def pack(path: Path, text: str, **files: bytes | Path | str) -> Path:
+    """An SSP file with these files in its resources; ``P__fmu`` is called P.fmu."""
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("SystemStructure.ssd", text)
+        for name, content in files.items():
+            data = content.read_bytes() if isinstance(content, Path) else content
+            archive.writestr(f"resources/{name.replace('__', '.')}", data)
+    return path
