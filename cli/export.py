@@ -11,8 +11,8 @@ from typing import Annotated
 
 import typer
 
-from railcosim.fmus.export import NATIVE, PAIR, NativeRuntime, PythonRuntime, Runtime
-from railcosim.fmus.export import export as export_fmus
+from railcosim.analysis.export_pair import PAIR, export_pair
+from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime, Runtime
 from railcosim.fmus.native_runtime.platforms import platforms_named
 from railcosim.parameters import write_toml
 from railcosim.track.parameters import Track
@@ -99,7 +99,7 @@ def exported(
             "(mesh.loss_factor_frequency)"
         )
     with status("exporting FMUs") as tell:
-        return export_fmus(vehicle, track, out, tell, runtime=runtime)
+        return export_pair(vehicle, track, out, tell, runtime=runtime)
 
 
 @contextmanager

@@ -7,7 +7,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 
-from railcosim.fmus.export import export
+from railcosim.analysis.export_pair import export_pair
 from railcosim.track.parameters import Mesh, Track
 from railcosim.track.reduced import reduce_track
 from railcosim.vehicle.parameters import Vehicle
@@ -36,5 +36,5 @@ def short_reduced(short_track):
 
 @pytest.fixture(scope="session")
 def exported(tmp_path_factory, short_track):
-    """The four FMUs of the default vehicle and the short track, by name."""
-    return export(Vehicle(), short_track, tmp_path_factory.mktemp("fmus"))
+    """The four FMUs of the default vehicle and the short track, by name; Pair.ssp beside them."""
+    return export_pair(Vehicle(), short_track, tmp_path_factory.mktemp("fmus"))

@@ -19,7 +19,7 @@ def structure(job):
         for name, parameters in job["parameters"].items()
         for parameter, value in parameters.items()
     }
-    made.add_parameter_set("equilibrium", parameters)
+    made.add_parameter_set("start", parameters)
     return made
 
 
@@ -28,7 +28,7 @@ def main(given, answer):
     source = {"ssp_path": job["ssp"]} if job.get("from_ssp") else {"structure": structure(job)}
     rows = []
     with EcosSimulation(job["step"], **source) as simulation:
-        simulation.init(parameter_set="equilibrium")
+        simulation.init(parameter_set="start")
         for _ in range(job["steps"]):
             simulation.step()
             rows.append(

@@ -1,4 +1,4 @@
-"""The SSP file: valid, wired as the FMUs are, and at rest when it starts."""
+"""Pair.ssp: valid, wired as the FMUs are, and at rest when it starts."""
 
 import io
 import zipfile
@@ -10,7 +10,6 @@ import pytest
 from fmpy.ssp import ssd as fmpy_ssd
 from lxml import etree
 
-from railcosim.fmus.ssp import Part, write_ssp
 from railcosim.master.connections import connect_by_name
 from railcosim.master.fmu import FmuComponent
 from railcosim.master.system import System
@@ -24,7 +23,7 @@ WHEELS = [f"wheelset[{i}].{side}" for side in ("left", "right") for i in (1, 2, 
 
 @pytest.fixture(scope="module")
 def pair(exported):
-    """Written by `export`, beside the FMUs."""
+    """Written by `export_pair`, beside the FMUs."""
     return exported["Vehicle"].with_name("Pair.ssp")
 
 
@@ -42,16 +41,6 @@ def unpacked(pair, tmp_path_factory):
         archive.extractall(folder)
     ssd = etree.parse(folder / "SystemStructure.ssd")
     return {c.get("name"): folder / c.get("source") for c in ssd.iter(f"{SSD}Component")}
-
-
-def test_a_failed_writing_leaves_the_older_file(tmp_path):
-    target = tmp_path / "Pair.ssp"
-    target.write_bytes(b"an older one")
-    part = Part(name="vehicle", fmu=tmp_path / "missing.fmu", table=[], start={})
-    with pytest.raises(FileNotFoundError):
-        write_ssp(target, part, part, step=1e-4, stop=1.0)
-    assert target.read_bytes() == b"an older one"
-    assert list(tmp_path.iterdir()) == [target]
 
 
 def schema(name):
