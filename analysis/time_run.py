@@ -52,7 +52,7 @@ def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
     with open_pair(plan.vehicle, plan.track, plan.parameters, plan.journey) as pair:
         recorder = Recorder(pair.system)
         points = cosimulate(pair.system, plan.scheme, plan.step, plan.stop)
-        stopped = record(_watched(points, plan.stop, progress), recorder)
+        stopped = record(watched(points, plan.stop, progress), recorder)
         journey = plan.journey
         attributes = {
             "title": f"{3.6 * journey.speed:.0f} km/h, irregularity {journey.profile.name}",
@@ -72,9 +72,10 @@ def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
         return recorder.to_dataset(attributes), stopped
 
 
-def _watched(
+def watched(
     points: Iterator[CommunicationPoint], stop: float, progress: Progress
 ) -> Iterator[CommunicationPoint]:
+    """Pass on points, and tell every hundredth time how far the run is; `stop` in s."""
     for k, point in enumerate(points):
         if k % 100 == 0:
             progress(point.time, stop)

@@ -1,0 +1,113 @@
+"""One run in time of a system of anyone's FMUs, read from an SSP file."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+
+import xarray as xr
+
+from railcosim.master.archive import FmuError
+from railcosim.master.cosimulation import cosimulate
+from railcosim.master.recording import Recorder, record
+from railcosim.master.schemes import Scheme
+from railcosim.master.ssp import LoadedSystem, initialise, open_ssp
+from railcosim.master.system import System
+
+from .time_run import Progress, Stopped, watched
+
+
+def run_ssp(
+    path: Path,
+    make_scheme: Callable[[str], Scheme],
+    progress: Progress,
+    *,
+    first: str | None = None,
+    step: float | None = None,
+    time: float | None = None,
+) -> tuple[xr.Dataset, Stopped]:
+    """Run a system; also a run that stops early returns what was recorded, and why it stopped.
+
+    What of the file is not in the system is told by warnings.
+
+    Parameters
+    ----------
+    path : Path
+        The ``.ssp`` file. The code in it is run.
+    make_scheme : callable
+        From the name of the component that steps first, where the scheme asks for one.
+    progress : callable
+        Given the time and the end, s, now and then.
+    first : str, optional
+        That name; the first component of the file if not given.
+    step : float, optional
+        Communication step, s; the file's if not given.
+    time : float, optional
+        How long from the file's start, s; to the file's end if not given.
+
+    Returns
+    -------
+    Dataset
+        All Real outputs at all communication points.
+    exception or None
+        What stopped the run early.
+
+    Raises
+    ------
+    FmuError
+        If the file is refused, or neither it nor the caller says step and end.
+    CouplingError
+        If the system cannot be coupled.
+    """
+    with open_ssp(path) as loaded:
+        for note in loaded.notes:
+            warnings.warn(f"{path}: {note}", stacklevel=2)
+        start, stop, step = _experiment(path, loaded, step, time)
+        system = System(loaded.components, loaded.connections)
+        scheme = make_scheme(first or loaded.fmus[0].name)
+        if not initialise(system, loaded.fmus, start, stop):
+            warnings.warn(
+                f"{path}: initial values did not settle: outputs depend on each other in a circle "
+                "in initialisation; the run begins with the last ones",
+                stacklevel=2,
+            )
+        run = cosimulate(system, scheme, step, stop, start)
+        recorder = Recorder(system)
+        stopped = record(watched(run, stop, progress), recorder)
+        attributes = {
+            "title": loaded.name,
+            "scheme": scheme.describe(),
+            "communication_step": step,
+            "railcosim_version": version("railcosim"),
+            "stopped": "no" if stopped is None else str(stopped) or "interrupted",
+            **{f"inputs of {k}": how for k, how in system.describe_inputs().items()},
+        }
+        for fmu in loaded.fmus:
+            for name, value in loaded.starts[fmu.name].items():
+                attributes[f"start {fmu.name}.{name}"] = float(value)
+            for key, text in fmu.description.as_attributes().items():
+                attributes[f"{fmu.name} {key}"] = text
+        return recorder.to_dataset(attributes), stopped
+
+
+def _experiment(
+    path: Path, loaded: LoadedSystem, step: float | None, time: float | None
+) -> tuple[float, float, float]:
+    """Start, stop and step, s: the caller's, else the file's."""
+    if not loaded.fmus:
+        raise FmuError(f"{path}: has no component in it")
+    start = loaded.start or 0.0
+    stop = loaded.stop if time is None else start + time
+    step = loaded.step if step is None else step
+    if stop is None:
+        raise FmuError(f"{path}: does not say when to stop; give --time")
+    if step is None:
+        raise FmuError(f"{path}: does not say a communication step (SSP cannot); give --step")
+    if not stop > start or not step > 0:
+        raise FmuError(
+            f"{path}: stops at {stop:g} s, with a step of {step:g} s; it must stop after its start "
+            f"at {start:g} s, with a step > 0: give --time and --step"
+        )
+    return start, stop, step

@@ -1,0 +1,56 @@
+"""railcosim run SYSTEM.ssp: what it leaves behind, also when it fails."""
+
+import numpy as np
+import pytest
+
+from railcosim.cli.options import UsageError
+from railcosim.cli.system_command import run_system
+from railcosim.master.cosimulation import Divergence
+from railcosim.master.files import load
+from railcosim.master.schemes.gauss_seidel import gauss_seidel
+
+from ..master.plant import component, connection, make_fmu, pack, real, ssd, values
+
+
+def sequential(first):
+    return gauss_seidel(first=first, degree=0)
+
+
+@pytest.fixture
+def package(tmp_path):
+    def make(rate):
+        """x' = rate x, x(0) = 1, by Euler's rule."""
+        a = component("a", more=values(real("x0", 1.0)), u="input", x="output")
+        b = component("b", more=values(real("k", rate)), u="input", z="output")
+        wires = connection("a.x", "b.u") + connection("b.z", "a.u")
+        system = f"<ssd:Elements>{a}{b}</ssd:Elements><ssd:Connections>{wires}</ssd:Connections>"
+        fmu = make_fmu(tmp_path / "P.fmu")
+        return pack(tmp_path / "s.ssp", ssd(system), P__fmu=fmu)
+
+    return make
+
+
+def test_result_and_picture(package, tmp_path, capsys):
+    out, plot = tmp_path / "s.nc", tmp_path / "s.png"
+    run_system(package(-1.0), sequential, out, step=0.25, time=1.0, plot=plot)
+    np.testing.assert_array_equal(load(out)["a.x"], 0.75 ** np.arange(5))
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    said = "".join(capsys.readouterr().out.split())  # rich breaks long paths
+    assert "s.nc:5communicationpoints" in said
+
+
+def test_a_failed_run_is_saved(package, tmp_path):
+    out = tmp_path / "s.csv"
+    with pytest.raises(Divergence, match="diverged at t = 5 s"):
+        run_system(package(10.0), sequential, out, step=1.0, time=100.0)
+    np.testing.assert_array_equal(load(out)["a.x"], 11.0 ** np.arange(5))
+
+
+def test_options(package, tmp_path):
+    path = package(-1.0)
+    with pytest.raises(UsageError, match=r"--step 0: must be > 0 s"):
+        run_system(path, sequential, tmp_path / "s.nc", step=0.0, time=1.0)
+    with pytest.raises(UsageError, match=r"--time -1: must be > 0 s"):
+        run_system(path, sequential, tmp_path / "s.nc", step=0.1, time=-1.0)
+    with pytest.raises(UsageError, match=r"--out .*must end in"):
+        run_system(path, sequential, tmp_path / "s.txt", step=0.1, time=1.0)
