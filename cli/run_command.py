@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from enum import StrEnum
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -13,8 +14,11 @@ import xarray as xr
 
 from railcosim.analysis.catalogue import FMUS, Owner
 from railcosim.analysis.pair import FADE_IN, FORCES, Journey
+from railcosim.analysis.system_run import run_ssp
 from railcosim.analysis.time_run import Plan, Stopped, run_pair
 from railcosim.master.files import save
+from railcosim.plots.chart import Chart
+from railcosim.plots.outputs import outputs_chart
 from railcosim.plots.picture import save_picture
 from railcosim.plots.results import run_chart
 
@@ -27,6 +31,7 @@ from .options import (
     PlotFile,
     Speed,
     TrackFmu,
+    UsageError,
     VehicleFmu,
     console,
     contact_parameters,
@@ -47,19 +52,22 @@ from .scheme_options import (
 STEPS = {Owner.VEHICLE: 2e-5, Owner.TRACK: 1e-4, Owner.MASTER: 2e-5}
 
 
-class First(StrEnum):
-    """Who steps first."""
-
-    VEHICLE = "vehicle"
-    TRACK = "track"
+TIME = 1.0  # s
 
 
 def run(
     out: Out,
+    system: Annotated[
+        Path | None,
+        typer.Argument(help="Any system of FMUs, SSP 1.0; our pair if not given.", metavar="F.ssp"),
+    ] = None,
     vehicle_fmu: VehicleFmu = None,
     track_fmu: TrackFmu = None,
     scheme: SchemeOption = SchemeName.JACOBI,
-    first: Annotated[First, typer.Option(help="Who steps first in gauss-seidel.")] = First.VEHICLE,
+    first: Annotated[
+        str | None,
+        typer.Option(help="Who steps first in gauss-seidel: vehicle, track, or as the SSP says."),
+    ] = None,
     inputs: InputsOption = None,
     contact: ContactOption = None,
     contact_stiffness: Annotated[
@@ -73,7 +81,9 @@ def run(
         float | None,
         typer.Option(help="Communication step, s; 1e-4, or 2e-5 with the contact in the vehicle."),
     ] = None,
-    time: Annotated[float, typer.Option(help="How long, s.")] = 1.0,
+    time: Annotated[
+        float | None, typer.Option(help="How long, s; 1, or what the SSP says.")
+    ] = None,
     speed: Speed = 250.0,
     irregularity: Irregularity = "german-low",
     held: Annotated[
@@ -81,41 +91,62 @@ def run(
     ] = False,
     plot: PlotFile = None,
 ) -> None:
-    """Run a vehicle FMU and a track FMU coupled in time.
+    """Run a vehicle FMU and a track FMU coupled in time, or any system of FMUs in an SSP file.
 
-    Starts from the static equilibrium of both. With the contact in the track, steps of 0.1 ms are
-    stable up to 8 GN/m; with the contact in the vehicle they must be shorter. Loss of contact can
-    hide an unstable coupling: a run in which a wheel leaves the rail says so.
+    The pair starts from the static equilibrium of both. With the contact in the track, steps of
+    0.1 ms are stable up to 8 GN/m; with the contact in the vehicle they must be shorter. Loss of
+    contact can hide an unstable coupling: a run in which a wheel leaves the rail says so.
     """
     RESULTS.check(out)
     PICTURES.check(plot)
+    for option, value in (("--step", step), ("--time", time)):
+        if value is not None:
+            positive(option, value, "s")
+    if system is not None:
+        if vehicle_fmu or track_fmu or contact:
+            raise UsageError(f"{system}: has its own FMUs; leave out --vehicle-fmu and the like")
+        with progress("running") as update:
+            dataset, stopped = run_ssp(
+                system,
+                partial(scheme_of, scheme, inputs),
+                update,
+                first=first,
+                step=step,
+                time=time,
+            )
+        keep(dataset, stopped, out, plot, outputs_chart)
+        return
     owner = owner_of(scheme, contact)
-    step = positive("--step", STEPS[owner] if step is None else step, "s")
-    positive("--time", time, "s")
     v = positive("--speed", speed, "km/h") / 3.6
-    parameters = contact_parameters(contact_stiffness)
-    profile = profile_of(irregularity, v * time + FADE_IN)
+    stop = TIME if time is None else time
+    journey = Journey(speed=v, held=held, profile=profile_of(irregularity, v * stop + FADE_IN))
     with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner]) as (vehicle, track):
         plan = Plan(
             vehicle=vehicle,
             track=track,
-            parameters=parameters,
-            journey=Journey(speed=v, held=held, profile=profile),
-            scheme=scheme_of(scheme, inputs, first),
-            step=step,
-            stop=time,
+            parameters=contact_parameters(contact_stiffness),
+            journey=journey,
+            scheme=scheme_of(scheme, inputs, first or "vehicle"),
+            step=STEPS[owner] if step is None else step,
+            stop=stop,
         )
         with progress("running") as update:
             dataset, stopped = run_pair(plan, update)
     keep(dataset, stopped, out, plot)
 
 
-def keep(dataset: xr.Dataset, stopped: Stopped, out: Path, plot: Path | None) -> None:
+def keep(
+    dataset: xr.Dataset,
+    stopped: Stopped,
+    out: Path,
+    plot: Path | None,
+    chart: Callable[[xr.Dataset], Chart] = run_chart,
+) -> None:
     """Save and draw what was recorded, also of a run that failed; then say that it did."""
     save(dataset, out)
     console.print(f"{out}: {dataset.sizes['time']} communication points", highlight=False)
     if plot is not None:
-        save_picture(run_chart(dataset), plot)
+        save_picture(chart(dataset), plot)
         console.print(str(plot), highlight=False)
     forces = np.array([dataset[name].values for name in FORCES if name in dataset])
     lost = float((forces <= 0).any(axis=0).mean()) if forces.size else 0.0

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from railcosim.cli.options import UsageError
-from railcosim.cli.system_command import run_system
+from railcosim.cli.run_command import run
+from railcosim.cli.scheme_options import Inputs, SchemeName
 from railcosim.master.cosimulation import Divergence
 from railcosim.master.files import load
-from railcosim.master.schemes.gauss_seidel import gauss_seidel
 
 from ..master.plant import component, connection, make_fmu, pack, real, ssd, values
 
 
-def sequential(first):
-    return gauss_seidel(first=first, degree=0)
+def run_system(path, out, **options):
+    run(out, path, scheme=SchemeName.GAUSS_SEIDEL, inputs=Inputs.CONSTANT, **options)
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def package(tmp_path):
 
 def test_result_and_picture(package, tmp_path, capsys):
     out, plot = tmp_path / "s.nc", tmp_path / "s.png"
-    run_system(package(-1.0), sequential, out, step=0.25, time=1.0, plot=plot)
+    run_system(package(-1.0), out, step=0.25, time=1.0, plot=plot)
     np.testing.assert_array_equal(load(out)["a.x"], 0.75 ** np.arange(5))
     assert plot.read_bytes().startswith(b"\x89PNG")
     said = "".join(capsys.readouterr().out.split())  # rich breaks long paths
@@ -42,15 +42,15 @@ def test_result_and_picture(package, tmp_path, capsys):
 def test_a_failed_run_is_saved(package, tmp_path):
     out = tmp_path / "s.csv"
     with pytest.raises(Divergence, match="diverged at t = 5 s"):
-        run_system(package(10.0), sequential, out, step=1.0, time=100.0)
+        run_system(package(10.0), out, step=1.0, time=100.0)
     np.testing.assert_array_equal(load(out)["a.x"], 11.0 ** np.arange(5))
 
 
 def test_options(package, tmp_path):
     path = package(-1.0)
     with pytest.raises(UsageError, match=r"--step 0: must be > 0 s"):
-        run_system(path, sequential, tmp_path / "s.nc", step=0.0, time=1.0)
+        run_system(path, tmp_path / "s.nc", step=0.0, time=1.0)
     with pytest.raises(UsageError, match=r"--time -1: must be > 0 s"):
-        run_system(path, sequential, tmp_path / "s.nc", step=0.1, time=-1.0)
+        run_system(path, tmp_path / "s.nc", step=0.1, time=-1.0)
     with pytest.raises(UsageError, match=r"--out .*must end in"):
-        run_system(path, sequential, tmp_path / "s.txt", step=0.1, time=1.0)
+        run_system(path, tmp_path / "s.txt", step=0.1, time=1.0)
