@@ -104,7 +104,7 @@ class Component(ABC):
         return np.ones((len(self.outputs), len(self.inputs)), dtype=bool)
 
     def bind(self, u: FloatArray, y: FloatArray) -> None:
-        """Exchange values through these arrays from now on, contiguous, of the shapes of `u`, `y`."""
+        """Exchange values through these contiguous arrays from now on, shaped as `u` and `y`."""
         self.u, self.y = u, y
 
     @abstractmethod

@@ -25,23 +25,27 @@ class Continuation(Protocol):
     Attributes
     ----------
     degree : int
-        Of the polynomial; so many points of the past are needed before the present one.
+        Of the polynomial.
+    past : History
+        As many points as the next step needs; arrays in it are never written to.
     """
 
     degree: int
+    past: History
 
     def describe(self) -> str:
         """For people and for results."""
 
-    def extrapolate(self, component: Component, past: History, t: float, h: float) -> None:
-        """Step from `t` to `t + h` (s); ``past[-1]`` are the inputs at `t`, already written.
+    def begin(self, t: float) -> None:
+        """Forget the past; the inputs at `t` are written."""
 
-        Leaves in ``component.u``, unwritten, the inputs that the polynomial gives at the end.
+    def extrapolate(self, t: float, h: float) -> None:
+        """Step from `t` to `t + h` (s); the inputs at `t` are written.
+
+        Leaves in the component's `u`, unwritten, the inputs that the polynomial gives at the end.
         """
 
-    def interpolate(
-        self, component: Component, past: History, t: float, h: float, u: FloatArray
-    ) -> None:
+    def interpolate(self, t: float, h: float, u: FloatArray) -> None:
         """Likewise, to the inputs `u` at the end."""
 
 
@@ -50,74 +54,91 @@ class Held:
 
     degree = 0
 
+    def __init__(self, component: Component) -> None:
+        self.past: History = ()
+        self._component = component
+
     def describe(self) -> str:
         """For people and for results."""
         return NAMES[0]
 
-    def extrapolate(self, component: Component, past: History, t: float, h: float) -> None:
+    def begin(self, t: float) -> None:
+        """There is no past; see `Continuation`."""
+
+    def extrapolate(self, t: float, h: float) -> None:
         """Hold the inputs at the beginning; see `Continuation`."""
-        component.do_step(t, h)
+        self._component.do_step(t, h)
 
-    def interpolate(
-        self, component: Component, past: History, t: float, h: float, u: FloatArray
-    ) -> None:
+    def interpolate(self, t: float, h: float, u: FloatArray) -> None:
         """Hold the inputs at the end; see `Continuation`."""
-        component.u[:] = u
-        component.write_inputs()
-        component.do_step(t, h)
+        self._component.u[:] = u
+        self._component.write_inputs()
+        self._component.do_step(t, h)
 
 
-class OwnHold:
+class _Polynomial:
+    """Remembers the inputs of past communication points."""
+
+    def __init__(self, component: Component, degree: int) -> None:
+        self.degree = degree
+        self.past: History = ()
+        self._component = component
+
+    def begin(self, t: float) -> None:
+        """Begin the past; see `Continuation`."""
+        self.past = ()
+        self._note(t, self._component.u)
+
+    def _note(self, t: float, u: FloatArray) -> None:
+        """Remember the inputs at `t`."""
+        past = self.past[:-1] if self.past and self.past[-1][0] == t else self.past
+        self.past = (*past[-self.degree :], (t, u.copy()))
+
+
+class OwnHold(_Polynomial):
     """A line that the component draws itself, through the inputs it is given."""
 
-    degree = 1
+    def __init__(self, component: Component) -> None:
+        super().__init__(component, 1)
 
     def describe(self) -> str:
         """For people and for results."""
         return f"{NAMES[1]}, by its own hold"
 
-    def extrapolate(self, component: Component, past: History, t: float, h: float) -> None:
+    def extrapolate(self, t: float, h: float) -> None:
         """Let the component extrapolate; see `Continuation`."""
-        component.do_step(t, h)
-        component.u[:] = _taylor(past, t, 1)[0] if len(past) < 2 else _end(_taylor(past, t, 1), h)
+        self._note(t, self._component.u)
+        self._component.do_step(t, h)
+        self._component.u[:] = _end(_taylor(self.past, t, 1), h)
 
-    def interpolate(
-        self, component: Component, past: History, t: float, h: float, u: FloatArray
-    ) -> None:
+    def interpolate(self, t: float, h: float, u: FloatArray) -> None:
         """Let the component interpolate; see `Continuation`."""
-        component.u[:] = u
-        component.write_inputs()
-        component.do_step(t, h)
+        self._component.u[:] = u
+        self._component.write_inputs()
+        self._component.do_step(t, h)
+        self._note(t + h, u)
 
 
-class Derivatives:
-    """A polynomial given by its derivatives.
-
-    Parameters
-    ----------
-    degree : int
-        Of the polynomial; lower in the first steps, for want of a past.
-    """
-
-    def __init__(self, degree: int) -> None:
-        self.degree = degree
+class Derivatives(_Polynomial):
+    """A polynomial given by its derivatives; of a lower degree in the first steps."""
 
     def describe(self) -> str:
         """For people and for results."""
         return f"{NAMES[self.degree]}, by derivatives"
 
-    def extrapolate(self, component: Component, past: History, t: float, h: float) -> None:
+    def extrapolate(self, t: float, h: float) -> None:
         """Follow the polynomial through the past; see `Continuation`."""
-        follow(component, _taylor(past, t, self.degree), t, h)
+        self._note(t, self._component.u)
+        follow(self._component, _taylor(self.past, t, self.degree), t, h)
 
-    def interpolate(
-        self, component: Component, past: History, t: float, h: float, u: FloatArray
-    ) -> None:
+    def interpolate(self, t: float, h: float, u: FloatArray) -> None:
         """Follow the polynomial through the past and the end; see `Continuation`."""
-        component.u[:] = past[-1][1]
+        component = self._component
+        component.u[:] = self.past[-1][1]
         component.write_inputs()
-        follow(component, _taylor((*past, (t + h, u)), t, self.degree), t, h)
+        follow(component, _taylor((*self.past, (t + h, u)), t, self.degree), t, h)
         component.u[:] = u  # without the rounding of the polynomial
+        self._note(t + h, u)
 
 
 def continuation(component: Component, degree: int, *, at_end: bool) -> Continuation:
@@ -139,13 +160,13 @@ def continuation(component: Component, degree: int, *, at_end: bool) -> Continua
     """
     if component.max_input_derivative >= 1 and degree >= 1:
         component.set_hold(Hold.CONSTANT)
-        return Derivatives(min(degree, component.max_input_derivative))
+        return Derivatives(component, min(degree, component.max_input_derivative))
     hold = Hold.INTERPOLATE if at_end else Hold.EXTRAPOLATE
     if degree >= 1 and hold in component.holds:
         component.set_hold(hold)
-        return OwnHold()
+        return OwnHold(component)
     component.set_hold(Hold.CONSTANT)
-    return Held()
+    return Held(component)
 
 
 def follow(component: Component, taylor: FloatArray, t: float, h: float) -> None:
@@ -184,7 +205,7 @@ def _taylor(points: History, t: float, degree: int) -> FloatArray:
 
 def _end(taylor: FloatArray, h: float) -> FloatArray:
     """Value of the polynomial after `h` (s)."""
-    value = taylor[-1]
+    value: FloatArray = taylor[-1]
     for k in range(len(taylor) - 2, -1, -1):
         value = taylor[k] + value * (h / (k + 1))
     return value

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg.blas import dnrm2
 
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.pace import FixedStep, Pace
@@ -69,34 +70,39 @@ class Cosimulation(Iterator[CommunicationPoint]):
         self.walk = pace.walk(system, self.stepper, start, stop)
         self.time = math.nan
         self._start, self._stop = start, stop
-        self._inverse_limit = 1.0 / (limit * np.array([v.nominal for v in system.variables]))
+        limits = limit * np.array([v.nominal for v in system.variables])
+        self._inverse_limits = 1.0 / limits
+        self._least_limit = float(limits.min(initial=limit))
+        self._watched = system.outputs if system.variables else np.zeros(1)  # BLAS takes no empty
         self._context = f"scheme {scheme.describe()}, {pace.describe()}"
 
     def __next__(self) -> CommunicationPoint:
         """Make the next step; see `cosimulate`."""
-        if self.time == self._stop:
+        t = self.time
+        report: StepReport | None = None
+        if t == self._stop:
             raise StopIteration
         try:
-            if math.isnan(self.time):
-                self.system.begin(self._start)
-                t, report = self._start, None
+            if math.isnan(t):
+                t = self._start
+                self.system.begin(t)
             else:
-                t, report = self.walk.advance(self.time)
+                t, report = self.walk.advance(t)
         except ComponentError as error:
-            begun = self._start if math.isnan(self.time) else self.time
-            raise ComponentError(
-                f"{error} (step from t = {begun:.9g} s, {self._context})"
-            ) from error
+            raise ComponentError(f"{error} (step from t = {t:.9g} s, {self._context})") from error
         outputs = self.system.outputs.copy()
-        self._check(outputs, t)
+        # No value is larger than the norm of all, and NaN compares false. That settles it at once
+        # where no variable has a small nominal value, as in most FMUs.
+        if not dnrm2(self._watched) <= self._least_limit:
+            self._check(outputs, t)
         self.time = t
-        return CommunicationPoint(t, outputs, report)
+        # What CommunicationPoint(...) does, in half the time.
+        return tuple.__new__(CommunicationPoint, (t, outputs, report))
 
     def _check(self, outputs: FloatArray, t: float) -> None:
         """Raise Divergence if an output is out of bounds."""
-        scaled = outputs * self._inverse_limit
-        # One product finds large values and NaN, which compares false.
-        if scaled.dot(scaled) <= 1.0:
+        scaled = outputs * self._inverse_limits
+        if dnrm2(scaled) <= 1.0:
             return
         inside = np.abs(scaled) <= 1.0
         if inside.all():
@@ -105,8 +111,8 @@ class Cosimulation(Iterator[CommunicationPoint]):
         variable = self.system.variables[worst]
         raise Divergence(
             f"diverged at t = {t:.9g} s: {self.system.names[worst]} = {outputs[worst]:.6g} "
-            f"{variable.unit} (allowed: {1.0 / self._inverse_limit[worst]:.3g}; {self._context}). "
-            "Try a shorter step; the scheme interface-jacobian; the contact in the other component; "
+            f"{variable.unit} (allowed: {1.0 / self._inverse_limits[worst]:.3g}; {self._context}). "
+            "Try a shorter step; the scheme interface-jacobian; the contact in another component; "
             "or, if the value is right, a larger nominal value of the variable"
         )
 

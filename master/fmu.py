@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from railcosim.master.archive import FmuError, unpack
 from railcosim.master.component import Component, ComponentError, FloatArray, Hold
 from railcosim.master.description import HOLD_PARAMETER, FmuDescription, read_description
-from railcosim.master.fmu_instance import FmuInstance, FmuState
+from railcosim.master.fmu_instance import WARNING, FmuInstance, FmuState, PreparedCall
 from railcosim.master.fmu_parameters import parameter_call
 
 __all__ = ["FmuComponent", "FmuError", "FmuState"]
@@ -52,6 +52,8 @@ class FmuComponent(Component):
         self._phase = _Phase.INSTANTIATED
         self._u_references = _references(description.input_references)
         self._y_references = _references(description.output_references)
+        self._t, self._h = ctypes.c_double(), ctypes.c_double()
+        self._do_step = PreparedCall(self._check_phase, (_Phase.RUNNING,))  # too early
         self.bind(self.u, self.y)
 
     @classmethod
@@ -157,6 +159,9 @@ class FmuComponent(Component):
         self._check_phase(_Phase.INITIALISING)
         self._instance.call("fmi2ExitInitializationMode")
         self._phase = _Phase.RUNNING
+        # The last argument promises the FMU that nobody will go back; somebody may.
+        is_final = ctypes.c_int.from_param(not self.can_rollback)
+        self._do_step = self._instance.prepare("fmi2DoStep", self._t, self._h, is_final)
 
     def close(self) -> None:
         """Free the instance, its snapshots, its library and its folder. Harmless to repeat."""
@@ -181,18 +186,22 @@ class FmuComponent(Component):
     def bind(self, u: FloatArray, y: FloatArray) -> None:
         """Exchange values through these arrays from now on; see `Component.bind`."""
         super().bind(u, y)
-        # Pointers made once: making them in every call costs more than the FMU does.
-        self._u_pointer, self._y_pointer = _pointer(u), _pointer(y)
+        self._set_real = self._prepare("fmi2SetReal", self._u_references, u)
+        self._get_real = self._prepare("fmi2GetReal", self._y_references, y)
 
     def write_inputs(self) -> None:
         """Make `u` the inputs at the present time."""
-        if self.u.size:
-            self._instance.call("fmi2SetReal", self._u_references, self.u.size, self._u_pointer)
+        call = self._set_real
+        status = call.function(*call.arguments)
+        if status > WARNING:
+            self._instance.refuse("fmi2SetReal", status)
 
     def read_outputs(self) -> None:
         """Put the outputs at the present time, for the inputs last written, into `y`."""
-        if self.y.size:
-            self._instance.call("fmi2GetReal", self._y_references, self.y.size, self._y_pointer)
+        call = self._get_real
+        status = call.function(*call.arguments)
+        if status > WARNING:
+            self._instance.refuse("fmi2GetReal", status)
 
     def set_input_derivatives(self, derivatives: FloatArray) -> None:
         """Give derivatives of the inputs for the next step; see `Component`."""
@@ -226,11 +235,12 @@ class FmuComponent(Component):
 
     def do_step(self, t: float, h: float) -> None:
         """Go from time `t` to `t + h` (s). Raises ComponentError."""
-        if self._phase is not _Phase.RUNNING:
-            self._check_phase(_Phase.RUNNING)
-        self._instance.time = t
-        # The last argument promises the FMU that nobody will go back; somebody may.
-        self._instance.call("fmi2DoStep", t, h, not self.can_rollback)
+        self._t.value, self._h.value = t, h
+        call = self._do_step
+        status = call.function(*call.arguments)
+        if status > WARNING:
+            self._instance.time = t
+            self._instance.refuse("fmi2DoStep", status)
         self._instance.time = t + h
 
     def set_hold(self, hold: Hold) -> None:
@@ -273,6 +283,16 @@ class FmuComponent(Component):
         buffer = ctypes.create_string_buffer(data, len(data))
         self._instance.call("fmi2DeSerializeFMUstate", buffer, len(data), ctypes.byref(pointer))
         return self._instance.own(pointer)
+
+    def _prepare(self, function: str, references: Any, values: FloatArray) -> PreparedCall:
+        """Bind a call that sets or gets Reals to its arguments."""
+        n = values.size
+        if not n:
+            return PreparedCall(int, ())  # no call, and OK
+        array = (ctypes.c_double * n).from_buffer(values.data)
+        return self._instance.prepare(
+            function, ctypes.byref(references), ctypes.c_size_t.from_param(n), ctypes.byref(array)
+        )
 
     # --- checks --------------------------------------------------------------------------------
 

@@ -7,8 +7,9 @@ import ctypes
 import shutil
 import weakref
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import fmpy
 import fmpy.fmi2
@@ -19,7 +20,15 @@ from railcosim.master.component import ComponentError
 from railcosim.master.description import FmuDescription
 from railcosim.master.fmu_log import FmuLog, status_name
 
-_WARNING, _FATAL = 1, 4
+WARNING, _FATAL = 1, 4
+
+
+@dataclass(slots=True)
+class PreparedCall:
+    """A call that is made often, bound to its arguments; see `FmuInstance.prepare`."""
+
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
 
 
 class FmuState:
@@ -72,6 +81,7 @@ class FmuInstance:
         self.log = FmuLog(is_format=not is_python)
         self.time = 0.0
         self.is_open = True
+        self._prepared: dict[str, PreparedCall] = {}
         self._name = name
         self._states: weakref.WeakSet[FmuState] = weakref.WeakSet()
         self._fmu = _instantiate(name, description, folder, self.log, kind)
@@ -92,13 +102,36 @@ class FmuInstance:
             self.check_open()
         # The C function as FMPy has declared it: its own wrapper would cost as much as a vehicle.
         status = getattr(self._fmu.dll, function)(self._component, *arguments)
-        if status > _WARNING:
-            if status == _FATAL:
-                self._abandon()
-            raise ComponentError(
-                f"{self._name}: {function} at t = {self.time:.9g} s gave status "
-                f"{status_name(status)}.{self.log.quote()}"
-            )
+        if status > WARNING:
+            self.refuse(function, status)
+
+    def prepare(self, function: str, *arguments: Any) -> PreparedCall:
+        """Bind a call that is made often to its arguments after the instance, which are C objects.
+
+        To look a function up and to convert arguments costs several times what the call does.
+
+        Returns
+        -------
+        PreparedCall
+            ``call.function(*call.arguments)`` gives the FMU's status; give one worse than WARNING
+            to `refuse`. Once the instance is closed, it raises FmuError. It is the only one of its
+            function: one prepared before must not be used any more.
+        """
+        self.check_open()
+        instance = ctypes.c_void_p.from_param(self._component)
+        # What [] looks up is new, without the conversion of arguments that FMPy has declared.
+        call = PreparedCall(self._fmu.dll[function], (instance, *arguments))
+        self._prepared[function] = call
+        return call
+
+    def refuse(self, function: str, status: int) -> NoReturn:
+        """Raise ComponentError for a status worse than a warning; see `call`."""
+        if status == _FATAL:
+            self._abandon()
+        raise ComponentError(
+            f"{self._name}: {function} at t = {self.time:.9g} s gave status "
+            f"{status_name(status)}.{self.log.quote()}"
+        )
 
     def own(self, pointer: ctypes.c_void_p) -> FmuState:
         """Wrap a snapshot that the FMU made, so that it is freed in time."""
@@ -119,7 +152,10 @@ class FmuInstance:
     def check_open(self) -> None:
         """Raise FmuError if the instance is closed."""
         if not self.is_open:
-            raise FmuError(f"{self._name}: closed, or given up after a fatal error; load it again")
+            self._raise_closed()
+
+    def _raise_closed(self) -> NoReturn:
+        raise FmuError(f"{self._name}: closed, or given up after a fatal error; load it again")
 
     def free(self) -> None:
         """Free everything, unless that has happened."""
@@ -127,13 +163,19 @@ class FmuInstance:
             return
         for state in list(self._states):  # FMI: before the instance
             state.free()
-        self.is_open = False
+        self._close()
         self._fmu.freeInstance()
         self._remove_folder()
 
+    def _close(self) -> None:
+        """Let no further call through."""
+        self.is_open = False
+        for call in self._prepared.values():
+            call.function, call.arguments = self._raise_closed, ()
+
     def _abandon(self) -> None:
         """Let go after a fatal status: FMI forbids any further call, even to free."""
-        self.is_open = False
+        self._close()
         for state in list(self._states):
             state.free.detach()
         self._remove_folder()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import Connection, CouplingError, check_connections
-from railcosim.master.continuation import NAMES, Continuation, Held, History, continuation, follow
+from railcosim.master.continuation import NAMES, Continuation, Held, continuation, follow
 from railcosim.master.exchange import exchange_plan
 from railcosim.master.suggest import suggest
 
@@ -23,23 +23,30 @@ class _Port:
     component: Component
     outputs: slice
     """Its outputs in the buffer."""
+    inputs: slice
+    """Its inputs among those of all components."""
     sources: NDArray[np.intp]
     """Where in the buffer each input comes from, shape (n_inputs,)."""
     feeders: frozenset[int]
     """The components that feed it."""
     reacts: bool
     """Whether an output depends at once on a connected input."""
-    continuation: Continuation = field(default_factory=Held)
+    continuation: Continuation
     """How its inputs go on over a step."""
-    past: History = ()
-    """As many as the continuation needs; arrays in it are never written to."""
     fresh: bool = False
     """Whether the buffer holds the outputs for the present time and inputs."""
 
-    def note(self, t: float, u: FloatArray) -> None:
-        """Remember the inputs at `t`."""
-        past = self.past[:-1] if self.past and self.past[-1][0] == t else self.past
-        self.past = (*past[-self.continuation.degree :], (t, u.copy()))
+    def write(self) -> None:
+        """Set the inputs; outputs that depend on them at once are to be read again."""
+        self.component.write_inputs()
+        if self.reacts:
+            self.fresh = False
+
+    def read(self) -> None:
+        """Read the outputs, if they may have changed."""
+        if not self.fresh:
+            self.component.read_outputs()
+            self.fresh = True
 
 
 class System:
@@ -83,41 +90,41 @@ class System:
         starts = [v.start for c in components for v in c.inputs]
         self._buffer = np.concatenate([np.zeros(len(self.names)), np.array(starts, dtype=float)])
         self.outputs: FloatArray = self._buffer[: len(self.names)]
+        # All inputs in one array, and all sources in another: one gather serves them all.
+        self._inputs = np.concatenate([component.u for component in self.components])
+        self._sources = np.concatenate([port.sources for port in self._ports])
         for port in self._ports:
-            port.component.bind(port.component.u.copy(), self._buffer[port.outputs])
-        self._plan = exchange_plan(
+            port.component.bind(self._inputs[port.inputs], self._buffer[port.outputs])
+        plan = exchange_plan(
             [(p.outputs, p.sources, p.component.feedthrough) for p in self._ports], self.names
         )
+        self._visits = [(self._ports[k], needs_inputs) for k, needs_inputs in plan.visits]
+        self._late = [self._ports[k] for k in plan.late]
 
     # --- the exchange --------------------------------------------------------------------------
 
     def begin(self, t: float) -> None:
         """Make everything consistent at `t` (s), and forget what was before it."""
         for port in self._ports:
-            port.fresh, port.past = False, ()
+            port.fresh = False
         self.exchange()
         for port in self._ports:
-            if port.continuation.degree:
-                port.note(t, port.component.u)
+            port.continuation.begin(t)
 
     def exchange(self) -> None:
         """Make all outputs and inputs consistent at the present time.
 
         Outputs are read after the inputs they depend on directly have been set.
         """
-        for k, needs_inputs in self._plan.visits:
+        # "clip" only because the default of `take` checks every index again; all are in range.
+        for port, needs_inputs in self._visits:
             if needs_inputs:
-                self.feed(k)
-            self.refresh(k)
-        for k in self._plan.late:
-            self.feed(k)
-
-    def feed(self, k: int) -> None:
-        """Set the inputs of component `k` to the present values of its sources."""
-        port = self._ports[k]
-        # "clip" only because the default checks every index again; all are in range.
-        self._buffer.take(port.sources, out=port.component.u, mode="clip")
-        self.write_inputs(k)
+                self._buffer.take(port.sources, None, port.component.u, "clip")
+                port.write()
+            port.read()
+        self._buffer.take(self._sources, None, self._inputs, "clip")
+        for port in self._late:
+            port.write()
 
     def write_inputs(self, k: int) -> None:
         """Set the inputs of component `k` to what its `u` holds: after a step, where they got to.
@@ -125,17 +132,11 @@ class System:
         A component whose inputs went on along a polynomial has to be read for its end and not for
         its beginning, or outputs that depend on inputs at once are of first order only.
         """
-        port = self._ports[k]
-        port.component.write_inputs()
-        if port.reacts:
-            port.fresh = False
+        self._ports[k].write()
 
     def refresh(self, k: int) -> None:
         """Read the outputs of component `k`, if they may have changed."""
-        port = self._ports[k]
-        if not port.fresh:
-            port.component.read_outputs()
-            port.fresh = True
+        self._ports[k].read()
 
     def gather(self, k: int) -> FloatArray:
         """Give the present values of the sources of component `k`, shape (n_inputs,)."""
@@ -174,18 +175,13 @@ class System:
     def step(self, k: int, t: float, h: float) -> None:
         """Take component `k` from `t` to `t + h` (s), its inputs going on from those it has."""
         port = self._ports[k]
-        component = port.component
-        if port.continuation.degree:
-            port.note(t, component.u)
-        port.continuation.extrapolate(component, port.past, t, h)
+        port.continuation.extrapolate(t, h)
         port.fresh = False
 
     def step_towards(self, k: int, t: float, h: float, u: FloatArray) -> None:
         """Take component `k` from `t` to `t + h` (s), its inputs being `u` at the end."""
         port = self._ports[k]
-        port.continuation.interpolate(port.component, port.past, t, h, u)
-        if port.continuation.degree:
-            port.note(t + h, u)
+        port.continuation.interpolate(t, h, u)
         port.fresh = False
 
     def step_along(self, k: int, t: float, h: float, taylor: FloatArray) -> None:
@@ -255,7 +251,7 @@ class System:
         """Snapshot of all components and of the values exchanged."""
         return (
             [port.component.save_state() for port in self._ports],
-            [(port.component.u.copy(), port.past, port.fresh) for port in self._ports],
+            [(port.component.u.copy(), port.continuation.past, port.fresh) for port in self._ports],
             self.outputs.copy(),
         )
 
@@ -265,7 +261,7 @@ class System:
         for port, snapshot, (u, past, fresh) in zip(self._ports, components, values, strict=True):
             port.component.restore_state(snapshot)
             port.component.u[:] = u
-            port.past, port.fresh = past, fresh
+            port.continuation.past, port.fresh = past, fresh
         self.outputs[:] = outputs
 
 
@@ -288,12 +284,15 @@ def _make_ports(
                 sources[j] = position[source]
                 feeders.add(outputs[source][0])
         last_output = first_output + len(component.outputs)
+        first_input = first_start - n_outputs
         ports.append(
             _Port(
                 component=component,
                 outputs=slice(first_output, last_output),
+                inputs=slice(first_input, first_input + len(component.inputs)),
                 sources=sources,
                 feeders=frozenset(feeders),
+                continuation=Held(component),
                 reacts=bool(component.feedthrough[:, sources < n_outputs].any()),
             )
         )
