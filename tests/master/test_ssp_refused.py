@@ -19,12 +19,7 @@ from railcosim.master.connections import CouplingError
 from railcosim.master.ssp import load, open_ssp
 from railcosim.master.system import System
 
-from .plant import component, connection, description, make_fmu, pack, real, ssd, values
-
-
-@pytest.fixture(scope="module")
-def plant(tmp_path_factory):
-    return make_fmu(tmp_path_factory.mktemp("plant") / "P.fmu")
+from .plant import component, connection, description, pack, real, ssd, values
 
 
 @pytest.fixture(autouse=True)
