@@ -11,6 +11,7 @@ import xarray as xr
 
 from railcosim.master.archive import FmuError
 from railcosim.master.cosimulation import cosimulate
+from railcosim.master.fmu import FmuComponent
 from railcosim.master.recording import Recorder, record
 from railcosim.master.schemes import Scheme
 from railcosim.master.ssp import LoadedSystem, initialise, open_ssp
@@ -27,6 +28,7 @@ def run_ssp(
     first: str | None = None,
     step: float | None = None,
     time: float | None = None,
+    load: Callable[..., FmuComponent] = FmuComponent.load,
 ) -> tuple[xr.Dataset, Stopped]:
     """Run a system; also a run that stops early returns what was recorded, and why it stopped.
 
@@ -46,6 +48,8 @@ def run_ssp(
         Communication step, s; the file's if not given.
     time : float, optional
         How long from the file's start, s; to the file's end if not given.
+    load : callable, optional
+        Makes an FMU from a file and, by keyword, a name.
 
     Returns
     -------
@@ -61,7 +65,7 @@ def run_ssp(
     CouplingError
         If the system cannot be coupled.
     """
-    with open_ssp(path) as loaded:
+    with open_ssp(path, load=load) as loaded:
         for note in loaded.notes:
             warnings.warn(f"{path}: {note}", stacklevel=2)
         start, stop, step = _experiment(path, loaded, step, time)

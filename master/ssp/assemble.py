@@ -71,16 +71,22 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, FmuComponent]) ->
         For variables that are not there or of another kind, and units that do not fit.
     """
     units = {name: fmu_units(file) for name, file in structure.fmus.items()}
+    outputs = {name: {v.name: v for v in fmu.outputs} for name, fmu in fmus.items()}
+    inputs = {name: {v.name: v for v in fmu.inputs} for name, fmu in fmus.items()}
     notes = list(structure.notes)
     maps: dict[Connection, Linear] = {}
     for wire in structure.wires:
-        ends = _ends(path, wire, fmus)
-        if ends is None:
+        output, input_ = outputs[wire.source].get(wire.output), inputs[wire.target].get(wire.input)
+        if output is None:
+            _check_other(path, wire, fmus[wire.source], wire.output, "output")
+        if input_ is None:
+            _check_other(path, wire, fmus[wire.target], wire.input, "input")
+        if output is None or input_ is None:
             notes.append(f"{wire} is not connected: only Real values are passed on")
             continue
         try:
             linear = wire.way.linear(
-                ends[0].unit, units[wire.source], ends[1].unit, units[wire.target]
+                output.unit, units[wire.source], input_.unit, units[wire.target]
             )
         except UnitError as error:
             raise FmuError(
@@ -95,7 +101,7 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, FmuComponent]) ->
     return LoadedSystem(
         name=structure.name,
         fmus=tuple(fmus.values()),
-        components=tuple(_seen(fmu, maps, fmus, starts[fmu.name]) for fmu in fmus.values()),
+        components=tuple(_seen(fmu, maps, outputs, starts[fmu.name]) for fmu in fmus.values()),
         connections=tuple(maps),
         maps={c: linear for c, linear in maps.items() if linear != IDENTITY},
         starts=starts,
@@ -106,33 +112,20 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, FmuComponent]) ->
     )
 
 
-def _ends(
-    path: Path, wire: Wire, fmus: dict[str, FmuComponent]
-) -> tuple[Variable, Variable] | None:
-    """Output and input of a wire; None if they are not Real."""
-    source = _end(path, wire, fmus[wire.source], wire.output, "output")
-    target = _end(path, wire, fmus[wire.target], wire.input, "input")
-    return None if source is None or target is None else (source, target)
-
-
-def _end(path: Path, wire: Wire, fmu: FmuComponent, name: str, kind: str) -> Variable | None:
-    """One variable of a wire; None if it is not Real."""
-    variables = {v.name: v for v in (fmu.outputs if kind == "output" else fmu.inputs)}
-    if name in variables:
-        return variables[name]
+def _check_other(path: Path, wire: Wire, fmu: FmuComponent, name: str, kind: str) -> None:
+    """Refuse an end of a wire that is no Real one, unless it is an end of another type."""
     description = fmu.description
     causalities = description.other_names | dict.fromkeys(description.parameters, "parameter")
     if name not in causalities:
         raise FmuError(
             f"{path}: {wire}: the FMU of {fmu.name} has no {kind} {name!r}"
-            f"{suggest(name, variables)}"
+            f"{suggest(name, causalities)}"
         )
     if causalities[name] != kind:
         raise FmuError(
             f"{path}: {wire}: in the FMU of {fmu.name}, {name} is of causality "
             f"{causalities[name]}, not an {kind}"
         )
-    return None
 
 
 def _starts(
@@ -167,7 +160,7 @@ def _starts(
 def _seen(
     fmu: FmuComponent,
     maps: dict[Connection, Linear],
-    fmus: dict[str, FmuComponent],
+    outputs: dict[str, dict[str, Variable]],
     starts: dict[str, Scalar],
 ) -> Component:
     """An FMU as its neighbours see it."""
@@ -180,8 +173,8 @@ def _seen(
             seen.append(replace(variable, start=start))
             linears.append(IDENTITY)
         else:
-            outputs = {v.name: v.unit for v in fmus[connection.source].outputs}
-            unit = variable.unit and (outputs[connection.output] or variable.unit)
+            source = outputs[connection.source][connection.output]
+            unit = variable.unit and (source.unit or variable.unit)
             seen.append(replace(variable, unit=unit, start=start))
             linears.append(maps[connection])
     plain = all(linear == IDENTITY for linear in linears)

@@ -54,11 +54,6 @@ def write_ssp(
     ------
     CouplingError
         If a connection or a start value is of something that no part has.
-
-    Examples
-    --------
-    >>> parts = [Part(name=f.name, description=f.description) for f in fmus]    # doctest: +SKIP
-    >>> write_ssp(Path("system.ssp"), parts, system.connections)                # doctest: +SKIP
     """
     wiring = {c: (maps or {}).get(c, IDENTITY) for c in connections}
     _check(parts, wiring)

@@ -220,11 +220,20 @@ def test_initial_values_pass_through_all_components(package, order):
     assert [found[f"{name}.x"][0] for name in "pqr"] == [3.0, 3.0, 3.0]
 
 
-def test_initial_values_that_never_settle(package):
-    """x(0) = u and u = 2 (x + 1): each exchange doubles what it is from -2, where it would rest."""
+def circle(package, gain):
+    """x(0) = u and u = gain (x + 1): whether it settles, and x(0)."""
     follow = '<ssv:Parameter name="follow"><ssv:Boolean value="true"/></ssv:Parameter>'
     inside = '<ssc:LinearTransformation offset="1"/>'
-    path = package(loop(a=values(follow), b=values(real("k", 2.0)), inside=inside))
+    path = package(loop(a=values(follow), b=values(real("k", gain)), inside=inside))
     with open_ssp(path) as loaded:
         system = System(loaded.components, loaded.connections)
-        assert not initialise(system, loaded.fmus, 0.0)
+        settled = initialise(system, loaded.fmus, 0.0)
+        return settled, dict(zip(system.names, system.outputs, strict=True))["a.x"]
+
+
+def test_initial_values_in_a_circle(package):
+    """Where each exchange halves the error, 100 leave none: x = (x + 1) / 2 at 1."""
+    assert circle(package, 0.5) == (True, 1.0)
+    settled, x = circle(package, 2.0)
+    assert not settled
+    assert abs(x) > 1e9
