@@ -1,0 +1,448 @@
+"""What one step of a scheme does to a linear system: its growth, before anything is run.
+
+On linear components a step of any scheme is a linear map of everything that decides the future:
+states, past inputs, the scheme's memory. It is found by making the step, from rest with one of
+those numbers at a time not zero. The coupling is stable if no eigenvalue is outside the unit
+circle.
+
+A component with hundreds of modes is left open: its free motion is given from outside, and what
+it is fed is taken note of. The rest is a small map, closed again at any z on a circle by the
+component's own sampled transfer function; the eigenvalues outside are counted by the argument
+principle, so no resonance is too sharp and no matrix too large.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from railcosim.master.component import Component, FloatArray, Variable
+from railcosim.master.modal import Modal, fractions
+from railcosim.master.schemes import Scheme
+from railcosim.master.state_space import ComplexArray
+from railcosim.master.system import System
+
+PROBE = 1e9
+"""What the one number is, in its unit: large against every absolute tolerance of a scheme."""
+_WARM_UP = 4
+"""Steps at rest before the one observed: schemes reach back three at most."""
+_TICK = 1e-15
+"""Unit of time inside a step, s: times are told apart by whole numbers of it."""
+_TURN = 0.8
+"""Largest turn of the determinant between points of the circle, rad: half a turn would be lost."""
+_ROUNDS = 60
+"""Halvings between points: then their distance is rounding, and a root is on the circle."""
+
+
+class NotLinear(ValueError):  # noqa: N818 (it says what is wrong)
+    """A scheme whose step is no linear map; the message says why."""
+
+
+class Open(Component):
+    """A component whose free motion is given from outside.
+
+    Attributes
+    ----------
+    free : dict of int to array, shape (n_outputs,)
+        By time after the beginning of the step, in ticks: the outputs if nothing were fed. The
+        times are those at which a scheme has asked so far.
+    fed : tuple of (int, float, array)
+        Beginning in ticks and length (s) of each step made, and value and derivatives of the
+        inputs then, shape (3, n_inputs).
+    """
+
+    can_rollback = True
+    max_input_derivative = 2
+
+    def __init__(
+        self,
+        name: str,
+        inputs: Sequence[Variable],
+        outputs: Sequence[Variable],
+        model: Modal | None = None,
+    ) -> None:
+        super().__init__(name, inputs, outputs)
+        self.model = model
+        self.free: dict[int, FloatArray] = {}
+        self.fed: tuple[tuple[int, float, FloatArray], ...] = ()
+        self._now = 0
+        self._inputs = self.u.copy()
+        self._derivatives: FloatArray = np.zeros((2, len(self.inputs)))
+        self._answers: dict[tuple[int, float], FloatArray] = {}
+
+    @property
+    def feedthrough(self) -> NDArray[np.bool_]:
+        """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
+        if self.model is None:
+            return np.ones((len(self.outputs), 0), dtype=bool)
+        return self.model.D != 0.0
+
+    def begin(self) -> None:
+        """Forget the steps made: the free motion is counted from now on."""
+        self._now, self.fed = 0, ()
+
+    def write_inputs(self) -> None:
+        """Make `u` the inputs at the present time."""
+        self._inputs = self.u.copy()
+
+    def set_input_derivatives(self, derivatives: FloatArray) -> None:
+        """Give derivatives of the inputs for the next step; see `Component`."""
+        self._derivatives = np.zeros((2, len(self.inputs)))
+        self._derivatives[: len(derivatives)] = derivatives
+
+    def do_step(self, t: float, h: float) -> None:
+        """Take note of the step."""
+        taylor = np.concatenate([self._inputs[None], self._derivatives])
+        self.fed = (*self.fed, (self._now, h, taylor))
+        self._derivatives = np.zeros((2, len(self.inputs)))
+        self._now += round(h / _TICK)
+
+    def read_outputs(self) -> None:
+        """Put the free motion and the answer to what was fed into `y`."""
+        if self._now not in self.free:
+            self.free[self._now] = np.zeros(len(self.outputs))
+        self.y[:] = self.free[self._now]
+        if self.model is None:
+            return
+        self.y += self.model.D @ self._inputs
+        for begin, h, taylor in self.fed:
+            after = self._now - begin - round(h / _TICK)
+            self.y += self._answer(after, h) @ taylor.ravel()
+
+    def step_derivative(self) -> FloatArray | None:
+        """Change of the outputs per change of an input held over the last step."""
+        if self.model is None or not self.fed:
+            return None
+        return self._answer(0, self.fed[-1][1])[:, : len(self.inputs)] + self.model.D
+
+    def save_state(self) -> Any:
+        """Snapshot; what was fed in this step is not memory, so it is wrapped up."""
+        return _Wrapped((self._now, self.fed)), self._inputs, self._derivatives
+
+    def restore_state(self, state: Any) -> None:
+        """Go back to a snapshot."""
+        wrapped, self._inputs, self._derivatives = state
+        self._now, self.fed = wrapped.content
+
+    def loop(self, h: float, z: ComplexArray, fed: Sequence[tuple[int, float]]) -> ComplexArray:
+        """Free motion at the times asked for, by what was fed: (n_z, all outputs, all inputs)."""
+        assert self.model is not None
+        model, poles = self.model, self.model.poles
+        C = np.concatenate([model.C * np.exp(poles * (tick * _TICK)) for tick in self.free])
+        G = np.concatenate(
+            [
+                np.exp(poles * (h - begin * _TICK - length))[:, None] * model.sampled(length)[1]
+                for begin, length in fed
+            ],
+            axis=1,
+        )
+        return fractions(z, np.exp(poles * h), G, C)
+
+    def _answer(self, after: int, h: float) -> FloatArray:
+        """Outputs some ticks after a step of length `h`, by value and derivatives of the inputs."""
+        assert self.model is not None
+        if (after, h) not in self._answers:
+            later = np.exp(self.model.poles * (after * _TICK))
+            self._answers[after, h] = 2.0 * ((self.model.C * later) @ self.model.sampled(h)[1]).real
+        return self._answers[after, h]
+
+
+@dataclass(frozen=True)
+class _Wrapped:
+    """Something in a snapshot that is not memory."""
+
+    content: Any
+
+
+@dataclass(frozen=True)
+class Amplification:
+    """One step as a map of the memory m, the free motions f and what is fed w.
+
+    m' = N m + R f, w = Q m + P f, and back from w to f by the open components; the signals g add
+    W g to m' and V g to w.
+
+    Attributes
+    ----------
+    h : float
+        The step, s.
+    N, R, Q, P, W, V : array
+        The maps.
+    poles : array of complex
+        Eigenvalues of the open components over the step.
+    loop : callable
+        From z (n_z,) to what w brings back as f, shape (n_z, n_f, n_w).
+    signals : array, shape (n_g,)
+        Times of the signals in the step, s.
+    outputs : array of int
+        Where in m the system's outputs are.
+    """
+
+    h: float
+    N: FloatArray
+    R: FloatArray
+    Q: FloatArray
+    P: FloatArray
+    W: FloatArray
+    V: FloatArray
+    poles: ComplexArray
+    loop: Callable[[ComplexArray], ComplexArray]
+    signals: FloatArray
+    outputs: NDArray[np.intp]
+
+    def spectral_radius(self) -> float:
+        """Largest eigenvalue of the map, if nothing is left open: growth a step."""
+        if self.poles.size:
+            raise ValueError("a component is left open: count the growing motions instead")
+        return float(np.abs(np.linalg.eigvals(self.N)).max(initial=0.0))
+
+    def growing(self, rate: float = 0.0) -> int:
+        """Count the motions that grow faster than exp(rate t).
+
+        Parameters
+        ----------
+        rate : float
+            In 1/s.
+        """
+        radius = math.exp(rate * self.h)
+        T, U = scipy.linalg.schur(self.N, output="complex")
+        own = np.diag(T)
+        outside = int((np.abs(own) > radius).sum())
+        if not self.Q.size or not self.poles.size:
+            return outside
+        inputs, outputs = U.conj().T @ self.R, self.Q @ U
+
+        def turn(phi: FloatArray) -> ComplexArray:
+            z = radius * np.exp(1j * phi)
+            H = outputs @ _solve_triangular(T, inputs, z) + self.P
+            matrix = np.eye(len(self.Q)) - H @ self.loop(z)
+            return np.asarray(np.linalg.slogdet(matrix)[0])
+
+        # det(z - everything) = det(z - N) det(z - open modes) turn(z), and turn is 1 at infinity:
+        # so it has as many more zeros than poles outside as it turns backwards around the circle.
+        return outside - _windings(turn, np.concatenate([own, self.poles]), radius)
+
+    def response(self, omega: FloatArray, signal: FloatArray, outputs: Sequence[int]) -> Any:
+        """Outputs at communication points while the signals are exp(i omega t) times `signal`.
+
+        Parameters
+        ----------
+        omega : array, shape (n_omega,)
+            rad/s.
+        signal : array of complex, shape (n_omega, n_signal)
+            Amplitudes.
+        outputs : sequence of int
+            Which of the system's outputs.
+
+        Returns
+        -------
+        array of complex, shape (n_omega, len(outputs))
+        """
+        z = np.exp(1j * omega * self.h)
+        shifted = np.exp(1j * omega[:, None] * self.signals)
+        g = (shifted[:, :, None] * signal[:, None, :]).reshape(len(z), -1)
+        zN = z[:, None, None] * np.eye(len(self.N)) - self.N
+        inner = np.linalg.solve(
+            zN, np.concatenate([np.broadcast_to(self.R, (len(z), *self.R.shape)),
+                                (g @ self.W.T)[:, :, None]], axis=2)
+        )  # fmt: skip
+        free, driven = inner[:, :, :-1], inner[:, :, -1]
+        loop = self.loop(z)
+        w = np.linalg.solve(
+            np.eye(len(self.Q)) - (self.Q @ free + self.P) @ loop,
+            (driven @ self.Q.T + g @ self.V.T)[:, :, None],
+        )
+        m = (free @ (loop @ w))[:, :, 0] + driven
+        return m[:, self.outputs[list(outputs)]]
+
+
+class Amplifier:
+    """Finds what a step does; made once for a scheme and a system, asked for many steps.
+
+    Parameters
+    ----------
+    system : System
+        Of linear components at rest: `LinearComponent`, `Law` of a linear law, `Open`.
+    scheme : Scheme
+        Which to observe.
+    """
+
+    def __init__(self, system: System, scheme: Scheme) -> None:
+        self._system = system
+        self._scheme = scheme
+        self._open = [c for c in system.components if isinstance(c, Open)]
+        self._rest = system.save_state()
+        self._used: NDArray[np.bool_] | None = None
+        self.evaluations = 0
+
+    def at(self, h: float) -> Amplification:
+        """Observe a step of length `h` (s).
+
+        Raises
+        ------
+        NotLinear
+            If the scheme's memory changes its form.
+        Exception
+            Whatever the scheme raises if it cannot make the step.
+        """
+        system, scheme = self._system, self._scheme
+        system.restore_state(self._rest)
+        for component in self._open:
+            component.free.clear()
+            component.begin()
+        stepper = scheme.start(system)
+        system.begin(0.0)
+        for k in range(_WARM_UP):
+            report = stepper.step(k * h, h)
+            for component in self._open:
+                component.begin()
+        self.evaluations = report.evaluations
+        rest = system.save_state(), stepper.memory
+        arrays = list(_arrays(rest))
+        # What is not zero at rest is no motion but a setting, such as a compliance.
+        moves = [not a.any() for a in arrays]
+        sizes = [a.size for a in arrays]
+        offset = np.concatenate([[0], np.cumsum(sizes)])
+
+        def step_from(values: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
+            state, memory = _rebuilt(rest, iter(values))
+            system.restore_state(state)
+            stepper.memory = memory
+            report = stepper.step(_WARM_UP * h, h)
+            self.evaluations = max(self.evaluations, report.evaluations)
+            after = list(_arrays((system.save_state(), stepper.memory)))
+            if [a.size for a in after] != sizes:
+                raise NotLinear(f"{scheme.describe()}: its memory changes its form from step to step")
+            fed = [taylor.ravel() for c in self._open for _, _, taylor in c.fed if c.inputs]
+            return (
+                np.concatenate([a.ravel() for a in after]) / PROBE,
+                np.concatenate([np.zeros(0), *fed]) / PROBE,
+            )
+
+        step_from(arrays)  # so that all times asked for are known
+        fed_when = [[(b, h_) for b, h_, _ in c.fed] for c in self._open]
+        n = int(offset[-1])
+        which = np.repeat(moves, sizes)
+        columns: dict[int, tuple[FloatArray, FloatArray]] = {}
+        for k in np.flatnonzero(which if self._used is None else self._used):
+            i = int(np.searchsorted(offset, k, side="right")) - 1
+            changed = arrays[i].copy()
+            changed.flat[k - offset[i]] = PROBE
+            columns[int(k)] = step_from([*arrays[:i], changed, *arrays[i + 1 :]])
+        # What changes nothing is no memory.
+        used = np.array([k for k, (m, w) in columns.items() if m[which].any() or w.any()], int)
+        if self._used is None:
+            self._used = np.zeros(n, dtype=bool)
+            self._used[used] = True
+        first = next(i for i, a in enumerate(arrays) if a is rest[0][2])
+        own = np.arange(offset[first], offset[first + 1])
+        kept = np.union1d(used, own)
+        dead = np.zeros(n), np.zeros_like(columns[int(used[0])][1]) if used.size else np.zeros(0)
+        maps = [columns.get(int(k), dead) for k in kept]
+        opened = [self._probe(c, step_from, arrays) for c in self._open]
+        inputs = [p for c, p in zip(self._open, opened, strict=True) if c.model is not None]
+        signals = [p for c, p in zip(self._open, opened, strict=True) if c.model is None]
+        free = [column for part in inputs for column in part]
+        given = [column for part in signals for column in part]
+        N, Q = (np.array([m[j] for m in maps]).T for j in (0, 1))
+        R, P = _stacked(free, n, len(Q))
+        W, V = _stacked(given, n, len(Q))
+        heard = (Q != 0).any(1) | (P != 0).any(1) | (V != 0).any(1) if Q.size else np.zeros(0, bool)
+        loops = [
+            (c, when) for c, when in zip(self._open, fed_when, strict=True) if c.model is not None
+        ]
+        poles = [np.exp(c.model.poles * h) for c, _ in loops if c.model is not None]
+
+        def loop(z: ComplexArray) -> ComplexArray:
+            blocks = [c.loop(h, z, when) for c, when in loops]
+            rows, width = sum(b.shape[1] for b in blocks), sum(b.shape[2] for b in blocks)
+            whole = np.zeros((len(z), rows, width), dtype=complex)
+            i = j = 0
+            for b in blocks:
+                whole[:, i : i + b.shape[1], j : j + b.shape[2]] = b
+                i, j = i + b.shape[1], j + b.shape[2]
+            return whole[:, :, heard]
+
+        ticks = [tick for c in self._open if c.model is None for tick in c.free]
+        return Amplification(
+            h=h, N=N[kept], R=R[kept], Q=Q[heard], P=P[heard], W=W[kept], V=V[heard],
+            poles=np.concatenate([np.zeros(0, complex), *poles]), loop=loop,
+            signals=_TICK * np.array(ticks), outputs=np.searchsorted(kept, own),
+        )  # fmt: skip
+
+    @staticmethod
+    def _probe(
+        component: Open, step_from: Callable[..., Any], rest: list[FloatArray]
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        """Columns by the free motion of one component."""
+        columns = []
+        for values in component.free.values():
+            for j in range(values.size):
+                values[j] = PROBE
+                columns.append(step_from(rest))
+                values[j] = 0.0
+        return columns
+
+
+def _stacked(
+    columns: list[tuple[FloatArray, FloatArray]], n: int, n_fed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Columns side by side."""
+    if not columns:
+        return np.zeros((n, 0)), np.zeros((n_fed, 0))
+    return np.array([m for m, _ in columns]).T, np.array([w for _, w in columns]).T
+
+
+def _arrays(state: Any) -> Iterator[FloatArray]:
+    """Arrays of numbers in nested tuples and lists."""
+    if isinstance(state, np.ndarray) and state.dtype == np.float64:
+        yield state
+    elif isinstance(state, tuple | list):
+        for part in state:
+            yield from _arrays(part)
+
+
+def _rebuilt(state: Any, arrays: Iterator[FloatArray]) -> Any:
+    """The same nest with other arrays."""
+    if isinstance(state, np.ndarray) and state.dtype == np.float64:
+        return next(arrays)
+    if isinstance(state, tuple | list):
+        parts = [_rebuilt(part, arrays) for part in state]
+        return type(state)(*parts) if hasattr(state, "_fields") else type(state)(parts)
+    return state
+
+
+def _solve_triangular(T: ComplexArray, B: ComplexArray, z: ComplexArray) -> ComplexArray:
+    """(z - T)^-1 B for every z, shape (n_z, n, n_columns)."""
+    n, m = B.shape
+    x = np.zeros((n, len(z), m), dtype=complex)
+    for i in range(n)[::-1]:
+        known = (T[i, i + 1 :] @ x[i + 1 :].reshape(n - 1 - i, len(z) * m)).reshape(len(z), m)
+        x[i] = (known + B[i]) / (z - T[i, i])[:, None]
+    return x.transpose(1, 0, 2)
+
+
+def _windings(
+    turn: Callable[[FloatArray], ComplexArray], poles: ComplexArray, radius: float
+) -> int:
+    """How often a function, real on the real axis, turns around zero along the circle."""
+    # It turns fast near its poles: one point opposite to each, and where its resonance ends.
+    angle, width = np.abs(np.angle(poles)), np.abs(radius - np.abs(poles))
+    beside = [angle + factor * width for factor in (-2.0, -0.5, 0.0, 0.5, 2.0)]
+    phi = np.unique(np.clip(np.concatenate([[0.0, math.pi], *beside]), 0.0, math.pi))
+    total, value = 0.0, turn(phi)
+    for _ in range(_ROUNDS):
+        change = np.angle(value[1:] / value[:-1])
+        wide = np.flatnonzero(np.abs(change) > _TURN)
+        if not wide.size:
+            break
+        middle = 0.5 * (phi[wide] + phi[wide + 1])
+        phi = np.insert(phi, wide + 1, middle)
+        value = np.insert(value, wide + 1, turn(middle))
+    total = float(np.angle(value[1:] / value[:-1]).sum())
+    return round(total / math.pi)  # the lower half turns as much as the upper one

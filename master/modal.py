@@ -1,0 +1,282 @@
+"""A linear model as a sum over modes, and as few of them as its transfer function needs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from railcosim.master.component import FloatArray, Variable
+from railcosim.master.state_space import ComplexArray, StateSpace
+
+_UNDAMPED = 1e-9
+"""Damping ratio below which a mode has no Gramian in double precision, and is kept as it is."""
+_SILENT = 1e-12
+"""Of the largest product of a mode's shape at inputs and outputs: modes below are not seen."""
+_FACTOR = 1e-14
+"""Of the Gramian's largest diagonal entry, where its factor ends: rounding is next."""
+_MOST = 1200
+"""Columns of a factor at most: with them, a track's smallest singular values kept are 1e-6."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Modal:
+    """y = 2 Re(C q) + D u, q' = poles q + B u: one of each pair of conjugate modes.
+
+    Attributes
+    ----------
+    name : str
+        What moves.
+    poles : array of complex, shape (n,)
+        In 1/s, imaginary parts not negative. A real pole counts half in `C`.
+    B : array of complex, shape (n, n_inputs)
+        What inputs do to modes.
+    C : array of complex, shape (n_outputs, n)
+        What modes do to outputs.
+    D : array, shape (n_outputs, n_inputs)
+        Feedthrough.
+    inputs, outputs : tuple of Variable
+        The interface.
+    """
+
+    name: str
+    poles: ComplexArray
+    B: ComplexArray
+    C: ComplexArray
+    D: FloatArray
+    inputs: tuple[Variable, ...]
+    outputs: tuple[Variable, ...]
+
+    def response(self, s: ArrayLike) -> ComplexArray:
+        """Transfer function at complex frequencies (1/s), shape (n_s, n_outputs, n_inputs)."""
+        at = np.asarray(s, dtype=complex)
+        return fractions(at, self.poles, self.B, self.C) + self.D
+
+    def real(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """A, B, C in real states, sqrt(2) times the real parts of q, then the imaginary ones."""
+        n = len(self.poles)
+        A = np.zeros((2 * n, 2 * n))
+        k = np.arange(n)
+        A[k, k] = A[n + k, n + k] = self.poles.real
+        A[k, n + k], A[n + k, k] = -self.poles.imag, self.poles.imag
+        B = np.sqrt(2.0) * np.concatenate([self.B.real, self.B.imag])
+        C = np.sqrt(2.0) * np.concatenate([self.C.real, -self.C.imag], axis=1)
+        is_moved = np.concatenate([np.ones(n, bool), self.poles.imag > 0.0])
+        return A[is_moved][:, is_moved], B[is_moved], C[:, is_moved]
+
+    def sprung(self, k: FloatArray, motions: Sequence[Variable], sign: float) -> Modal:
+        """The same body with springs on its outputs, as one from the springs' other ends to forces.
+
+        Parameters
+        ----------
+        k : array, shape (n_inputs,)
+            Stiffness (N/m) of the spring between each output and the motion outside.
+        motions : sequence of Variable, length n_inputs
+            The new inputs: motions (m) of the springs' other ends.
+        sign : float
+            1 if a spring is compressed by the motion of its other end, -1 if by the body's.
+
+        Returns
+        -------
+        Modal
+            Its outputs are forces on the body, compression positive: the old inputs.
+        """
+        A, B, C = self.real()
+        # compression = sign (w - C x), force = k compression; a body that the force pushes
+        # towards -y has that in B already.
+        gain = sign * k
+        closed = A - (B * gain) @ C
+        return modal(
+            self.name, closed, B * gain, -gain[:, None] * C, np.diag(gain),
+            tuple(motions), self.inputs,
+        )  # fmt: skip
+
+    def condensed(self, tolerance: float) -> Modal:
+        """Fewer modes with nearly the same transfer function, by balanced truncation.
+
+        Parameters
+        ----------
+        tolerance : float
+            Hankel singular values below this part of the largest are left out; the error of the
+            transfer function is at most twice their sum [1]_.
+
+        References
+        ----------
+        .. [1] A. C. Antoulas, Approximation of Large-Scale Dynamical Systems, SIAM, 2005, ch. 7.
+        """
+        size = np.linalg.norm(self.B, axis=1) * np.linalg.norm(self.C, axis=0)
+        seen = size > _SILENT * size.max()
+        damped = -self.poles.real > _UNDAMPED * np.abs(self.poles)
+        kept, rest = self._only(seen & ~damped), self._only(seen & damped)
+        A, B, C = rest.real()
+        X = _gramian_factor(rest.poles, rest.B)
+        # The observed states are those of the adjoint system, whose modes turn the other way.
+        Y = _gramian_factor(rest.poles.conj(), rest.C.T.conj())
+        moved = np.concatenate([np.ones(len(rest.poles), bool), rest.poles.imag > 0.0])
+        X, Y = X[moved], Y[moved]
+        U, s, Vt = np.linalg.svd(Y.T @ X)
+        r = int((s > tolerance * s[0]).sum())
+        left, right = (Y @ U[:, :r]) / np.sqrt(s[:r]), (X @ Vt[:r].T) / np.sqrt(s[:r])
+        small = modal(
+            self.name, left.T @ (A @ right), left.T @ B, C @ right, self.D,
+            self.inputs, self.outputs,
+        )  # fmt: skip
+        return Modal(
+            name=self.name,
+            poles=np.concatenate([small.poles, kept.poles]),
+            B=np.concatenate([small.B, kept.B]),
+            C=np.concatenate([small.C, kept.C], axis=1),
+            D=self.D,
+            inputs=self.inputs,
+            outputs=self.outputs,
+        )
+
+    def sampled(self, h: float) -> tuple[ComplexArray, ComplexArray]:
+        """What a step `h` (s) does: to the modes, and what inputs and two derivatives add.
+
+        Returns
+        -------
+        E : array of complex, shape (n,)
+            Factor of every mode.
+        G : array of complex, shape (n, 3 n_inputs)
+            For value, first and second derivative of the inputs at the beginning.
+        """
+        phi = _phi(self.poles * h)
+        G = [h ** (j + 1) * phi[j + 1][:, None] * self.B for j in range(3)]
+        return phi[0], np.concatenate(G, axis=1)
+
+    def _only(self, which: NDArray[np.bool_]) -> Modal:
+        return Modal(
+            name=self.name, poles=self.poles[which], B=self.B[which], C=self.C[:, which],
+            D=self.D, inputs=self.inputs, outputs=self.outputs,
+        )  # fmt: skip
+
+
+def modal(
+    name: str,
+    A: ArrayLike,
+    B: FloatArray,
+    C: FloatArray,
+    D: FloatArray,
+    inputs: tuple[Variable, ...],
+    outputs: tuple[Variable, ...],
+) -> Modal:
+    """Modes of dense real matrices, which must have a full set of them."""
+    poles, V = np.linalg.eig(np.asarray(A))
+    upper = poles.imag >= 0.0
+    b = np.linalg.solve(V, B.astype(complex))[upper]
+    c = (C @ V)[:, upper]
+    poles = poles[upper]
+    return Modal(
+        name=name,
+        poles=poles,
+        B=b,
+        C=np.where(poles.imag > 0.0, 1.0, 0.5) * c,
+        D=D,
+        inputs=inputs,
+        outputs=outputs,
+    )
+
+
+def modes_of(model: StateSpace) -> Modal:
+    """Modes of a state space that falls apart into blocks, each with a full set of modes."""
+    parts = []
+    for states in model.blocks():
+        ordered = model.A[states.ravel()][:, states.ravel()].tocoo()
+        size = states.shape[1]
+        A = np.zeros((len(states), size, size), dtype=complex)
+        A[ordered.row // size, ordered.row % size, ordered.col % size] = ordered.data
+        poles, V = np.linalg.eig(A)
+        b = np.linalg.solve(V, model.B[states].astype(complex))
+        c = model.C[:, states].transpose(1, 0, 2) @ V
+        parts.append(
+            (poles.ravel(), b.reshape(-1, b.shape[2]), c.transpose(1, 0, 2).reshape(len(model.C), -1))
+        )
+    poles = np.concatenate([p for p, _, _ in parts])
+    B = np.concatenate([b for _, b, _ in parts])
+    C = np.concatenate([c for _, _, c in parts], axis=1)
+    upper = poles.imag >= 0.0
+    return Modal(
+        name=model.name, poles=poles[upper], B=B[upper],
+        C=np.where(poles.imag > 0.0, 1.0, 0.5)[upper] * C[:, upper],
+        D=model.D, inputs=model.inputs, outputs=model.outputs,
+    )  # fmt: skip
+
+
+def fractions(
+    z: ComplexArray, poles: ComplexArray, B: ComplexArray, C: ComplexArray
+) -> ComplexArray:
+    """Sum over conjugate pairs of c b / (z - pole).
+
+    Parameters
+    ----------
+    z : array of complex, shape (n_z,)
+        Where.
+    poles, B, C : array of complex, shapes (n,), (n, n_inputs), (n_outputs, n)
+        Poles, and the factors b and c; those of the conjugate poles are conjugate, too.
+
+    Returns
+    -------
+    array of complex, shape (n_z, n_outputs, n_inputs)
+    """
+    n_out, n_in = len(C), B.shape[1]
+    products = (C.T[:, :, None] * B[:, None, :]).reshape(len(poles), -1)
+    total: ComplexArray = (1.0 / (z[:, None] - poles)) @ products
+    total += (1.0 / (z[:, None] - poles.conj())) @ products.conj()
+    return total.reshape(len(z), n_out, n_in)
+
+
+def _phi(z: ComplexArray) -> list[ComplexArray]:
+    """phi_0 = exp(z), phi_j = (phi_{j-1} - 1/(j-1)!)/z up to j = 3."""
+    near = np.abs(z) < 1.0
+    small, big = np.where(near, z, 0.0), np.where(near, 1.0, z)
+    found: list[ComplexArray] = [np.exp(z)]
+    factorial = 1.0
+    for j in range(1, 4):
+        ahead = (found[-1] - 1.0 / factorial) / big
+        factorial *= j
+        # Horner's rule for sum_k z^k j!/(k + j)!, over j!; 18 terms: 1/18! is below rounding.
+        series: ComplexArray = np.ones_like(z)
+        for k in range(18, 0, -1):
+            series = 1.0 + series * small / (k + j)
+        found.append(np.where(near, series / factorial, ahead))
+    return found
+
+
+def _gramian_factor(poles: ComplexArray, B: ComplexArray) -> FloatArray:
+    """L with L L^T the Gramian of the real states of `Modal.real`, by pivoted Cholesky [1]_.
+
+    The entries have closed forms, so only the columns that are pivots are ever made.
+
+    References
+    ----------
+    .. [1] H. Harbrecht, M. Peters, R. Schneider, On the low-rank approximation by the pivoted
+       Cholesky decomposition, Applied Numerical Mathematics 62 (2012) 428-440.
+    """
+    n = len(poles)
+    square, plain = (np.abs(B) ** 2).sum(axis=1), (B * B).sum(axis=1)
+    mean, swing = square / (-2.0 * poles.real), plain / (-2.0 * poles)
+    left = np.concatenate([mean + swing.real, mean - swing.real])
+    top = float(left.max())
+    L = np.zeros((2 * n, min(2 * n, _MOST)))
+    for k in range(L.shape[1]):
+        j = int(left.argmax())
+        if left[j] <= _FACTOR * top:
+            return L[:, :k]
+        i = j % n
+        # E[q q_i^*] and E[q q_i]: real and imaginary parts are sums and differences of the two.
+        one = (B @ B[i].conj()) / -(poles + poles[i].conj())
+        two = (B @ B[i]) / -(poles + poles[i])
+        column = (
+            np.concatenate([(one + two).real, (one + two).imag])
+            if j < n
+            else np.concatenate([(two - one).imag, (one - two).real])
+        )
+        column -= L[:, :k] @ L[j, :k]
+        column /= np.sqrt(left[j])
+        L[:, k] = column
+        left -= column**2
+        left[j] = 0.0
+    return L
