@@ -89,7 +89,9 @@ class Cosimulation(Iterator[CommunicationPoint]):
             else:
                 t, report = self.walk.advance(t)
         except ComponentError as error:
-            raise ComponentError(f"{error} (step from t = {t:.9g} s, {self._context})") from error
+            # Of the same kind: a step that does not converge is one of them.
+            message = f"{error} (step from t = {t:.9g} s, {self._context})"
+            raise type(error)(message) from error
         outputs = self.system.outputs.copy()
         # No value is larger than the norm of all, and NaN compares false. That settles it at once
         # where no variable has a small nominal value, as in most FMUs.

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from railcosim.master.component import ComponentError
 from railcosim.master.continuation import NAMES
 from railcosim.master.system import System
 
@@ -75,6 +76,29 @@ class Scheme(Protocol):
 
     def describe(self) -> str:
         """Name with settings, for people and for results."""
+
+
+class ConvergenceError(ComponentError):
+    """An iteration did not find the values exchanged; says which is open, and by how much.
+
+    A run ends by it as by any step that could not be made.
+    """
+
+
+def check_rollback(system: System) -> None:
+    """Refuse components that cannot go back to a saved state.
+
+    Raises
+    ------
+    ValueError
+        Naming them.
+    """
+    unable = [c.name for c in system.components if not c.can_rollback]
+    if unable:
+        raise ValueError(
+            f"{', '.join(unable)} cannot go back to a saved state, which is needed to repeat a "
+            "step: use jacobi or gauss-seidel with a fixed step, or FMUs with canGetAndSetFMUstate"
+        )
 
 
 def check_degree(degree: int) -> None:
