@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import shutil
 import stat
+import struct
 import tempfile
 import zipfile
-from collections.abc import Callable
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser
 
@@ -24,6 +28,8 @@ _PLAIN_PATH = re.compile(r"[A-Za-z0-9 _.~:/\\-]+")
 # FMI and SSP allow no others. They are also the ones that are unpacked piece by piece: a few bytes
 # of another method can fill the memory before they are counted.
 _METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
+# What zipfile raises where the bytes make no sense.
+_DAMAGED = (zipfile.BadZipFile, zlib.error, struct.error, NotImplementedError, EOFError, ValueError)
 
 
 class FmuError(ValueError):
@@ -77,17 +83,12 @@ def unpack_archive(path: Path, main: str, check: Callable[[Path, bytes], object]
     """
     if not path.is_file():
         raise FmuError(f"{path}: no such file; give the path of a {path.suffix or '.fmu'} file")
-    try:
-        with zipfile.ZipFile(path) as archive:
-            _check_entries(path, archive.infolist())
-            if main not in archive.namelist():
-                raise FmuError(f"{path}: no {main} at its top level; not {_kind(main)}")
-            check(path, archive.read(main))
-            return _extract(archive)
-    except (zipfile.BadZipFile, NotImplementedError, EOFError, UnicodeDecodeError) as error:
-        raise FmuError(f"{path}: not a readable zip archive ({error}); export it again") from error
-    except RuntimeError as error:  # zipfile's answer to encryption
-        raise FmuError(f"{path}: cannot be unpacked ({error}); export it unencrypted") from error
+    with _opened(path) as archive:
+        _check_entries(path, archive.infolist())
+        if main not in archive.namelist():
+            raise FmuError(f"{path}: no {main} at its top level; not {_kind(main)}")
+        check(path, archive.read(main))
+        return _extract(archive)
 
 
 def unpacked_size(path: Path) -> int:
@@ -98,11 +99,8 @@ def unpacked_size(path: Path) -> int:
     FmuError
         If the file is not a zip archive.
     """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            return sum(entry.file_size for entry in archive.infolist())
-    except (zipfile.BadZipFile, NotImplementedError, UnicodeDecodeError) as error:
-        raise FmuError(f"{path}: not a readable zip archive ({error}); export it again") from error
+    with _opened(path) as archive:
+        return sum(entry.file_size for entry in archive.infolist())
 
 
 def parse_xml(where: str, text: bytes) -> Element:
@@ -171,6 +169,26 @@ def check_description(path: Path, text: bytes) -> None:
     version = parse_xml(f"{path}: {DESCRIPTION}", text).get("fmiVersion")
     if version != "2.0":
         raise FmuError(f"{path}: FMI version {version}; export it as FMI 2.0 Co-Simulation")
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
+    """Open an archive; whatever zipfile says about a damaged one becomes a sentence."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            yield archive
+    except FmuError:
+        raise
+    except _DAMAGED as error:
+        raise FmuError(f"{path}: not a readable zip archive ({error}); export it again") from error
+    except RuntimeError as error:  # zipfile's answer to encryption
+        raise FmuError(f"{path}: cannot be unpacked ({error}); export it unencrypted") from error
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # such as a full disk
+            raise
+        raise FmuError(
+            f"{path}: not a readable zip archive (bad offset); export it again"
+        ) from error
 
 
 def _kind(main: str) -> str:

@@ -47,8 +47,11 @@ class Package:
         source = self.need(element, "source")
         if element.get("sourceBase", "SSD") != "SSD":
             raise self.error(f"{what}: source {source!r} is inside a component; put it beside them")
-        parts = urlsplit(source)
-        file = (self.folder / unquote(parts.path)).resolve()
+        try:
+            parts = urlsplit(source)
+            file = (self.folder / unquote(parts.path)).resolve()
+        except (ValueError, OSError):  # not even a URI; a path too long
+            raise self.error(f"{what}: source {source!r} is no path in the package") from None
         inside = file.is_relative_to(self.folder.resolve())
         if parts.scheme or parts.netloc or parts.query or parts.fragment or not inside:
             raise self.error(f"{what}: source {source!r} is not in the package; pack it in")

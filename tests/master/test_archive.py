@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import stat
 import tempfile
 import zipfile
@@ -198,6 +199,26 @@ def test_damaged_archive(make):
     path.write_bytes(raw)
     with pytest.raises(FmuError, match="not a readable zip"):
         unpack(path)
+
+
+def test_damaged_anywhere(make, own_tempdir):
+    """Some bytes changed, most of them where the entries are listed: unpacked, or one sentence."""
+    path = make(("resources/data", b"0123456789" * 100), ("binaries/", ""))
+    raw = path.read_bytes()
+    rng = np.random.default_rng(1)
+    said = []
+    for _ in range(400):
+        damaged = np.frombuffer(raw, dtype=np.uint8).copy()
+        where = rng.integers(rng.choice([0, len(raw) - 350]), len(raw), size=rng.integers(1, 6))
+        damaged[where] = rng.integers(0, 256, size=len(where))
+        path.write_bytes(damaged.tobytes())
+        try:
+            shutil.rmtree(unpack(path))
+        except FmuError as error:
+            said.append(str(error))
+    assert len(said) > 200
+    assert all(text.startswith(f"{path}: ") and "\n" not in text for text in said)
+    assert list(own_tempdir.iterdir()) == []
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])

@@ -101,6 +101,8 @@ DEEP = '<ssd:Elements><ssd:System name="s">' * 60 + "</ssd:System></ssd:Elements
             "source 'http://x/y.fmu' is not in the",
             system(elements=component("a", "http://x/y.fmu")),
         ),
+        ("a: source 'x%00y' is no path", system(elements=component("a", "x%00y"))),
+        (r"a: source '//\[x' is no path", system(elements=component("a", "//[x"))),
         (
             "a is of type application/x-ssp-package; only FMUs",
             system(
