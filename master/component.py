@@ -161,6 +161,16 @@ class Component(ABC):
         """
         return None
 
+    def output_rates(self) -> FloatArray | None:
+        """Rates of the outputs at the end of the last step, per s.
+
+        Returns
+        -------
+        array, shape (n_outputs,), or None
+            None if the component does not know.
+        """
+        return None
+
     def save_state(self) -> Any:
         """Snapshot of everything that decides the future."""
         raise ComponentError(f"{self.name}: cannot save its state")

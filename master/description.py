@@ -72,7 +72,7 @@ class FmuDescription:
         The causality of every variable that is not a parameter.
     can_get_and_set_state, can_serialize_state : bool
         Capabilities.
-    can_interpolate_inputs, has_directional_derivatives : bool
+    can_interpolate_inputs, has_directional_derivatives, has_output_rates : bool
         Likewise.
     """
 
@@ -94,6 +94,7 @@ class FmuDescription:
     can_serialize_state: bool
     can_interpolate_inputs: bool
     has_directional_derivatives: bool
+    has_output_rates: bool
 
     @property
     def has_hold_parameter(self) -> bool:
@@ -178,6 +179,7 @@ def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
         can_serialize_state=kind.canSerializeFMUstate,
         can_interpolate_inputs=getattr(kind, "canInterpolateInputs", False),  # Co-Simulation's
         has_directional_derivatives=kind.providesDirectionalDerivative,
+        has_output_rates=getattr(kind, "maxOutputDerivativeOrder", 0) >= 1,  # likewise
     )
 
 

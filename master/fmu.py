@@ -233,6 +233,20 @@ class FmuComponent(Component):
             matrix[j] = column
         return matrix.T
 
+    def output_rates(self) -> FloatArray | None:
+        """Rates of the outputs at the end of the last step; see `Component`."""
+        if not self.description.has_output_rates:
+            return None
+        rates = np.empty(self.y.size)
+        self._instance.call(
+            "fmi2GetRealOutputDerivatives",
+            self._y_references,
+            self.y.size,
+            _orders(self.y.size, 1),
+            _pointer(rates),
+        )
+        return rates
+
     def do_step(self, t: float, h: float) -> None:
         """Go from time `t` to `t + h` (s). Raises ComponentError."""
         self._t.value, self._h.value = t, h

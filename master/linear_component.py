@@ -14,6 +14,7 @@ from railcosim.master.component import Component, FloatArray, Variable
 
 _DEGREE = 2
 """Of the polynomials: as of the FMUs that this stands for."""
+_FACTORIAL = np.array([1.0, 1.0, 2.0])
 _KEPT = 8
 """Step lengths whose matrices are kept: a scheme may use a few, one that adapts any number."""
 
@@ -66,6 +67,7 @@ class LinearComponent(Component):
         self._derivatives: FloatArray = np.zeros((0, m))
         self._matrices: dict[float, tuple[Any, FloatArray]] = {}
         self._last = 0.0
+        self._end = self._inputs, np.zeros(m)  # inputs at the end of the last step, and their rates
 
     @property
     def feedthrough(self) -> NDArray[np.bool_]:
@@ -92,6 +94,11 @@ class LinearComponent(Component):
         m = self._inputs.size
         taylor = np.concatenate([self._inputs, self._derivatives.ravel()])
         self.x = E @ self.x + G[:, : taylor.size] @ taylor
+        self._end = self._inputs, np.zeros(m)
+        if len(self._derivatives):
+            path = np.vstack([self._inputs, self._derivatives])
+            powers = h ** np.arange(len(path)) / _FACTORIAL[: len(path)]
+            self._end = powers @ path, powers[:-1] @ path[1:]
         self._derivatives, self._last = np.zeros((0, m)), h
 
     def step_derivative(self) -> FloatArray:
@@ -100,13 +107,19 @@ class LinearComponent(Component):
         matrix: FloatArray = self.C @ G[:, : len(self.inputs)] + self.D
         return matrix
 
-    def save_state(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Snapshot; its arrays are never written to."""
-        return self.x, self._inputs, self._derivatives
+    def output_rates(self) -> FloatArray:
+        """Rates of the outputs at the end of the last step; see `Component`."""
+        u, rate = self._end
+        rates: FloatArray = self.C @ (self.A @ self.x + self.B @ u) + self.D @ rate
+        return rates
 
-    def restore_state(self, state: tuple[FloatArray, FloatArray, FloatArray]) -> None:
+    def save_state(self) -> Any:
+        """Snapshot; its arrays are never written to."""
+        return self.x, self._inputs, self._derivatives, self._end
+
+    def restore_state(self, state: Any) -> None:
         """Go back to a snapshot."""
-        self.x, self._inputs, self._derivatives = state
+        self.x, self._inputs, self._derivatives, self._end = state
 
     def _exponentials(self, h: float) -> tuple[Any, FloatArray]:
         """exp(A h), and what the inputs and their derivatives add, over a step `h`."""

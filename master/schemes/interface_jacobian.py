@@ -1,0 +1,237 @@
+"""Interface-Jacobian coupling: the master solves the contact law against both sides' compliance.
+
+A step begins with a trial under forces carried over from the last one. How the motions at the law
+answer to the forces over the step, the compliance, was measured once; with it the law is solved
+for all springs together, and the step made again with the forces found. If components are linear
+and the compliance is right, that is all: two evaluations, one where the forces were foreseen.
+What the motions then differ by from what was foretold corrects the compliance, not the law.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from railcosim.master.component import FloatArray
+from railcosim.master.law import Law
+from railcosim.master.schemes import ConvergenceError, StepReport, check_rollback
+from railcosim.master.schemes.compliance import broyden, solve_forces
+from railcosim.master.schemes.sweep import Sweep
+from railcosim.master.schemes.variants import AVERAGE_HOLD, Variant
+from railcosim.master.system import System
+
+_ENOUGH = 4
+"""Evaluations of a step; if one takes more, the compliance is measured again."""
+_SAME = 1e-9
+"""Relative difference of steps that is rounding: the compliance stays."""
+_TRIAL = 1e-3
+"""Change of a force to measure by, of its size: far above rounding, and small for a component that
+is not linear."""
+
+
+@dataclass(frozen=True)
+class InterfaceJacobian:
+    """See `interface_jacobian`."""
+
+    variant: Variant
+    tolerance: float
+    max_evaluations: int
+
+    @property
+    def order(self) -> int:
+        """Order of the error in the step."""
+        return self.variant.order
+
+    def start(self, system: System) -> InterfaceJacobianStepper:
+        """Find the law, and what it acts on; see `Scheme.start`."""
+        return InterfaceJacobianStepper(system, self)
+
+    def describe(self) -> str:
+        """Name with settings."""
+        return f"interface Jacobian, {self.variant.name}"
+
+    __str__ = describe
+
+
+def interface_jacobian(
+    *,
+    variant: Variant = AVERAGE_HOLD,
+    tolerance: float = 0.02,
+    max_evaluations: int = 10,
+) -> InterfaceJacobian:
+    """Couple by solving the law between components for its forces.
+
+    Parameters
+    ----------
+    variant : Variant, optional
+        Which polynomial of the forces is held over a step: `AVERAGE_HOLD`, `RADAU_2`, `HERMITE`,
+        `CONSERVING_4` or `CONSERVING_6`.
+    tolerance : float, optional
+        A step is evaluated twice, and again while a further evaluation would change a force by
+        more than this, in the largest force or its nominal value. Where the compliance is right
+        the change is rounding. While wheels roll it is off by a few per cent, and so is what the
+        first correction leaves of a blow; a tighter tolerance takes a third evaluation there.
+    max_evaluations : int, optional
+        So many evaluations of one step without reaching the tolerance are an error.
+
+    Returns
+    -------
+    InterfaceJacobian
+        The scheme. It needs a `Law` in the system, and components that can go back to a saved
+        state.
+
+    Raises
+    ------
+    ValueError
+        For a tolerance or number that makes no sense.
+
+    References
+    ----------
+    .. [1] S. Sicklinger et al., Interface Jacobian-based co-simulation, Int. J. Numer. Meth. Engng
+       98 (2014) 418-444.
+    """
+    if not 0.0 < tolerance < 1.0:
+        raise ValueError(f"tolerance must be between 0 and 1, got {tolerance!r}")
+    if max_evaluations < 2:
+        raise ValueError(f"max_evaluations must be at least 2, got {max_evaluations!r}")
+    return InterfaceJacobian(variant, tolerance, max_evaluations)
+
+
+class Memory(NamedTuple):
+    """What the next step needs of the last one.
+
+    Attributes
+    ----------
+    h : float
+        Its length, s.
+    force : array, shape (degree + 1, n_springs)
+        Legendre coefficients of the forces, N.
+    samples : array
+        See `Sweep`.
+    compliance : array or None
+        See `solve_forces`; None if it is to be measured again.
+    """
+
+    h: float
+    force: FloatArray
+    samples: FloatArray
+    compliance: FloatArray | None
+
+
+class InterfaceJacobianStepper:
+    """See `Stepper`; it remembers a `Memory`."""
+
+    fallbacks: tuple[str, ...]
+
+    def __init__(self, system: System, scheme: InterfaceJacobian) -> None:
+        self.memory: Memory | None = None
+        self._system, self._scheme = system, scheme
+        check_rollback(system)
+        self._law, place = _find_law(system)
+        self._sweep = Sweep(system, place, scheme.variant)
+        self.fallbacks = self._sweep.fallbacks
+        self._nominal = max(v.nominal for v in self._law.outputs)
+
+    def step(self, t: float, h: float) -> StepReport:
+        """Try, solve, step, and compare; see `Stepper.step`."""
+        sweep, scheme = self._sweep, self._scheme
+        force, G = self._begin(h)
+        given = sweep.look_ahead(t, h) + scheme.variant.begin @ sweep.beginning(h)
+        states = sweep.save()
+        found = sweep.run(t, h, force)
+        trials = 0
+        if G is None:
+            G, found, trials = self._measure(t, h, states, force, found)
+        evaluations, residual = 1, np.inf
+        better = self._solve(G, given, found, force)
+        while residual > scheme.tolerance:
+            if evaluations == scheme.max_evaluations:
+                raise ConvergenceError(self._give_up(residual))
+            sweep.restore(states)
+            answer = sweep.run(t, h, better)
+            evaluations += 1
+            G = broyden(G, better - force, answer - found, float(np.abs(found).max()))
+            force, found = better, answer
+            better = self._solve(G, given, found, force)
+            residual = float(np.abs(better - force).max()) / self._scale(better)
+        self.memory = Memory(h, force, sweep.samples, G if evaluations <= _ENOUGH else None)
+        self._system.exchange()
+        return StepReport(evaluations + trials, residual, converged=True)
+
+    def _solve(
+        self, G: FloatArray, given: FloatArray, found: FloatArray, force: FloatArray
+    ) -> FloatArray:
+        """Forces that the law and the compliance agree on; see `solve_forces`."""
+        variant = self._scheme.variant
+        return solve_forces(self._law.law, variant, G, given + variant.answers @ found, force)
+
+    def _give_up(self, residual: float) -> str:
+        """Say what failed, and what to do."""
+        scheme = self._scheme
+        return (
+            f"after {scheme.max_evaluations} evaluations the forces of {self._law.name} still "
+            f"change by {residual:.3g} of the largest (tolerance {scheme.tolerance:g}): use a "
+            "shorter step, another variant, or a larger tolerance or max_evaluations"
+        )
+
+    def _begin(self, h: float) -> tuple[FloatArray, FloatArray | None]:
+        """Forces to begin with, and the compliance if it is known."""
+        memory, variant = self.memory, self._scheme.variant
+        if memory is None:
+            self._sweep.predict(None, 1.0)
+            force = np.zeros((variant.degree + 1, len(self._law.outputs)))
+            force[0] = self._law.y
+            return force, None
+        ratio = h / memory.h
+        self._sweep.predict(memory.samples, ratio)
+        # The mean of the last step, held. Longer polynomials foresee more where all is smooth, and
+        # far too much where it is not: after a blow, or in steps too long for the contact.
+        force = np.zeros_like(memory.force)
+        force[0] = memory.force[0]
+        return force, memory.compliance if abs(ratio - 1.0) <= _SAME else None
+
+    def _measure(
+        self, t: float, h: float, states: Any, force: FloatArray, found: FloatArray
+    ) -> tuple[FloatArray, FloatArray, int]:
+        """Measure the compliance about a step just made.
+
+        Returns
+        -------
+        compliance : array
+            See `solve_forces`.
+        found : array
+            What the step, where it had to be made again, found.
+        trials : int
+            How many steps that took.
+        """
+        derivative = self._sweep.derivative()
+        if derivative is not None:
+            return derivative, found, 0
+        amplitude = _TRIAL * self._scale(force)
+        G = np.empty((*found.shape, *force.shape))
+        for place in np.ndindex(force.shape):
+            changed = force.copy()
+            changed[place] += amplitude
+            self._sweep.restore(states)
+            G[(..., *place)] = (self._sweep.run(t, h, changed) - found) / amplitude
+        self._sweep.restore(states)
+        return G, self._sweep.run(t, h, force), force.size + 1
+
+    def _scale(self, force: FloatArray) -> float:
+        """Yardstick for forces, N."""
+        return max(float(np.abs(force).max()), self._nominal)
+
+
+def _find_law(system: System) -> tuple[Law, int]:
+    """Find the one law of a system, and its index."""
+    laws = [k for k, component in enumerate(system.components) if isinstance(component, Law)]
+    if len(laws) != 1:
+        raise ValueError(
+            f"the scheme interface-jacobian solves one law in the master, and the system has "
+            f"{len(laws)}: let the master own the contact, or use another scheme"
+        )
+    law = system.components[laws[0]]
+    assert isinstance(law, Law)
+    return law, laws[0]

@@ -1,0 +1,301 @@
+"""All components but the law, taken over a step by given polynomials of the law's forces.
+
+The components are taken one after the other, each through all its sub-steps. What they get from
+each other beside the law's forces is a polynomial through samples: of this step where the feeder
+has gone before, else of the sweep before, else the last step's continued.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from railcosim.master.component import FloatArray, Hold
+from railcosim.master.law import Law
+from railcosim.master.schemes.variants import Variant, best_fit, lagrange
+from railcosim.master.system import System
+
+Slot = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class _Rider:
+    """A component that is taken over the step.
+
+    Attributes
+    ----------
+    k : int
+        Its index in the system.
+    forced, springs : array of int
+        Its inputs that are forces of the law, and which ones.
+    fed, sources : array of int
+        Its inputs that come from other components, and where they stand in the outputs.
+    degree : int
+        Of the polynomials of its inputs.
+    """
+
+    k: int
+    forced: Slot
+    springs: Slot
+    fed: Slot
+    sources: Slot
+    degree: int
+
+
+class Sweep:
+    """See the module.
+
+    Parameters
+    ----------
+    system : System
+        Whose components.
+    law : int
+        Index of the law among them.
+    variant : Variant
+        Where to stop, and what to sample.
+
+    Attributes
+    ----------
+    samples : array, shape (n_points + 1, n_outputs)
+        All outputs at the beginning and at the points of the last sweep.
+
+    Raises
+    ------
+    ValueError
+        If a component cannot do what the variant asks for.
+    """
+
+    def __init__(self, system: System, law: int, variant: Variant) -> None:
+        self._system, self._variant = system, variant
+        component = system.components[law]
+        assert isinstance(component, Law)
+        self._S = component.S
+        self.fallbacks: tuple[str, ...] = ()
+        others = [k for k in range(len(system.components)) if k != law]
+        self._signals = [k for k in others if not system.components[k].inputs]
+        own, n = system.own_outputs(law), len(system.outputs)
+        self._riders = [
+            _rider(system, k, own, variant) for k in others if system.components[k].inputs
+        ]
+        self._tau = np.array([0.0, *variant.points])
+        sources = system.sources(law)
+        ridden = np.zeros(n, dtype=bool)
+        for rider in self._riders:
+            ridden[system.own_outputs(rider.k)] = True
+        moves = np.array([s < n and bool(ridden[s]) for s in sources])
+        self._moving, self._motions = np.flatnonzero(moves), sources[moves]
+        self._given = np.flatnonzero(~moves)
+        self._law = law
+        self.samples: FloatArray = np.zeros((len(self._tau), n))
+
+    def predict(self, before: FloatArray | None, ratio: float) -> None:
+        """Fill the samples for a step: the last step's continued, or what is now.
+
+        Parameters
+        ----------
+        before : array or None
+            Samples of the last step.
+        ratio : float
+            Length of this step in last ones.
+        """
+        now = self._system.outputs
+        if before is None:
+            self.samples = np.repeat(now[None], len(self._tau), axis=0)
+        else:
+            # Differences, so that what does not change stays the same to the bit.
+            steps = _continued(tuple(self._tau.tolist()), ratio) @ (before - before[-1])
+            self.samples = now + steps
+            self.samples[0] = now
+
+    def look_ahead(self, t: float, h: float) -> FloatArray:
+        """Step the components without inputs, which nothing that happens can change.
+
+        Returns
+        -------
+        array, shape (n_nodes, n_springs)
+            What they add to the compressions at the nodes, m.
+        """
+        system, variant = self._system, self._variant
+        u = np.repeat(system.gather(self._law)[None], len(variant.nodes), axis=0)
+        u[:, self._moving] = 0.0
+        sources = system.sources(self._law)
+        stops = sorted({*variant.nodes.tolist(), *variant.points})
+        for k in self._signals:
+            own = system.own_outputs(k)
+            mine = np.flatnonzero((sources >= own.start) & (sources < own.stop))
+            begin = 0.0
+            for tau in stops:
+                system.step(k, t + begin * h, (tau - begin) * h)
+                system.refresh(k)
+                begin = tau
+                if tau in variant.points:
+                    self.samples[1 + variant.points.index(tau), own] = system.outputs[own]
+                at = np.flatnonzero(variant.nodes == tau)
+                u[at[:, None], mine] = system.outputs[sources[mine]]
+        compressions: FloatArray = u @ self._S.T
+        return compressions
+
+    def save(self) -> Any:
+        """Snapshot of the components at the beginning of a step."""
+        return [self._system.components[rider.k].save_state() for rider in self._riders]
+
+    def restore(self, states: Any) -> None:
+        """Back to a snapshot."""
+        for rider, state in zip(self._riders, states, strict=True):
+            self._system.components[rider.k].restore_state(state)
+
+    def beginning(self, h: float) -> FloatArray:
+        """Compressions by the components, now, and with `Variant.rates` their rates times `h`.
+
+        Returns
+        -------
+        array, shape (1 or 2, n_springs)
+            m.
+        """
+        rows = [self._system.outputs[self._motions]]
+        if self._variant.rates:
+            rows.append(h * self._rates())
+        return self._compress(rows)
+
+    def run(self, t: float, h: float, force: FloatArray) -> FloatArray:
+        """Take the components from `t` to `t + h` (s).
+
+        Parameters
+        ----------
+        t, h : float
+            s.
+        force : array, shape (degree + 1, n_springs)
+            Legendre coefficients of the law's forces over the step, N.
+
+        Returns
+        -------
+        array, shape (n_answers, n_springs)
+            Compressions by the components at the points, and with `Variant.rates` the rates at the
+            end times `h`, m.
+        """
+        for rider in self._riders:
+            self._ride(rider, t, h, force)
+        rows = [sample[self._motions] for sample in self.samples[1:]]
+        if self._variant.rates:
+            rows.append(h * self._rates())
+        return self._compress(rows)
+
+    def derivative(self) -> FloatArray | None:
+        """Compliance over the step just made, told by the components themselves.
+
+        Returns
+        -------
+        array, shape (1, n_springs, 1, n_springs), or None
+            m/N; None if a component does not know it, or for another variant than a held force,
+            which is all that FMI can tell.
+        """
+        if self._variant.degree or len(self._variant.points) > 1 or self._variant.rates:
+            return None
+        moved = np.zeros((len(self._system.outputs), len(self._S)))
+        for rider in self._riders:
+            told = self._system.components[rider.k].step_derivative()
+            if told is None:
+                return None
+            moved[self._system.own_outputs(rider.k), rider.springs] = told[:, rider.forced]
+        G: FloatArray = self._S[:, self._moving] @ moved[self._motions]
+        return G[None, :, None, :]
+
+    def _ride(self, rider: _Rider, t: float, h: float, force: FloatArray) -> None:
+        """Take one component through its sub-steps."""
+        system = self._system
+        own = system.own_outputs(rider.k)
+        u = system.gather(rider.k)
+        paths = _paths(tuple(self._tau.tolist()), self._variant.degree, rider.degree)
+        fed = self.samples[:, rider.sources]
+        for j, (of_force, of_samples) in enumerate(paths):
+            begin, end = self._tau[j : j + 2]
+            taylor = np.zeros((rider.degree + 1, len(u)))
+            taylor[0] = u
+            taylor[:, rider.forced] = of_force @ force[:, rider.springs]
+            # Differences: what does not change has derivatives of exactly zero.
+            taylor[:, rider.fed] = of_samples @ (fed - fed[0])
+            taylor[0, rider.fed] += fed[0]
+            taylor[1:] /= h ** np.arange(1, rider.degree + 1)[:, None]
+            system.step_along(rider.k, t + begin * h, (end - begin) * h, taylor)
+            if system.reacts(rider.k):
+                system.write_inputs(rider.k)
+            system.refresh(rider.k)
+            self.samples[j + 1, own] = system.outputs[own]
+
+    def _rates(self) -> FloatArray:
+        """Rates of the motions that the law takes from the components, now."""
+        rates: FloatArray = np.zeros(len(self._system.outputs))
+        for rider in self._riders:
+            known = self._system.components[rider.k].output_rates()
+            rates[self._system.own_outputs(rider.k)] = known
+        motions: FloatArray = rates[self._motions]
+        return motions
+
+    def _compress(self, motions: Sequence[FloatArray]) -> FloatArray:
+        compressions: FloatArray = np.array(motions) @ self._S[:, self._moving].T
+        return compressions
+
+
+def _rider(system: System, k: int, own: slice, variant: Variant) -> _Rider:
+    """Sort the inputs of a component, and see that it can do what is asked."""
+    component = system.components[k]
+    sources = system.sources(k)
+    is_force = (sources >= own.start) & (sources < own.stop)
+    forced, fed = np.flatnonzero(is_force), np.flatnonzero(~is_force)
+    fed = fed[sources[fed] < len(system.outputs)]
+    able = component.max_input_derivative
+    wanted = variant.degree if len(forced) else 0
+    if able < wanted:
+        raise ValueError(
+            f"{component.name} takes {able or 'no'} derivatives of its inputs, but the variant "
+            f"{variant.name} needs forces of degree {wanted}: use the variant average-hold, or an "
+            "FMU with canInterpolateInputs"
+        )
+    if variant.rates and component.output_rates() is None:
+        raise ValueError(
+            f"{component.name} does not know the rates of its outputs, which the variant "
+            f"{variant.name} needs: use another variant, or an FMU with maxOutputDerivativeOrder"
+        )
+    component.set_hold(Hold.CONSTANT)
+    degree = max(wanted, min(able, len(variant.points), 2)) if len(fed) else wanted
+    return _Rider(k, forced, sources[forced] - own.start, fed, sources[fed], degree)
+
+
+@lru_cache(maxsize=64)
+def _paths(
+    tau: tuple[float, ...], force_degree: int, degree: int
+) -> tuple[tuple[FloatArray, FloatArray], ...]:
+    """For each sub-step: value and derivatives at its beginning, with respect to tau.
+
+    By the Legendre coefficients of a force, (degree + 1, force_degree + 1); and by samples at
+    `tau`, (degree + 1, n_tau), of the best polynomial to the one through them all.
+    """
+    nodes, project = best_fit(degree)
+    paths = []
+    for begin, end in pairwise(tau):
+        of_force = _derivatives(2 * begin - 1, force_degree, degree, 1.0)
+        fit = project @ lagrange(np.array(tau), begin + (end - begin) * nodes)
+        paths.append((of_force, _derivatives(-1.0, degree, degree, end - begin) @ fit))
+    return tuple(paths)
+
+
+def _derivatives(x: float, n: int, orders: int, length: float) -> FloatArray:
+    """Derivatives up to `orders` at x of Legendre polynomials up to `n`, of an interval."""
+    rows = []
+    for order in range(orders + 1):
+        derived = legendre.legder(np.eye(n + 1), order)
+        rows.append((2 / length) ** order * legendre.legval(x, derived))
+    return np.array(rows)
+
+
+@lru_cache(maxsize=64)
+def _continued(tau: tuple[float, ...], ratio: float) -> FloatArray:
+    """Values at `tau` of a step by those at `tau` of the step before, 1 / ratio as long."""
+    return lagrange(np.array(tau), 1 + ratio * np.array(tau))
