@@ -6,6 +6,9 @@ Every contestant is a process of its own, the peers each in an environment that 
 use and that is kept under the temporary directory. All step the same FMU, Jacobi, in turns of a
 few milliseconds, and the least of the turns counts: other work on the machine only adds. The FMU
 counts what it is asked, and its last outputs are held against the recursion computed here.
+
+ecospy steps its FMUs on threads. Kept to one core (taskset -c 0) it wastes no time on them: 2.2 us
+a step in place of 2.8, against 2.6 of ours, on the machine where this was written.
 """
 
 from __future__ import annotations

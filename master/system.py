@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,18 +36,6 @@ class _Port:
     fresh: bool = False
     """Whether the buffer holds the outputs for the present time and inputs."""
 
-    def write(self) -> None:
-        """Set the inputs; outputs that depend on them at once are to be read again."""
-        self.component.write_inputs()
-        if self.reacts:
-            self.fresh = False
-
-    def read(self) -> None:
-        """Read the outputs, if they may have changed."""
-        if not self.fresh:
-            self.component.read_outputs()
-            self.fresh = True
-
 
 class System:
     """Components, their connections, and the values exchanged.
@@ -71,6 +59,10 @@ class System:
         Their names as ``component.variable``.
     outputs : array, shape (n_variables,)
         Their present values: one array for ever, changing in place. Copy what you keep.
+    on_step : callable or None
+        Told of every step of a component, also of those that are repeated: its index, the step's
+        beginning and length (s), and value and derivatives of its inputs at the beginning, shape
+        (degree + 1, n_inputs), by which they went over it.
 
     Raises
     ------
@@ -85,6 +77,7 @@ class System:
         self.variables: tuple[Variable, ...] = tuple(v for c in components for v in c.outputs)
         self.names = tuple(f"{c.name}.{v.name}" for c in components for v in c.outputs)
         self._ports = _make_ports(self.components, self.connections)
+        self.on_step: Callable[[int, float, float, FloatArray], None] | None = None
         # Behind the outputs stand the start values of all inputs: an input that nothing feeds
         # takes its value from there, so that one gather serves all inputs of a component.
         starts = [v.start for c in components for v in c.inputs]
@@ -116,15 +109,21 @@ class System:
 
         Outputs are read after the inputs they depend on directly have been set.
         """
+        # Written out, for this is where a master spends its time: see `refresh`, `write_inputs`.
         # "clip" only because the default of `take` checks every index again; all are in range.
         for port, needs_inputs in self._visits:
             if needs_inputs:
                 self._buffer.take(port.sources, None, port.component.u, "clip")
-                port.write()
-            port.read()
+                port.component.write_inputs()
+                port.fresh = False
+            if not port.fresh:
+                port.component.read_outputs()
+                port.fresh = True
         self._buffer.take(self._sources, None, self._inputs, "clip")
         for port in self._late:
-            port.write()
+            port.component.write_inputs()
+            if port.reacts:
+                port.fresh = False
 
     def write_inputs(self, k: int) -> None:
         """Set the inputs of component `k` to what its `u` holds: after a step, where they got to.
@@ -132,11 +131,17 @@ class System:
         A component whose inputs went on along a polynomial has to be read for its end and not for
         its beginning, or outputs that depend on inputs at once are of first order only.
         """
-        self._ports[k].write()
+        port = self._ports[k]
+        port.component.write_inputs()
+        if port.reacts:
+            port.fresh = False
 
     def refresh(self, k: int) -> None:
         """Read the outputs of component `k`, if they may have changed."""
-        self._ports[k].read()
+        port = self._ports[k]
+        if not port.fresh:
+            port.component.read_outputs()
+            port.fresh = True
 
     def gather(self, k: int) -> FloatArray:
         """Give the present values of the sources of component `k`, shape (n_inputs,)."""
@@ -177,12 +182,16 @@ class System:
         port = self._ports[k]
         port.continuation.extrapolate(t, h)
         port.fresh = False
+        if self.on_step is not None:
+            self.on_step(k, t, h, port.continuation.path(t))
 
     def step_towards(self, k: int, t: float, h: float, u: FloatArray) -> None:
         """Take component `k` from `t` to `t + h` (s), its inputs being `u` at the end."""
         port = self._ports[k]
         port.continuation.interpolate(t, h, u)
         port.fresh = False
+        if self.on_step is not None:
+            self.on_step(k, t, h, port.continuation.path(t))
 
     def step_along(self, k: int, t: float, h: float, taylor: FloatArray) -> None:
         """Take component `k` from `t` to `t + h` (s) along a given polynomial.
@@ -201,6 +210,8 @@ class System:
         port.component.write_inputs()
         follow(port.component, taylor, t, h)
         port.fresh = False
+        if self.on_step is not None:
+            self.on_step(k, t, h, taylor)
 
     def describe_inputs(self) -> dict[str, str]:
         """Tell how the inputs of each component that has some go on over a step."""
