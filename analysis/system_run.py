@@ -71,7 +71,7 @@ def run_ssp(
         start, stop, step = _experiment(path, loaded, step, time)
         system = System(loaded.components, loaded.connections)
         scheme = make_scheme(first or loaded.fmus[0].name)
-        if not initialise(system, loaded.fmus, start, stop):
+        if not initialise(system, loaded.fmus, start):
             warnings.warn(
                 f"{path}: initial values did not settle: outputs depend on each other in a circle "
                 "in initialisation; the run begins with the last ones",

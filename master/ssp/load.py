@@ -68,10 +68,11 @@ def open_ssp(
         yield loaded
 
 
-def initialise(
-    system: System, fmus: Sequence[FmuComponent], start: float, stop: float | None = None
-) -> bool:
+def initialise(system: System, fmus: Sequence[FmuComponent], start: float) -> bool:
     """Initialise FMUs together, each with the values of the others.
+
+    They are not told when the run stops: some would refuse its last step if that ends behind it
+    by the rounding of a sum.
 
     Parameters
     ----------
@@ -79,8 +80,8 @@ def initialise(
         What they are connected to.
     fmus : sequence of FmuComponent
         Instantiated, parameters set.
-    start, stop : float
-        Time span, s.
+    start : float
+        Time, s.
 
     Returns
     -------
@@ -88,7 +89,7 @@ def initialise(
         Whether the values settled to the last bit.
     """
     for fmu in fmus:
-        fmu.enter_initialization(start, stop)
+        fmu.enter_initialization(start)
     settled = False
     # What an output depends on in initialisation is not what it depends on later, by which an
     # exchange is sorted: x(0) = u makes x an output with feedthrough, once.
