@@ -89,6 +89,14 @@ def test_foreign_system_from_a_start(package):
     assert dataset.attrs["a file"] == "P.fmu"
 
 
+def test_a_last_step_that_ends_a_rounding_behind(package):
+    """9 steps of 1 ms and one more end behind 10 ms; an FMU that knew the stop would refuse."""
+    assert 9 * 0.001 + 0.001 > 0.01
+    dataset, stopped = run_ssp(package(-1.0), held, quiet, step=0.001, time=0.01)
+    assert stopped is None
+    assert dataset.sizes["time"] == 11
+
+
 def test_a_run_that_diverges_keeps_what_it_has(package):
     """x = 11^n and z = 10 x: z passes 1e6, what an output of nominal value 1 may be, at n = 5."""
     dataset, stopped = run_ssp(package(10.0), held, quiet, step=1.0, time=100.0)

@@ -2,14 +2,16 @@
  *
  * With the parameter `follow` x starts at the value of u: then x depends on u in initialisation,
  * and not later. n and mode are a parameter and an input of type Integer; count is mode + n.
+ * A step that ends behind the stop time, however little, is refused: OpenModelica's FMUs do so.
  */
+#include <math.h>
 #include <stdlib.h>
 
 enum { U, X, Z, K, X0, W, REALS };
 enum { N = 10, COUNT, MODE, FOLLOW };
 
 typedef struct {
-    double r[REALS];
+    double r[REALS], stop;
     int n, mode, follow, initialised;
 } Plant;
 
@@ -27,7 +29,7 @@ void *fmi2Instantiate(const char *name, int type, const char *guid, const char *
     (void)name, (void)type, (void)guid, (void)resources, (void)functions, (void)visible;
     (void)logging;
     Plant *p = calloc(1, sizeof *p);
-    if (p) p->r[K] = 1, p->r[U] = 0.5, p->n = 3;
+    if (p) p->r[K] = 1, p->r[U] = 0.5, p->n = 3, p->stop = INFINITY;
     return p;
 }
 
@@ -76,9 +78,18 @@ int fmi2ExitInitializationMode(void *c)
 
 int fmi2DoStep(void *c, double t, double h, int no_return)
 {
-    (void)t, (void)no_return;
+    (void)no_return;
     Plant *p = c;
+    if (t + h > p->stop) return 3;
     p->r[X] += h * p->r[U];
+    return 0;
+}
+
+int fmi2SetupExperiment(void *c, int has_tolerance, double tolerance, double start, int has_stop,
+                        double stop)
+{
+    (void)has_tolerance, (void)tolerance, (void)start;
+    if (has_stop) ((Plant *)c)->stop = stop;
     return 0;
 }
 
@@ -89,7 +100,6 @@ const char *fmi2GetVersion(void) { return "2.0"; }
 #define UNUSED(function) \
     int function(void) { return 0; }
 UNUSED(fmi2SetDebugLogging)
-UNUSED(fmi2SetupExperiment)
 UNUSED(fmi2EnterInitializationMode)
 UNUSED(fmi2Terminate)
 UNUSED(fmi2Reset)
