@@ -8,8 +8,14 @@ from enum import StrEnum
 
 from railcosim.master.continuation import NAMES
 from railcosim.master.schemes import Scheme
+from railcosim.master.schemes.aitken import aitken
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
+from railcosim.master.schemes.interface_jacobian import interface_jacobian
+from railcosim.master.schemes.iqn_ils import iqn_ils
 from railcosim.master.schemes.jacobi import jacobi
+from railcosim.master.schemes.nepce import nepce
+from railcosim.master.schemes.picard import picard
+from railcosim.master.schemes.variants import AVERAGE_HOLD, VARIANTS, Variant
 
 
 class Owner(StrEnum):
@@ -50,11 +56,30 @@ class Family:
     owners: tuple[Owner, ...] = (Owner.TRACK, Owner.VEHICLE, Owner.MASTER)
 
 
+def _solved(variant: Variant) -> Family:
+    """Schemes that solve the contact law themselves: the polynomial is the variant's."""
+    return Family(
+        make=lambda degree, first: interface_jacobian(variant=variant),
+        degrees=(1,),
+        owners=(Owner.MASTER,),
+    )
+
+
 FAMILIES: dict[str, Family] = {
     "jacobi": Family(make=lambda degree, first: jacobi(degree=degree)),
     "gauss-seidel": Family(
         make=lambda degree, first: gauss_seidel(first=first, degree=degree), sequential=True
     ),
+    "nepce": Family(make=lambda degree, first: nepce(), degrees=(0,)),
+    "picard": Family(make=lambda degree, first: picard(degree=degree)),
+    "aitken": Family(make=lambda degree, first: aitken(degree=degree)),
+    "iqn-ils": Family(make=lambda degree, first: iqn_ils(degree=degree)),
+    "interface-jacobian": _solved(AVERAGE_HOLD),
+    **{
+        f"interface-jacobian-{name}": _solved(variant)
+        for name, variant in VARIANTS.items()
+        if variant is not AVERAGE_HOLD
+    },
 }
 
 

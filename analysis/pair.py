@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -12,16 +13,19 @@ from typing import TypeAlias
 import numpy as np
 from scipy.optimize import root
 
+from railcosim.master.archive import unpack
 from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import CouplingError, connect_by_name
+from railcosim.master.description import read_description
 from railcosim.master.fmu import FmuComponent
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
 from railcosim.track.irregularity import Profile
 
+from .catalogue import Owner
 from .contact import FORCES, WHEELS, WHEELSETS, contact_law
 
-__all__ = ["FADE_IN", "FORCES", "WHEELS", "WHEELSETS", "Journey", "Pair", "open_pair"]
+__all__ = ["FADE_IN", "FORCES", "WHEELS", "WHEELSETS", "Journey", "Pair", "open_pair", "owner_in"]
 
 FADE_IN = 10.0  # m
 FIRST_COMPRESSION = 1e-4  # m, about the static one: where the search for equilibrium begins
@@ -101,6 +105,19 @@ def open_pair(
             _tell(fmu, pool)
             fmu.exit_initialization()
         yield Pair(cars, rails, system)
+
+
+def owner_in(vehicle: Path, track: Path) -> Owner:
+    """Tell who owns the contact springs of two FMU files."""
+    for owner, path in ((Owner.VEHICLE, vehicle), (Owner.TRACK, track)):
+        folder = unpack(path)
+        try:
+            outputs = read_description(path, folder).outputs
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+        if any(v.name == FORCES[0] for v in outputs):
+            return owner
+    return Owner.MASTER
 
 
 def _irregularity(journey: Journey, place: FloatArray) -> Signal:

@@ -44,9 +44,8 @@ from .options import (
 from .scheme_options import (
     ContactOption,
     InputsOption,
-    SchemeName,
     SchemeOption,
-    owner_of,
+    choice_of,
     scheme_of,
 )
 from .uncoupled import compare_uncoupled
@@ -73,7 +72,7 @@ def compare(
     track: TrackFile = None,
     contact_stiffness: ContactStiffness = "1e9",
     frequencies: Frequencies = "0.3:1500:60@log",
-    scheme: SchemeOption = SchemeName.JACOBI,
+    scheme: SchemeOption = None,
     inputs: InputsOption = None,
     contact: ContactOption = None,
     step: Annotated[float, typer.Option(help="Communication step, s.")] = 1e-4,
@@ -100,6 +99,7 @@ def compare(
     With --uncoupled: what each part of the coupling changes, and where it may be neglected.
     """
     k_H = stiffness_of(contact_stiffness)
+    chosen, owner = choice_of(scheme, contact)
     v = positive("--speed", speed, "km/h") / 3.6
     positive("--step", step, "s")
     profile = profile_of(irregularity, v * positive("--time", time, "s") + FADE_IN)
@@ -114,13 +114,13 @@ def compare(
             return
         mono = assemble(cars, rails, models.positions)
         with progress("coupled FMUs in time") as update:
-            names = FMUS[owner_of(scheme, contact)]
+            names = FMUS[owner]
             plan = Plan(
                 vehicle=fmus[names[0]],
                 track=fmus[names[1]],
                 parameters=contact_parameters(contact_stiffness),
                 journey=Journey(speed=v, held=True, profile=profile),
-                scheme=scheme_of(scheme, inputs, Owner.VEHICLE),
+                scheme=scheme_of(chosen, inputs, Owner.VEHICLE),
                 step=step,
                 stop=time,
             )

@@ -12,8 +12,8 @@ import numpy as np
 import typer
 import xarray as xr
 
-from railcosim.analysis.catalogue import FMUS, Owner
-from railcosim.analysis.pair import FADE_IN, FORCES, Journey
+from railcosim.analysis.catalogue import FAMILIES, FMUS, Owner
+from railcosim.analysis.pair import FADE_IN, FORCES, Journey, owner_in
 from railcosim.analysis.system_run import run_ssp
 from railcosim.analysis.time_run import Plan, Stopped, run_pair
 from railcosim.master.files import save
@@ -44,7 +44,7 @@ from .scheme_options import (
     InputsOption,
     SchemeName,
     SchemeOption,
-    owner_of,
+    choice_of,
     scheme_of,
 )
 
@@ -52,6 +52,7 @@ from .scheme_options import (
 STEPS = {Owner.VEHICLE: 2e-5, Owner.TRACK: 1e-4, Owner.MASTER: 2e-5}
 
 
+SOLVED = 1e-4  # stable at any step: this one for accuracy
 TIME = 1.0  # s
 
 
@@ -63,7 +64,7 @@ def run(
     ] = None,
     vehicle_fmu: VehicleFmu = None,
     track_fmu: TrackFmu = None,
-    scheme: SchemeOption = SchemeName.JACOBI,
+    scheme: SchemeOption = None,
     first: Annotated[
         str | None,
         typer.Option(help="Who steps first in gauss-seidel: vehicle, track, or as the SSP says."),
@@ -79,7 +80,7 @@ def run(
     ] = "hertz",
     step: Annotated[
         float | None,
-        typer.Option(help="Communication step, s; 1e-4, or 2e-5 with the contact in the vehicle."),
+        typer.Option(help="Communication step, s; else 1e-4 or 2e-5, by scheme and owner."),
     ] = None,
     time: Annotated[
         float | None, typer.Option(help="How long, s; 1, or what the SSP says.")
@@ -108,7 +109,7 @@ def run(
         with progress("running") as update:
             dataset, stopped = run_ssp(
                 system,
-                partial(scheme_of, scheme, inputs),
+                partial(scheme_of, scheme or SchemeName.JACOBI, inputs),
                 update,
                 first=first,
                 step=step,
@@ -116,7 +117,9 @@ def run(
             )
         keep(dataset, stopped, out, plot, outputs_chart)
         return
-    owner = owner_of(scheme, contact)
+    if vehicle_fmu and track_fmu:
+        contact = owner_in(vehicle_fmu, track_fmu)
+    chosen, owner = choice_of(scheme, contact)
     v = positive("--speed", speed, "km/h") / 3.6
     stop = TIME if time is None else time
     journey = Journey(speed=v, held=held, profile=profile_of(irregularity, v * stop + FADE_IN))
@@ -126,13 +129,18 @@ def run(
             track=track,
             parameters=contact_parameters(contact_stiffness),
             journey=journey,
-            scheme=scheme_of(scheme, inputs, first or "vehicle"),
-            step=STEPS[owner] if step is None else step,
+            scheme=scheme_of(chosen, inputs, first or "vehicle"),
+            step=_step(chosen, owner) if step is None else step,
             stop=stop,
         )
         with progress("running") as update:
             dataset, stopped = run_pair(plan, update)
     keep(dataset, stopped, out, plot)
+
+
+def _step(scheme: SchemeName, owner: Owner) -> float:
+    """The step (s) where the user gives none."""
+    return SOLVED if FAMILIES[scheme].owners == (Owner.MASTER,) else STEPS[owner]
 
 
 def keep(

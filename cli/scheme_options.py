@@ -16,7 +16,13 @@ from .options import UsageError
 SchemeName = StrEnum("SchemeName", {name.upper().replace("-", "_"): name for name in FAMILIES})
 Inputs = StrEnum("Inputs", {name.upper(): name for name in NAMES})
 
-SchemeOption = Annotated[SchemeName, typer.Option("--scheme", help="Coupling scheme.")]
+SchemeOption = Annotated[
+    SchemeName | None,
+    typer.Option(
+        "--scheme",
+        help="Coupling scheme; jacobi, or interface-jacobian where the master owns the contact.",
+    ),
+]
 InputsOption = Annotated[
     Inputs | None,
     typer.Option(
@@ -32,6 +38,21 @@ ContactOption = Annotated[
 ]
 
 
+def choice_of(scheme: SchemeName | None, contact: Owner | None) -> tuple[SchemeName, Owner]:
+    """Scheme and owner of the contact, from options of which each may decide the other."""
+    if scheme is None:
+        solved = contact is Owner.MASTER
+        scheme = SchemeName.INTERFACE_JACOBIAN if solved else SchemeName.JACOBI
+    owners = FAMILIES[scheme].owners
+    if contact is None:
+        return scheme, owners[0]
+    if contact not in owners:
+        raise UsageError(
+            f"--contact {contact}: with --scheme {scheme} it must be {' or '.join(owners)}"
+        )
+    return scheme, contact
+
+
 def scheme_of(name: SchemeName, inputs: Inputs | None, first: str) -> Scheme:
     """A scheme from its options."""
     family = FAMILIES[name]
@@ -40,15 +61,3 @@ def scheme_of(name: SchemeName, inputs: Inputs | None, first: str) -> Scheme:
         able = " or ".join(NAMES[d] for d in sorted(family.degrees))
         raise UsageError(f"--inputs {inputs}: {name} has {able} inputs only; leave the option out")
     return family.make(degree, first)
-
-
-def owner_of(name: SchemeName, contact: Owner | None) -> Owner:
-    """Who owns the contact, from the options."""
-    owners = FAMILIES[name].owners
-    if contact is None:
-        return owners[0]
-    if contact not in owners:
-        raise UsageError(
-            f"--contact {contact}: with --scheme {name} it must be {' or '.join(owners)}"
-        )
-    return contact
