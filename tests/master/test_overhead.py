@@ -64,7 +64,8 @@ def crossed(a, b):
 
 def counts(tmp_path):
     rows = sorted((tmp_path / "counts").read_text().splitlines())
-    return np.array([[float(word) for word in row.split()[1:]] for row in rows])
+    table = np.array([[float(word) for word in row.split()[1:]] for row in rows])
+    return table[table[:, 0] == STEPS]  # the master may try another instance first
 
 
 @pytest.mark.parametrize("scheme", [jacobi(degree=0), gauss_seidel(first="b", degree=0)])
@@ -74,9 +75,8 @@ def test_every_value_is_passed_once_a_step(scheme, pair, tmp_path):
     assert len(list(points)) == STEPS + 1
     for fmu in pair:
         fmu.close()
-    steps, values_set, values_got = counts(tmp_path)[:, :3].T
+    _, values_set, values_got = counts(tmp_path)[:, :3].T
     again = np.array([0.0, 0.0]) if scheme == jacobi(degree=0) else np.array([STEPS, 0.0])
-    np.testing.assert_array_equal(steps, STEPS)
     np.testing.assert_array_equal(values_set, INPUTS * (STEPS + 1 + again))
     np.testing.assert_array_equal(values_got, OUTPUTS * (STEPS + 1))
 
