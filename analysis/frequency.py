@@ -11,24 +11,25 @@ import xarray as xr
 
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
+from railcosim.master.description import FmuDescription
 from railcosim.master.fmu import FmuComponent
-from railcosim.master.linearise import LinearModel, linearise
+from railcosim.master.linear_fmu import Pulses, Wanted, best_way
+from railcosim.master.linear_form import LinearForm
 from railcosim.master.realisation import ComplexArray
 from railcosim.master.receptance import FrequencyResponse, frequency_response, lag
 from railcosim.master.substructuring import Joint, couple
 
 from .pair import FORCES, WHEELS, WHEELSETS
 
-# Step (s) and number of steps. Half the inverse of the step is above the highest pole: 22 Hz of
-# the free vehicle, 6.3 kHz of the track. The record lasts a third of the longest period of the
-# vehicle, and until only the undamped modes of the track are left.
-VEHICLE_GRID = (1e-4, 13_000)
-TRACK_GRID = (4.5e-5, 33_000)
+# For FMUs without Model Exchange. Both wheels of a wheelset together, then against each other: each
+# shows half of the track's modes. The record lasts a third of the longest period of the vehicle,
+# and until only the undamped modes of the track are left; one over the step is above the sum of the
+# highest pole of the track (6 kHz) and of what is asked for. The FMUs are linear, so the size of
+# the pulse (N) matters for rounding only.
+PULSES = Pulses(
+    amplitude=1e4, step=1e-4, steps=13_500, directions=np.kron([[1, 1], [1, -1]], np.eye(4))
+)
 VEHICLE_SHARE = 0.2  # of the time that both take
-TOLERANCE = 1e-3  # for a warning; the check sees the poles alone, and the rest makes up for them
-PULSE = 1e4  # N; our FMUs are linear, so its size matters for rounding only
-# Both wheels of a wheelset together, then against each other: each shows half of the track's modes.
-DIRECTIONS = np.kron([[1, 1], [1, -1]], np.eye(4))
 Progress = Callable[[float, float], None]
 
 
@@ -38,9 +39,9 @@ class Models:
 
     Attributes
     ----------
-    vehicle : LinearModel
+    vehicle : LinearForm
         Contact forces to motion.
-    track : LinearModel or None
+    track : LinearForm or None
         The same; None where a rigid track is all that is asked for.
     positions : array, shape (4,)
         Wheelsets, m.
@@ -48,8 +49,8 @@ class Models:
         What was linearised, for the results.
     """
 
-    vehicle: LinearModel
-    track: LinearModel | None
+    vehicle: LinearForm
+    track: LinearForm | None
     positions: FloatArray
     attributes: dict[str, str]
 
@@ -74,7 +75,7 @@ def linear_models(vehicle: Path, track: Path | None, progress: Progress) -> Mode
     if track is None:
         return Models(cars, None, positions, attributes)
     rails, attributes["track_fmu"] = linear_track(
-        track, positions, TRACK_GRID[1], lambda a, b: progress(share + (1 - share) * a / b, 1.0)
+        track, positions, lambda a, b: progress(share + (1 - share) * a / b, 1.0)
     )
     return Models(cars, rails, positions, attributes)
 
@@ -88,69 +89,45 @@ def wheelset_positions(vehicle: Path) -> FloatArray:
         return np.array([values[f"{w}.position"] for w in WHEELSETS])
 
 
-def linear_vehicle(fmu: Path, progress: Progress) -> tuple[LinearModel, str]:
+def linear_vehicle(fmu: Path, progress: Progress) -> tuple[LinearForm, str]:
     """Linear model of a vehicle FMU, hash of the file."""
-    with FmuComponent.load(fmu, name="vehicle") as cars:
-        _takes_forces(cars)
-        if "speed" in cars.description.parameters:
-            cars.set_parameters({"speed": 0.0})
-        cars.enter_initialization(0.0)
-        cars.exit_initialization()
-        still = {f"{w}.position" for w in WHEELSETS}
-        moving = [v.name for v in cars.outputs if v.name not in still]
-        model = _linearise(cars, {}, moving, VEHICLE_GRID, progress)
-        return model, cars.description.sha256
+    about = _taking_forces(fmu)
+    still = {f"{w}.position" for w in WHEELSETS}
+    wanted = Wanted(
+        inputs=FORCES,
+        outputs=[v.name for v in about.outputs if v.name not in still],
+        parameters={"speed": 0.0} if "speed" in about.parameters else {},
+    )
+    return best_way(fmu, PULSES)(fmu, "vehicle", wanted, progress), about.sha256
 
 
-def linear_track(
-    fmu: Path, positions: FloatArray, steps: int, progress: Progress
-) -> tuple[LinearModel, str]:
-    """Linear model of a track FMU under wheelsets at positions (4,) in m, hash of the file.
-
-    With a quarter of the steps of `TRACK_GRID` our track is known within 0.2 %, with a sixth
-    within 2 %.
-    """
-    with FmuComponent.load(fmu, name="track") as rails:
-        _takes_forces(rails)
-        rails.enter_initialization(0.0)
-        at = {f"{w}.position": float(x) for w, x in zip(WHEELSETS, positions, strict=True)}
-        rails.set_inputs(np.array([at.get(v.name, v.start) for v in rails.inputs]))
-        rails.exit_initialization()
-        outputs = [v.name for v in rails.outputs if v.name.endswith("rail_z")]
-        model = _linearise(rails, at, outputs, (TRACK_GRID[0], steps), progress)
-        return model, rails.description.sha256
+def linear_track(fmu: Path, positions: FloatArray, progress: Progress) -> tuple[LinearForm, str]:
+    """Linear model of a track FMU under wheelsets at positions (4,) in m, hash of the file."""
+    about = _taking_forces(fmu)
+    wanted = Wanted(
+        inputs=FORCES,
+        outputs=[v.name for v in about.outputs if v.name.endswith("rail_z")],
+        at={
+            name: float(x)
+            for name, x in zip((f"{w}.position" for w in WHEELSETS), positions, strict=True)
+            if name in {v.name for v in about.inputs}
+        },
+    )
+    return best_way(fmu, PULSES)(fmu, "track", wanted, progress), about.sha256
 
 
-def _takes_forces(fmu: FmuComponent) -> None:
-    names = {v.name for v in fmu.inputs}
+def _taking_forces(fmu: Path) -> FmuDescription:
+    """What an FMU says of itself, if it takes contact forces."""
+    with FmuComponent.load(fmu) as loaded:
+        about = loaded.description
+    names = {v.name for v in about.inputs}
     missing = [name for name in FORCES if name not in names]
     if missing:
         raise CouplingError(
-            f"{fmu.description.path}: has no input {missing[0]!r}; give an FMU that takes contact "
-            "forces (Vehicle.fmu, Track.fmu), not one that owns the contact"
+            f"{fmu}: has no input {missing[0]!r}; give an FMU that takes contact forces "
+            "(Vehicle.fmu, Track.fmu), not one that owns the contact"
         )
-
-
-def _linearise(
-    fmu: FmuComponent,
-    at: dict[str, float],
-    outputs: list[str],
-    grid: tuple[float, int],
-    progress: Progress,
-) -> LinearModel:
-    u = np.array([at.get(v.name, v.start) for v in fmu.inputs])
-    return linearise(
-        fmu,
-        at=u,
-        amplitude=PULSE,
-        step=grid[0],
-        steps=grid[1],
-        inputs=FORCES,
-        outputs=outputs,
-        directions=DIRECTIONS,
-        tolerance=TOLERANCE,
-        progress=progress,
-    )
+    return about
 
 
 def joints(k_H: float) -> list[Joint]:

@@ -12,9 +12,8 @@ import typer
 import xarray as xr
 
 from railcosim.master.files import save
-from railcosim.master.fmu import FmuComponent
-from railcosim.master.linearise import linearise
-from railcosim.master.receptance import receptance as receptance_of
+from railcosim.master.linear_fmu import DIFFERENCES, EXACT, Pulses, Wanted, Way, best_way
+from railcosim.master.linear_form import error_estimate
 from railcosim.plots.picture import save_picture
 from railcosim.plots.results import receptance_chart
 from railcosim.track.cell import railseats
@@ -44,48 +43,68 @@ class Load(StrEnum):
     SINGLE = "single"
 
 
+class Method(StrEnum):
+    """How an FMU is linearised."""
+
+    BEST = "best"
+    EXACT = "exact"
+    DIFFERENCES = "differences"
+    PULSES = "pulses"
+
+
 def receptance(
-    fmu: Annotated[Path, typer.Argument(help="Any co-simulation FMU that can save its state.")],
+    fmu: Annotated[
+        Path, typer.Argument(help="Any FMU for Model Exchange, or that can save its state.")
+    ],
     input_: Annotated[str, typer.Option("--input", help="Input to excite.")],
     output: Annotated[str, typer.Option("--output", help="Output to observe.")],
     out: Out,
     frequencies: Frequencies = "1:1000:400@log",
+    method: Annotated[
+        Method,
+        typer.Option(
+            help="exact: directional derivatives of Model Exchange; differences: finite ones; "
+            "pulses: the response to a pulse in Co-Simulation; best: the first of these the FMU "
+            "allows."
+        ),
+    ] = Method.BEST,
     step: Annotated[
-        float, typer.Option(help="Step, s: half its inverse above the FMU's highest frequency.")
-    ] = 4.5e-5,
-    steps: Annotated[int, typer.Option(help="Number of steps.")] = 33_000,
+        float,
+        typer.Option(
+            help="Of pulses, s; one over it is above the FMU's highest frequency plus yours."
+        ),
+    ] = 1e-4,
+    steps: Annotated[
+        int, typer.Option(help="After a pulse: until what lasts moves alone.")
+    ] = 13_500,
     amplitude: Annotated[float, typer.Option(help="Pulse height, in the input's unit.")] = 1e4,
     plot: PlotFile = None,
 ) -> None:
-    """Frequency response of any FMU between two variables, from its response to a pulse."""
+    """Frequency response of any FMU between two variables, from a linear model of it."""
     RESULTS.check(out)
     PICTURES.check(plot)
     positive("--step", step, "s")
     frequency = frequencies_of(frequencies)
-    with FmuComponent.load(fmu) as component, progress("pulses") as update:
-        if not component.can_rollback:
-            raise UsageError(f"{fmu}: cannot save and restore its state, which linearising needs")
-        known = {v.name: v for v in (*component.inputs, *component.outputs)}
-        _known("--input", input_, [v.name for v in component.inputs])
-        _known("--output", output, [v.name for v in component.outputs])
-        component.enter_initialization(0.0)
-        component.exit_initialization()
-        model = linearise(
-            component,
-            at=np.array([v.start for v in component.inputs]),
-            amplitude=amplitude,
-            step=step,
-            steps=steps,
-            inputs=[input_],
-            outputs=[output],
-            progress=update,
-        )
-    values = receptance_of(model, 2 * np.pi * frequency)[:, 0, 0]
-    unit = f"{known[output].unit or '1'}/{known[input_].unit or '1'}"
-    error = float(model.error_estimate.max())
-    attributes = {"fmu": fmu.name, "input": input_, "output": output, "error_estimate": error}
+    omega = 2 * np.pi * frequency
+    pulses = Pulses(amplitude=amplitude, step=step, steps=steps)
+    ways: dict[Method, Way] = {
+        Method.EXACT: EXACT,
+        Method.DIFFERENCES: DIFFERENCES,
+        Method.PULSES: pulses,
+    }
+    way = ways.get(method) or best_way(fmu, pulses)
+    with progress(f"linearising ({way.description})") as update:
+        model = way(fmu, fmu.stem, Wanted(inputs=[input_], outputs=[output]), update)
+    values = model.frequency_response(omega)[:, 0, 0]
+    error = float(error_estimate(model, omega).max())
+    unit = f"{model.outputs[0].unit or '1'}/{model.inputs[0].unit or '1'}"
+    attributes = {
+        "fmu": fmu.name, "input": input_, "output": output,
+        "method": way.description, "error_estimate": error,
+    }  # fmt: skip
     _keep(frequency, values, "receptance", unit, attributes, out, plot)
-    console.print(f"estimated error: {error:.1e} of the highest peak", highlight=False)
+    known = f"estimated error {error:.1e}" if error else "exact but for rounding"
+    console.print(f"{way.description}: {known}", highlight=False)
 
 
 def track_receptance(
@@ -129,11 +148,6 @@ def _place(track: Track, at: str) -> float:
     return x
 
 
-def _known(option: str, name: str, allowed: list[str]) -> None:
-    if name not in allowed:
-        raise UsageError(f"{option} {name}: not in the FMU, which has {', '.join(allowed)}")
-
-
 def _keep(
     frequency: np.ndarray,
     values: np.ndarray,
@@ -149,7 +163,9 @@ def _keep(
     save(xr.Dataset({name: column}, {"frequency": axis}, attributes), out)
     console.print(f"{out}: {frequency.size} frequencies", highlight=False)
     if plot is not None:
-        title = ", ".join(f"{v}" for k, v in attributes.items() if k != "error_estimate")
+        title = ", ".join(
+            f"{v}" for k, v in attributes.items() if k not in {"error_estimate", "method"}
+        )
         chart = receptance_chart({name: (frequency, values)}, f"{name} ({unit})", title)
         save_picture(chart, plot)
         console.print(str(plot), highlight=False)

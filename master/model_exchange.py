@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -59,6 +60,7 @@ def linear_model(
     parameters: Values | None = None,
     time: float = 0.0,
     slope: Slope | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> StateSpace:
     """Linear model of a Model Exchange FMU where its initialisation leaves it.
 
@@ -79,6 +81,8 @@ def linear_model(
     slope : callable, optional
         `exact` or `differences`; by default `exact` where the FMU provides directional
         derivatives.
+    progress : callable, optional
+        Called now and then with the groups of columns done and their total.
 
     Returns
     -------
@@ -107,39 +111,54 @@ def linear_model(
         rows = [p.outputs[k] for k in _select(p, "output", p.outputs, outputs)]
         n = len(p.states)
         wanted = np.r_[np.arange(n), n + np.array(columns, dtype=np.intp)]
-        way = slope or (exact if p.description.has_directional_derivatives else differences)
-        rates = _jacobian(p, p.rates, wanted, way)[0]
-        observed = _jacobian(p, rows, wanted, way)[0].toarray()
-        return StateSpace(
-            name=name or p.description.model_name,
-            A=rates[:, :n],
-            B=rates[:, n:].toarray(),
-            C=observed[:, :n],
-            D=observed[:, n:],
-            inputs=tuple(coupling_variable(p.inputs[k]) for k in columns),
-            outputs=tuple(coupling_variable(v) for v in rows),
+        has_derivatives = p.description.has_directional_derivatives
+        way = slope or (exact if has_derivatives else differences)
+        if way is exact and not has_derivatives:
+            raise FmuError(f"{path}: provides no directional derivatives; use finite differences")
+        jacobians = _jacobians(p, (p.rates, rows), wanted, way, progress)
+        best, rougher = (
+            StateSpace(
+                name=name or p.description.model_name,
+                A=rates[:, :n],
+                B=rates[:, n:].toarray(),
+                C=observed[:, :n].toarray(),
+                D=observed[:, n:].toarray(),
+                inputs=tuple(coupling_variable(p.inputs[k]) for k in columns),
+                outputs=tuple(coupling_variable(v) for v in rows),
+            )
+            for rates, observed in zip(*jacobians, strict=True)
         )
+        return best if way is exact else replace(best, rougher=rougher)
 
 
-def _jacobian(
-    point: OperatingPoint, unknowns: Sequence[Any], wanted: IndexArray, slope: Slope
-) -> tuple[csc_array, csc_array]:
-    """Derivatives of the unknowns by the states and inputs at the positions `wanted`, twice."""
-    pattern = csc_array(point.dependencies(unknowns)[:, wanted])
-    best, rougher = np.zeros(pattern.nnz), np.zeros(pattern.nnz)
-    for group in _groups(pattern):
-        moved = wanted[group]
-        first, second = slope(point, unknowns, moved)
-        for k in group:
-            part = slice(pattern.indptr[k], pattern.indptr[k + 1])
-            rows = pattern.indices[part]
-            best[part] = first[rows] / point.magnitudes[wanted[k]]
-            rougher[part] = second[rows] / point.magnitudes[wanted[k]]
-    structure = pattern.indices, pattern.indptr
-    return (
-        csc_array((best, *structure), pattern.shape),
-        csc_array((rougher, *structure), pattern.shape),
-    )
+def _jacobians(
+    point: OperatingPoint,
+    unknowns: Sequence[Sequence[Any]],
+    wanted: IndexArray,
+    slope: Slope,
+    progress: Callable[[int, int], None] | None,
+) -> list[tuple[csc_array, csc_array]]:
+    """Derivatives of each set of unknowns by the states and inputs `wanted`; each matrix twice."""
+    patterns = [csc_array(point.dependencies(rows)[:, wanted]) for rows in unknowns]
+    groups = [_groups(pattern) for pattern in patterns]
+    done, total = 0, sum(len(columns) for columns in groups)
+    found = []
+    for rows, pattern, columns in zip(unknowns, patterns, groups, strict=True):
+        values = np.zeros((2, pattern.nnz))
+        for group in columns:
+            change = np.stack(slope(point, rows, wanted[group]))
+            for k in group:
+                part = slice(pattern.indptr[k], pattern.indptr[k + 1])
+                size = point.magnitudes[wanted[k]]
+                values[:, part] = change[:, pattern.indices[part]] / size
+            done += 1
+            if progress is not None and (done % 50 == 0 or done == total):
+                progress(done, total)
+        best, rougher = (
+            csc_array((v, pattern.indices, pattern.indptr), pattern.shape) for v in values
+        )
+        found.append((best, rougher))
+    return found
 
 
 def _groups(pattern: csc_array) -> list[list[int]]:

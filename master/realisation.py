@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-import finufft
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
@@ -15,26 +14,23 @@ from railcosim.master.component import FloatArray
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
 
-COLUMNS = (250, 1000)
-"""Widths of the Hankel matrix, tried in turn: a vehicle needs 20 columns, a track 900."""
 ROWS_PER_COLUMN = 2.5
 """An oblong matrix averages noise; beyond 2.5 the singular values hardly move."""
-TOLERANCES = 10.0 ** np.arange(-13, -3)
-"""Relative singular values below which a state is taken for noise, tried from the smallest."""
-GOOD_ENOUGH = 1e-9
+MIN_ROWS = 64
+"""Offsets in the rows, however many outputs there are."""
+TOLERANCES = 10.0 ** np.arange(-14, -3)
+"""Relative singular values below which a state is taken for noise, tried from the largest order."""
+GOOD_ENOUGH = 1e-11
 """Error relative to the response's peak at which no other order is tried."""
-NEGLIGIBLE = 1e-7
-"""What the poles may leave of a response without its being kept: solvers err by as much."""
-TRANSFORM_ERROR = 1e-12
-"""Of the fast Fourier transform of what is kept, relative to it."""
+WORTH_REFINING, ABOUT_EQUAL = 10.0, 2.0
+"""Errors over the least: of models worth least squares, and of those that count as equal then."""
+DEPENDENT = 1e-13
+"""Least squares: relative size below which a combination of poles is taken for rounding."""
 BLOCK = 500
-"""Steps whose powers are kept at once: more than poles, so that few exponentials are taken."""
-FAST_SAMPLES = 16_000
-"""Samples from which poles that die down are found; more would add noise."""
-DEAD = 12.0
-"""Nepers of decay over the record after which a pole's response is gone."""
-SLOW = 5.0
-"""Nepers of decay over half a record below which a pole is slow, and noise grows 150 times."""
+"""Samples whose powers are kept at once: more than poles, so that few exponentials are taken."""
+
+_Candidate: TypeAlias = tuple[float, ComplexArray, ComplexArray]
+"""Error, poles, amplitudes (n_outputs, n_poles) of e^pt."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,69 +73,70 @@ class Realisation:
         response: ComplexArray = fractions @ self.residues.T + self.direct
         return response
 
-    def pulse_response(self, step: float, steps: int) -> FloatArray:
-        """Response to an input of 1 held over the first step and 0 from then on.
+    def after_pulse(self, length: float, sampling: float, count: int) -> FloatArray:
+        """Response to an input of 1 held for a while, from its end on.
 
         Parameters
         ----------
-        step : float
-            Length of a step, s.
-        steps : int
-            Number of steps.
+        length : float
+            Of the pulse, s.
+        sampling : float
+            Time between samples, s.
+        count : int
+            Number of samples.
 
         Returns
         -------
-        ndarray, shape (steps + 1, n_outputs)
-            At the beginning of the pulse (the feedthrough) and after each step.
+        ndarray, shape (count, n_outputs)
+            The first at the end of the pulse, when the input is 0 again.
         """
-        first = self.residues * _hold(self.poles, step)
-        response = np.empty((steps + 1, len(self.direct)))
-        response[0] = self.direct
-        with np.errstate(over="ignore", invalid="ignore"):  # a spurious pole may be unstable
-            # The powers of one block serve all: a later one only begins from other residues.
-            powers = np.exp(np.outer(np.arange(min(BLOCK, steps)), self.poles * step))
-            for begin in range(0, steps, BLOCK):
-                shifted = first * np.exp(self.poles * (step * begin))
-                block = (powers[: steps - begin] @ shifted.T).real
-                response[1 + begin : 1 + begin + len(block)] = block
-        return response
+        return _sum(self.poles, self.residues * held(self.poles, length), sampling, count)
 
 
 def identify(
-    pulse: FloatArray,
-    step: float,
+    samples: FloatArray,
+    sampling: float,
+    length: float,
     scale: FloatArray,
+    *,
+    columns: int,
+    judged: int | None = None,
+    refine: bool = False,
 ) -> Realisation:
     """Find the poles and residues behind a pulse response.
 
     Parameters
     ----------
-    pulse : ndarray, shape (n_steps + 1, n_outputs)
-        Outputs for an input of 1 held over the first step: at its beginning (the feedthrough) and
-        after each step.
-    step : float
-        Length of a step, s. Poles with an imaginary part above ``pi / step`` are not resolved.
+    samples : ndarray, shape (n_samples, n_outputs)
+        Outputs for an input of 1 held for a while, from its end on.
+    sampling : float
+        Time between samples, s. Poles with an imaginary part above ``pi / sampling`` are not
+        resolved.
+    length : float
+        Of the pulse, s.
     scale : ndarray, shape (n_outputs,)
         Magnitude that makes the outputs comparable; 0 for an output to be left out.
+    columns : int
+        Width of the Hankel matrix; it shows poles up to 0.6 of that.
+    judged : int, optional
+        How many samples, from the first, are to be reproduced well; all by default.
+    refine : bool, optional
+        Find the residues once more by least squares. They are then ten times as good over the
+        record, and ten times worse for what is far below its peak at its beginning.
 
     Returns
     -------
     Realisation
-        Of the least order that reproduces the pulse response well.
+        Of the least order that reproduces the response about as well as any; no feedthrough.
 
     Notes
     -----
     The eigensystem realisation algorithm [1]_ with offsets of uneven spacing: the Hankel matrix
     holds the response at the samples ``t_i + s_j``, close together at first and far apart later,
-    so that a matrix of 1000 columns sees 0.3 Hz as well as 2 kHz. Any sets of offsets will do, as
+    so that a matrix of 500 columns sees 0.3 Hz as well as 2 kHz. Any sets of offsets will do, as
     the matrix is the product of the outputs' histories from each state and the states at ``s_j``.
-    The same matrix one sample later gives the state matrix over one step, its eigenvalues by the
+    The same matrix one sample later gives the state matrix over one sample, its eigenvalues by the
     logarithm the poles, and the exact inverse of the hold the residues.
-
-    If that leaves more than `NEGLIGIBLE`, there are too many poles for one matrix. The few that do
-    not die down within the record are found first, from its second half; then, from its beginning,
-    those that do. What all these leave is small and dies down, so `pulse_transform` can deal with
-    it: a wrong pole that dies down does no harm, as the rest makes up for it.
 
     References
     ----------
@@ -147,117 +144,72 @@ def identify(
        identification and model reduction, Journal of Guidance, Control, and Dynamics 8 (1985)
        620-627. https://doi.org/10.2514/3.20031
     """
-    # A long record is given where one matrix would not do: the wide one is then not tried.
-    whole = _fit(pulse, step, scale, COLUMNS if len(pulse) <= FAST_SAMPLES else COLUMNS[:1])
-    left = pulse - whole.pulse_response(step, len(pulse) - 1)
-    if not np.any(np.abs(left) > NEGLIGIBLE * scale):
-        return whole
-
-    slow = _slow_part(pulse, step, scale)
-    after_slow = pulse - slow.pulse_response(step, len(pulse) - 1)
-    fast = _fit(after_slow[:FAST_SAMPLES], step, scale, COLUMNS[1:])
-    # A pole that rings on beyond the record is the slow part's business; here it is an artefact.
-    dies = fast.poles.real * (len(pulse) - 1) * step < -DEAD
-    return Realisation(
-        poles=np.concatenate([slow.poles, fast.poles[dies]]),
-        residues=np.concatenate([slow.residues, fast.residues[:, dies]], axis=1),
-        direct=pulse[0],
-    )
-
-
-def _slow_part(pulse: FloatArray, step: float, scale: FloatArray) -> Realisation:
-    """Poles that outlast the record, from its second half, where little else is left to hide them.
-
-    Their residues follow by going back in time, which noise does not stand for long.
-    """
-    start = len(pulse) // 2
-    tail = pulse[start:]
-    peak = float(np.abs(tail[1:] * _inverse(scale)).max())
-    found = _fit(tail, step, peak * scale)
-    slow = np.abs(found.poles.real) * start * step < SLOW
-    back = np.exp(-found.poles[slow] * start * step)
-    return Realisation(
-        poles=found.poles[slow],
-        residues=found.residues[:, slow] * back,
-        direct=np.zeros(pulse.shape[1]),
-    )
-
-
-def _fit(
-    pulse: FloatArray, step: float, scale: FloatArray, widths: tuple[int, ...] = COLUMNS
-) -> Realisation:
-    """Find the smallest single realisation that reproduces a response about as well as any."""
-    weight = _inverse(scale)
-    samples = pulse[1:] * weight
-
-    def judge(model: Realisation) -> float:
-        with np.errstate(over="ignore", invalid="ignore"):  # a spurious pole may be unstable
-            missed = (model.pulse_response(step, len(samples)) - pulse) * weight
-            return float(np.abs(missed).max())
-
-    nothing = Realisation(
-        poles=np.empty(0, complex), residues=np.empty((len(scale), 0), complex), direct=pulse[0]
-    )
-    candidates = [(judge(nothing), nothing)]
-    for columns in widths:
-        for A, B, C in _realisations(samples, columns):
-            if candidates[-1][0] <= GOOD_ENOUGH:
-                return candidates[-1][1]
-            model = _diagonalised(A, B, scale[:, None] * C, pulse[0], step)
-            candidates.append((judge(model), model))
-    # Of models that err about equally the smallest explains the least noise.
-    limit = 3.0 * min(error for error, _ in candidates if np.isfinite(error))
-    enough = [model for error, model in candidates if error <= limit]
-    return min(enough, key=lambda model: len(model.poles))
-
-
-def _inverse(scale: FloatArray) -> FloatArray:
-    """Weights of the outputs: 0 for one that is left out."""
-    weight: FloatArray = np.zeros_like(scale)
+    weight = np.zeros_like(scale)
     np.divide(1.0, scale, out=weight, where=scale > 0.0)
-    return weight
+    weighted = samples * weight
+    compared = weighted[:judged]
+    found = (np.empty(0, complex), np.empty((len(scale), 0), complex))
+    candidates = [(float(np.abs(compared).max()), *found)]
+    for z, amplitudes in _realisations(weighted, columns):
+        if candidates[-1][0] <= GOOD_ENOUGH:
+            break
+        poles = _poles(z, sampling)
+        candidates.append((_misfit(poles, amplitudes, compared, sampling), poles, amplitudes))
+    # Of models that err about equally the smallest explains the least noise.
+    least = min(error for error, _, _ in candidates if np.isfinite(error))
+    good = [c for c in candidates if c[0] <= WORTH_REFINING * least]
+    if refine:
+        good = [_refined(candidate, compared, sampling) for candidate in good]
+    limit = ABOUT_EQUAL * min(error for error, _, _ in good)
+    _, poles, amplitudes = min((c for c in good if c[0] <= limit), key=lambda c: len(c[1]))
+    return Realisation(
+        poles=poles,
+        residues=scale[:, None] * amplitudes / held(poles, length),
+        direct=np.zeros_like(scale),
+    )
 
 
-def pulse_transform(pulse: FloatArray, step: float, omega: FloatArray) -> ComplexArray:
-    """Frequency response from a response to a pulse, by a Fourier sum, without poles.
-
-    Parameters
-    ----------
-    pulse : ndarray, shape (n_steps + 1, n_columns)
-        Responses to an input of 1 over the first step, from its beginning; they must have died
-        down at the end.
-    step : float
-        Length of a step, s.
-    omega : ndarray, shape (n_omega,)
-        Angular frequencies, rad/s, below ``pi / step``.
-
-    Returns
-    -------
-    ndarray of complex, shape (n_omega, n_columns)
-        Too large by the frequencies above ``pi / step`` that alias: the jump of the response (or
-        of its slope) at the beginning has them. On a rail that is 2 % at a sixth of the sampling
-        rate, so the sum is for small parts of a response.
-    """
-    # A non-uniform fast Fourier transform, 40 times as fast as the sum: samples are numbered from
-    # the middle there, which the phase takes back.
-    rows = np.ascontiguousarray(pulse.T, dtype=complex)
-    summed = np.atleast_2d(finufft.nufft1d2(omega * step, rows, isign=-1, eps=TRANSFORM_ERROR)).T
-    response = summed * np.exp(-1j * omega * step * (len(pulse) // 2))[:, None]
-    held = _hold(
-        np.asarray(-1j * omega, dtype=np.complex128), step
-    )  # transform of the pulse itself
-    transformed: ComplexArray = response * (step / held)[:, None]
-    return transformed
+def _refined(candidate: _Candidate, samples: FloatArray, sampling: float) -> _Candidate:
+    """The same poles with amplitudes by least squares, if these are better."""
+    poles, amplitudes = _least_squares(candidate[1], samples, sampling)
+    return min(
+        candidate,
+        (_misfit(poles, amplitudes, samples, sampling), poles, amplitudes),
+        key=lambda c: c[0],
+    )
 
 
-def _realisations(
-    samples: FloatArray, columns: int
-) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
-    """Discrete state matrix, first state and outputs, from the highest order to the lowest."""
+def held(poles: ComplexArray, length: float) -> ComplexArray:
+    """Integral of e^pt over a while, in s: what a held input of 1 leaves in each pole."""
+    hold: ComplexArray = np.full(poles.shape, length, dtype=complex)
+    np.divide(np.expm1(poles * length), poles, out=hold, where=poles != 0.0)
+    return hold
+
+
+def _sum(poles: ComplexArray, amplitudes: ComplexArray, sampling: float, count: int) -> FloatArray:
+    """Real part of the sum of amplitudes (n_outputs, n_poles) times e^pt at `count` samples."""
+    response = np.empty((count, len(amplitudes)))
+    with np.errstate(over="ignore", invalid="ignore"):  # a spurious pole may be unstable
+        # The powers of one block serve all: a later one only begins from other amplitudes.
+        powers = np.exp(np.outer(np.arange(min(BLOCK, count)), poles * sampling))
+        for begin in range(0, count, BLOCK):
+            shifted = amplitudes * np.exp(poles * (sampling * begin))
+            response[begin : begin + BLOCK] = (powers[: count - begin] @ shifted.T).real
+    return response
+
+
+def _misfit(
+    poles: ComplexArray, amplitudes: ComplexArray, samples: FloatArray, sampling: float
+) -> float:
+    """Largest error of a model over samples."""
+    return float(np.abs(_sum(poles, amplitudes, sampling, len(samples)) - samples).max())
+
+
+def _realisations(samples: FloatArray, columns: int) -> Iterator[tuple[ComplexArray, ComplexArray]]:
+    """Eigenvalues over one sample and amplitudes, from the highest order to the lowest."""
     n_samples, n_outputs = samples.shape
-    rows = max(64, round(ROWS_PER_COLUMN * columns / n_outputs))
-    # A tenth of the record stays out of the matrix, so that a model also shows whether it foresees.
-    last = (9 * n_samples // 10 - 2) // 2
+    rows = max(MIN_ROWS, round(ROWS_PER_COLUMN * columns / n_outputs))
+    last = (n_samples - 2) // 2
     at = _offsets(rows, last)[:, None] + _offsets(columns, last)
 
     def hankel(shift: int) -> FloatArray:
@@ -270,9 +222,9 @@ def _realisations(
     limit = 6 * len(sigma) // 10 or len(sigma)
     for order in sorted({min(limit, int(np.sum(sigma > t * sigma[0]))) for t in TOLERANCES})[::-1]:
         root = np.sqrt(sigma[:order])
-        A = shifted[:order, :order] / root[:, None] / root
+        z, vectors, inverse = _eigen(shifted[:order, :order] / root[:, None] / root)
         # The first column of the matrix is the offset 0, and so are its first n_outputs rows.
-        yield A, root * Vt[:order, 0], U[:n_outputs, :order] * root
+        yield z, ((U[:n_outputs, :order] * root) @ vectors) * (inverse @ (root * Vt[:order, 0]))
 
 
 def _offsets(count: int, last: int) -> NDArray[np.intp]:
@@ -280,16 +232,27 @@ def _offsets(count: int, last: int) -> NDArray[np.intp]:
     return np.unique(np.rint(last * np.linspace(0.0, 1.0, count) ** 3).astype(np.intp))
 
 
-def _diagonalised(
-    A: FloatArray, B: FloatArray, C: FloatArray, direct: FloatArray, step: float
-) -> Realisation:
-    """Poles and residues of a discrete realisation."""
-    z, vectors, inverse = _eigen(A)
-    # A pole that is gone within a step has lost its rate: any fast one does as well.
-    z[np.abs(z) < 1e-16] = 1e-16
-    poles = np.asarray(np.log(z) / step, dtype=np.complex128)
-    residues = (C @ vectors) * (inverse @ B) / _hold(poles, step)
-    return Realisation(poles=poles, residues=residues, direct=direct)
+def _poles(z: ComplexArray, sampling: float) -> ComplexArray:
+    # A pole that is gone within a sample has lost its rate: any fast one does as well.
+    alive = np.where(np.abs(z) < 1e-16, 1e-16 + 0j, z)
+    return np.asarray(np.log(alive) / sampling, dtype=np.complex128)
+
+
+def _least_squares(
+    poles: ComplexArray, samples: FloatArray, sampling: float
+) -> tuple[ComplexArray, ComplexArray]:
+    """The same poles, in another order, with the amplitudes that reproduce the samples best."""
+    upper, real = poles[poles.imag > 0.0], poles[poles.imag == 0.0]
+    n = len(upper)
+    waves = np.exp(np.outer(np.arange(len(samples)) * sampling, np.append(upper, real)))
+    # A wave is the sum of a conjugate pair: twice the real part of amplitude times e^pt.
+    basis = np.hstack([2.0 * waves[:, :n].real, -2.0 * waves[:, :n].imag, waves[:, n:].real])
+    solved = scipy.linalg.lstsq(basis, samples, cond=DEPENDENT, lapack_driver="gelsy")[0].T
+    pairs = solved[:, :n] + 1j * solved[:, n : 2 * n]
+    return (
+        np.concatenate([upper, upper.conj(), real]),
+        np.concatenate([pairs, pairs.conj(), solved[:, 2 * n :]], axis=1),
+    )
 
 
 def _eigen(A: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
@@ -313,10 +276,3 @@ def _eigen(A: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         if np.linalg.norm(vectors, 1) * np.linalg.norm(inverse, 1) < 1e10:
             break
     return z.astype(np.complex128), vectors.astype(np.complex128), inverse.astype(np.complex128)
-
-
-def _hold(poles: ComplexArray, step: float) -> ComplexArray:
-    """Integral of e^pt over a step, in s: what a held input of 1 leaves in each pole."""
-    hold: ComplexArray = np.full(poles.shape, step, dtype=complex)
-    np.divide(np.expm1(poles * step), poles, out=hold, where=poles != 0.0)
-    return hold

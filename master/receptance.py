@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from railcosim.master.component import FloatArray
-from railcosim.master.linearise import LinearModel
-from railcosim.master.realisation import ComplexArray, pulse_transform
+from railcosim.master.linear_form import LinearForm
+from railcosim.master.realisation import ComplexArray
 from railcosim.master.suggest import suggest
 
 
@@ -97,37 +97,13 @@ class FrequencyResponse:
         return [_position(self.name, "input", input_, self.inputs) for input_ in inputs]
 
 
-def receptance(model: LinearModel, omega: ArrayLike) -> ComplexArray:
-    """Frequency response of a linear model.
-
-    Parameters
-    ----------
-    model : LinearModel
-        From `linearise`.
-    omega : array_like, shape (n_omega,)
-        Angular frequencies, rad/s; positive if the model has a rigid-body motion.
-
-    Returns
-    -------
-    ndarray of complex, shape (n_omega, n_outputs, n_inputs)
-        A receptance (m/N) for displacements and forces, a mobility for velocities.
-    """
-    frequencies = np.asarray(omega, dtype=float)
-    response = np.stack([r.frequency_response(frequencies) for r in model.realisations], axis=2)
-    if model.remainder.any():
-        columns = model.remainder.reshape(len(model.remainder), -1)
-        response += pulse_transform(columns, model.step, frequencies).reshape(response.shape)
-    flat: ComplexArray = response.reshape(-1, len(model.mixing)) @ model.mixing  # one BLAS call
-    return flat.reshape(response.shape)
-
-
-def frequency_response(model: LinearModel, omega: ArrayLike) -> FrequencyResponse:
+def frequency_response(model: LinearForm, omega: ArrayLike) -> FrequencyResponse:
     """Frequency response of a linear model, with its names.
 
     Parameters
     ----------
-    model : LinearModel
-        From `linearise`.
+    model : LinearForm
+        From `linear_model` or `linearise`.
     omega : array_like, shape (n_omega,)
         Angular frequencies, rad/s; positive if the model has a rigid-body motion.
 
@@ -140,7 +116,7 @@ def frequency_response(model: LinearModel, omega: ArrayLike) -> FrequencyRespons
         omega=np.asarray(omega, dtype=float),
         outputs=tuple(output.name for output in model.outputs),
         inputs=tuple(input_.name for input_ in model.inputs),
-        values=receptance(model, omega),
+        values=model.frequency_response(omega),
     )
 
 

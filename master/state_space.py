@@ -13,8 +13,10 @@ from scipy.sparse import csc_array
 from scipy.sparse.csgraph import connected_components
 
 from railcosim.master.component import FloatArray, Variable
+from railcosim.master.realisation import ComplexArray
 
-ComplexArray: TypeAlias = NDArray[np.complex128]
+__all__ = ["ComplexArray", "IndexArray", "StateSpace"]
+
 IndexArray: TypeAlias = NDArray[np.intp]
 
 CHUNK = 2_000_000
@@ -39,6 +41,8 @@ class StateSpace:
         Feedthrough.
     inputs, outputs : tuple of Variable
         Names and units, in the order of the columns of B and of the rows of C.
+    rougher : StateSpace or None
+        The same, known less exactly, for `error_estimate`; None if it is exact but for rounding.
     """
 
     name: str
@@ -48,6 +52,7 @@ class StateSpace:
     D: FloatArray
     inputs: tuple[Variable, ...]
     outputs: tuple[Variable, ...]
+    rougher: StateSpace | None = None
 
     def __post_init__(self) -> None:
         n, m, p = self.A.shape[0], len(self.inputs), len(self.outputs)
@@ -64,6 +69,8 @@ class StateSpace:
         list of ndarray of int, each of shape (n_blocks, size)
             One array for each size of block, with the positions of each block's states.
         """
+        if not self.A.shape[0]:
+            return []
         _, label = connected_components(self.A != 0, directed=False)
         order = np.argsort(label, kind="stable")
         counts = np.bincount(label)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +13,6 @@ import xarray as xr
 from fmpy import read_model_description
 
 from railcosim.analysis.frequency import (
-    TRACK_GRID,
     Models,
     coupled,
     linear_track,
@@ -28,7 +26,6 @@ from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.fmus.export import export
 from railcosim.master.component import FloatArray
 from railcosim.master.files import load, save
-from railcosim.master.linearise import LinearModel
 from railcosim.master.receptance import FrequencyResponse
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.track.irregularity import synthesise
@@ -70,8 +67,6 @@ class Effort:
         For figure 3.
     duration, settling : float
         Of a run, and what of its beginning is left out, s.
-    steps : int
-        Of a pulse on the track.
     points : int
         Wavelengths and speeds of a map; ten times as many frequencies of a curve.
     """
@@ -79,7 +74,6 @@ class Effort:
     runs: tuple[Run, ...]
     duration: float
     settling: float
-    steps: int
     points: int
 
 
@@ -91,14 +85,12 @@ FULL = Effort(
     ),
     duration=12.0,
     settling=2.0,
-    steps=TRACK_GRID[1],
     points=400,
 )
 QUICK = Effort(
     runs=tuple(Run(k_H=k_H, seed=1) for k_H in STIFFNESSES),
     duration=0.7,
     settling=0.2,
-    steps=6000,
     points=120,
 )
 
@@ -168,14 +160,9 @@ def prepare(
     places = {"railseat": positions}
     if midspan:
         places["midspan"] = positions + track.fastening.spacing / 2
-    tasks = [Task(name="vehicle", function=linear_vehicle, arguments=(fmus["Vehicle"],), cost=10.0)]
+    tasks = [Task(name="vehicle", function=linear_vehicle, arguments=(fmus["Vehicle"],), cost=1.0)]
     tasks += [
-        Task(
-            name=name,
-            function=_track,
-            arguments=(fmus["Track"], at, effort.steps),
-            cost=6.0 + 1e-3 * effort.steps,
-        )
+        Task(name=name, function=linear_track, arguments=(fmus["Track"], at), cost=2.0)
         for name, at in places.items()
     ]
     wanted = effort.runs if runs else ()
@@ -213,15 +200,6 @@ def _file(out: Path, run: Run, effort: Effort, fmus: dict[str, Path]) -> Path:
     guids = "".join(read_model_description(fmus[name]).guid for name in PAIR)
     mark = hashlib.sha256(f"{guids}{effort.duration}{STEP}{SPECTRUM}{WAVELENGTHS}".encode())
     return out / "runs" / f"{run.name}_{mark.hexdigest()[:8]}.nc"
-
-
-def _track(
-    fmu: Path, positions: FloatArray, steps: int, progress: Progress
-) -> tuple[LinearModel, str]:
-    with warnings.catch_warnings():
-        if steps < TRACK_GRID[1]:  # a quick look; how good is known, see `linear_track`
-            warnings.simplefilter("ignore", RuntimeWarning)
-        return linear_track(fmu, positions, steps, progress)
 
 
 def _run(

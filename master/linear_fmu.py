@@ -1,0 +1,152 @@
+"""A linear model of an FMU file, by the best of the ways it allows."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from railcosim.master.archive import FmuError, unpack
+from railcosim.master.description import read_raw
+from railcosim.master.fmu import FmuComponent
+from railcosim.master.linear_form import LinearForm
+from railcosim.master.linearise import linearise
+from railcosim.master.model_exchange import Slope, differences, exact, linear_model
+from railcosim.master.suggest import suggest
+
+Progress = Callable[[float, float], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """Where an FMU is linearised, and what of it.
+
+    Attributes
+    ----------
+    inputs, outputs : sequence of str or None
+        What to keep; all if None.
+    at : mapping of str to float
+        Inputs that do not keep their start values.
+    parameters : mapping of str to float, int or bool
+        Parameters that do not keep their defaults.
+    """
+
+    inputs: Sequence[str] | None = None
+    outputs: Sequence[str] | None = None
+    at: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, float | int | bool] = field(default_factory=dict)
+
+
+class Way(Protocol):
+    """A way to linearise an FMU."""
+
+    @property
+    def description(self) -> str:
+        """In a few words, for results."""
+
+    def __call__(self, path: Path, name: str, wanted: Wanted, progress: Progress) -> LinearForm:
+        """Linearise the file `path`; the model is called `name`.
+
+        Raises
+        ------
+        FmuError
+            If the FMU does not allow it, or a name or value is wrong.
+        ComponentError
+            If the FMU refuses a call.
+        """
+
+
+@dataclass(frozen=True)
+class ModelExchange:
+    """From inside, by Model Exchange: `EXACT` or `DIFFERENCES`."""
+
+    description: str
+    slope: Slope
+
+    def __call__(self, path: Path, name: str, wanted: Wanted, progress: Progress) -> LinearForm:
+        """Linearise; see `Way`."""
+        return linear_model(
+            path,
+            name=name,
+            inputs=wanted.inputs,
+            outputs=wanted.outputs,
+            at=wanted.at,
+            parameters=wanted.parameters,
+            slope=self.slope,
+            progress=progress,
+        )
+
+
+EXACT = ModelExchange("Model Exchange, directional derivatives", exact)
+DIFFERENCES = ModelExchange("Model Exchange, finite differences", differences)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pulses:
+    """From outside, by Co-Simulation; the attributes are those of `linearise`."""
+
+    amplitude: ArrayLike
+    step: float
+    steps: int
+    directions: ArrayLike | None = None
+    description: str = "Co-Simulation, pulses"
+
+    def __call__(self, path: Path, name: str, wanted: Wanted, progress: Progress) -> LinearForm:
+        """Linearise; see `Way`."""
+        with FmuComponent.load(path, name=name) as fmu:
+            if fmu.rollback_fault is not None:
+                raise FmuError(f"{path}: {fmu.rollback_fault}; pulses start from a saved state")
+            for kind, names, known in (
+                ("input", [*wanted.at, *(wanted.inputs or ())], fmu.inputs),
+                ("output", wanted.outputs or (), fmu.outputs),
+            ):
+                allowed = [v.name for v in known]
+                for one in names:
+                    if one not in allowed:
+                        raise FmuError(f"{path}: no {kind} {one}{suggest(one, allowed)}")
+            fmu.set_parameters(wanted.parameters)
+            fmu.enter_initialization(0.0)
+            at = np.array([wanted.at.get(v.name, v.start) for v in fmu.inputs])
+            fmu.set_inputs(at)
+            fmu.exit_initialization()
+            return linearise(
+                fmu,
+                at=at,
+                amplitude=self.amplitude,
+                step=self.step,
+                steps=self.steps,
+                inputs=wanted.inputs,
+                outputs=wanted.outputs,
+                directions=self.directions,
+                progress=progress,
+            )
+
+
+def best_way(path: Path, pulses: Pulses) -> Way:
+    """The most exact way an FMU allows: from inside if it can be seen, else by pulses.
+
+    Parameters
+    ----------
+    path : Path
+        The ``.fmu`` file.
+    pulses : Pulses
+        The way for an FMU that is for Co-Simulation only.
+
+    Raises
+    ------
+    FmuError
+        If the file is not a usable FMU.
+    """
+    folder = unpack(path)
+    try:
+        kind = read_raw(path, folder).modelExchange
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    if kind is None:
+        return pulses
+    return EXACT if kind.providesDirectionalDerivative else DIFFERENCES

@@ -1,0 +1,137 @@
+"""Records of a component's response to pulses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from railcosim.master.component import Component, ComponentError, FloatArray, Variable
+from railcosim.master.linear_form import alike
+
+FINER = 8
+"""Steps of the second record in one step of the first."""
+FINER_STEPS = 1200
+"""Its length after the pulse: 150 steps of the first, in which a nonlinearity shows."""
+SECOND_PULSE = -0.5
+"""Its pulse over that of the first: shows even and odd nonlinearity."""
+STILL = 1e-11
+"""Motion without a pulse, over that with one, that is rounding."""
+
+
+@dataclass
+class Bench:
+    """Runs a component from one state again and again, with pulses on its inputs."""
+
+    component: Component
+    u: FloatArray
+    rows: list[int]
+    time: float
+    state: Any
+    step: float
+    steps: int
+    n_pulses: int
+    progress: Callable[[int, int], None] | None
+    done: int = 0
+
+    @property
+    def total(self) -> int:
+        """Steps if the component does not stand still."""
+        return (self.n_pulses + 1) * (self.steps + FINER + FINER_STEPS)
+
+    def rewind(self) -> None:
+        """Go back to the operating point."""
+        self.component.restore_state(self.state)
+        self.component.set_inputs(self.u)
+
+    def finished(self) -> None:
+        """Tell that no more steps will follow: a component at rest takes fewer than `total`."""
+        if self.progress is not None:
+            self.progress(self.total, self.total)
+
+    def whole(self, pulse: FloatArray) -> FloatArray:
+        """Outputs at the beginning and after each step, with a pulse over the first."""
+        return self._run(self.step, 1, self.steps, pulse)
+
+    def beginning(self, pulse: FloatArray) -> FloatArray:
+        """The same in finer steps, for a short while."""
+        return self._run(self.step / FINER, FINER, FINER + FINER_STEPS, SECOND_PULSE * pulse)
+
+    def _run(self, step: float, held: int, steps: int, pulse: FloatArray) -> FloatArray:
+        component = self.component
+        self.rewind()
+        component.set_inputs(self.u + pulse)
+        record = np.empty((steps + 1, len(self.rows)))
+        component.read_outputs()
+        record[0] = component.y[self.rows]
+        for k in range(steps):
+            component.do_step(self.time + k * step, step)
+            if k == held - 1:  # before the outputs are read: they may depend on the input at once
+                component.set_inputs(self.u)
+            component.read_outputs()
+            record[k + 1] = component.y[self.rows]
+            self.done += 1
+            if self.progress is not None and self.done % 250 == 0:
+                self.progress(self.done, self.total)
+        if not np.isfinite(record).all():
+            raise ComponentError(
+                f"{component.name} gave outputs that are not finite, at a step of {step} s "
+                f"and a pulse of {np.abs(pulse).max()}; try a smaller pulse or a smaller step"
+            )
+        return record
+
+
+@dataclass(frozen=True)
+class Records:
+    """Response to one pulse, without what happens without one.
+
+    Attributes
+    ----------
+    whole : ndarray, shape (n_steps + 1, n_outputs)
+        At the beginning of the pulse and after each step.
+    finer : ndarray, shape (FINER + FINER_STEPS + 1, n_outputs)
+        The same in steps of 1 / `FINER`, to another pulse, scaled to the height of the first.
+    scale : ndarray, shape (n_outputs,)
+        Largest response among the outputs of the same unit; 0 where it is rounding alone.
+    """
+
+    whole: FloatArray
+    finer: FloatArray
+    scale: FloatArray
+
+
+def record(bench: Bench, pulses: FloatArray, observed: Sequence[Variable]) -> Iterator[Records]:
+    """Send pulses, shape (n_pulses, component's inputs), one after the other."""
+    nothing = np.zeros(pulses.shape[1])
+    still = bench.beginning(nothing)
+    rest: FloatArray | None = None
+    for pulse in pulses:
+        whole = bench.whole(pulse)
+        if rest is None:
+            # Whoever has not stirred in 1200 steps is at rest, and will stay there.
+            scale = _scale(whole - still[:1], observed)
+            stirs = np.ptp(still, axis=0) > STILL * scale
+            rest = bench.whole(nothing) if np.any(stirs & (scale > 0.0)) else still[:1]
+        whole = whole - rest
+        finer = (bench.beginning(pulse) - still) / SECOND_PULSE
+        scale = _scale(whole, observed)
+        whole[1:, scale == 0.0] = 0.0
+        finer[:, scale == 0.0] = 0.0
+        yield Records(whole, finer, scale)
+
+
+def _scale(record: FloatArray, outputs: Sequence[Variable]) -> FloatArray:
+    """Largest response among the outputs of the same unit; 0 where all of them are rounding.
+
+    Each output by its own size would turn one that only answers by rounding (the pitch of a bogie
+    loaded at its centre) into noise as large as a signal, and hundreds of states to explain it.
+    """
+    peak = np.abs(record[1:]).max(axis=0)  # without the feedthrough, which is known exactly
+    scale: FloatArray = np.zeros_like(peak)
+    for like in alike(outputs):
+        scale[like] = peak[like].max()
+    relative = scale / [output.nominal for output in outputs]
+    scale[relative <= 1e-13 * relative.max()] = 0.0
+    return scale
