@@ -48,6 +48,9 @@ class Continuation(Protocol):
     def interpolate(self, t: float, h: float, u: FloatArray) -> None:
         """Likewise, to the inputs `u` at the end."""
 
+    def path(self, t: float) -> FloatArray:
+        """Value and derivatives at `t` of the inputs over the step just made from there."""
+
 
 class Held:
     """Inputs constant over the step."""
@@ -75,6 +78,10 @@ class Held:
         self._component.write_inputs()
         self._component.do_step(t, h)
 
+    def path(self, t: float) -> FloatArray:
+        """Give what the inputs still are; see `Continuation`."""
+        return self._component.u[None].copy()
+
 
 class _Polynomial:
     """Remembers the inputs of past communication points."""
@@ -88,6 +95,10 @@ class _Polynomial:
         """Begin the past; see `Continuation`."""
         self.past = ()
         self._note(t, self._component.u)
+
+    def path(self, t: float) -> FloatArray:
+        """Give the polynomial through the past, which ends with the step; see `Continuation`."""
+        return _taylor(self.past, t, self.degree)
 
     def _note(self, t: float, u: FloatArray) -> None:
         """Remember the inputs at `t`."""
