@@ -8,9 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
+import click
 import numpy as np
 import typer
 import xarray as xr
+from click.core import ParameterSource
 
 from railcosim.analysis.catalogue import FAMILIES, FMUS, Owner
 from railcosim.analysis.pair import FADE_IN, FORCES, Journey, owner_in
@@ -54,6 +56,9 @@ STEPS = {Owner.VEHICLE: 2e-5, Owner.TRACK: 1e-4, Owner.MASTER: 2e-5}
 
 SOLVED = 1e-4  # stable at any step: this one for accuracy
 TIME = 1.0  # s
+OF_THE_PAIR = (
+    "vehicle_fmu", "track_fmu", "contact", "contact_stiffness", "speed", "irregularity", "held",
+)  # fmt: skip
 
 
 def run(
@@ -104,8 +109,7 @@ def run(
         if value is not None:
             positive(option, value, "s")
     if system is not None:
-        if vehicle_fmu or track_fmu or contact:
-            raise UsageError(f"{system}: has its own FMUs; leave out --vehicle-fmu and the like")
+        _refuse(system, OF_THE_PAIR)
         with progress("running") as update:
             dataset, stopped = run_ssp(
                 system,
@@ -136,6 +140,15 @@ def run(
         with progress("running") as update:
             dataset, stopped = run_pair(plan, update)
     keep(dataset, stopped, out, plot)
+
+
+def _refuse(system: Path, options: tuple[str, ...]) -> None:
+    """Refuse options given on the command line that say nothing of a system in a file."""
+    context = click.get_current_context(silent=True)
+    for name in options:
+        if context and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            option = "--" + name.replace("_", "-")
+            raise UsageError(f"{option}: is of our pair; {system} has its own FMUs. Leave it out")
 
 
 def _step(scheme: SchemeName, owner: Owner) -> float:
