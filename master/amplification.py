@@ -34,8 +34,10 @@ _WARM_UP = 4
 """Steps at rest before the one observed: schemes reach back three at most."""
 _TICK = 1e-15
 """Unit of time inside a step, s: times are told apart by whole numbers of it."""
-_TURN = 0.8
+_TURN = 1.0
 """Largest turn of the determinant between points of the circle, rad: half a turn would be lost."""
+_NEAR = 1e-4
+"""Of the distance between points, for a derivative by a difference."""
 _ROUNDS = 60
 """Halvings between points: then their distance is rounding, and a root is on the circle."""
 
@@ -210,18 +212,22 @@ class Amplification:
             In 1/s.
         """
         radius = math.exp(rate * self.h)
-        T, U = scipy.linalg.schur(self.N, output="complex")
+        # Forces and motions differ by the stiffness: balanced, slow motions keep their digits.
+        balanced, scaling = scipy.linalg.matrix_balance(self.N, permute=False)
+        T, U = scipy.linalg.schur(balanced, output="complex")
+        scale = np.diag(scaling)
         own = np.diag(T)
         outside = int((np.abs(own) > radius).sum())
         if not self.Q.size or not self.poles.size:
             return outside
-        inputs, outputs = U.conj().T @ self.R, self.Q @ U
+        inputs, outputs = U.conj().T @ (self.R / scale[:, None]), (self.Q * scale) @ U
 
         def turn(phi: FloatArray) -> ComplexArray:
             z = radius * np.exp(1j * phi)
             H = outputs @ _solve_triangular(T, inputs, z) + self.P
             matrix = np.eye(len(self.Q)) - H @ self.loop(z)
-            return np.asarray(np.linalg.slogdet(matrix)[0])
+            sign, size = np.linalg.slogdet(matrix)
+            return np.asarray(size + 1j * np.angle(sign))
 
         # det(z - everything) = det(z - N) det(z - open modes) turn(z), and turn is 1 at infinity:
         # so it has as many more zeros than poles outside as it turns backwards around the circle.
@@ -273,7 +279,7 @@ class Amplifier:
     """
 
     def __init__(self, system: System, scheme: Scheme) -> None:
-        self._system = system
+        self.system = system
         self._scheme = scheme
         self._open = [c for c in system.components if isinstance(c, Open)]
         self._rest = system.save_state()
@@ -290,7 +296,7 @@ class Amplifier:
         Exception
             Whatever the scheme raises if it cannot make the step.
         """
-        system, scheme = self._system, self._scheme
+        system, scheme = self.system, self._scheme
         system.restore_state(self._rest)
         for component in self._open:
             component.free.clear()
@@ -430,19 +436,47 @@ def _solve_triangular(T: ComplexArray, B: ComplexArray, z: ComplexArray) -> Comp
 def _windings(
     turn: Callable[[FloatArray], ComplexArray], poles: ComplexArray, radius: float
 ) -> int:
-    """How often a function, real on the real axis, turns around zero along the circle."""
+    """How often a function, real on the real axis, turns around zero along the circle.
+
+    `turn` gives its logarithm, with any multiple of 2 pi i.
+    """
     # It turns fast near its poles: one point opposite to each, and where its resonance ends.
     angle, width = np.abs(np.angle(poles)), np.abs(radius - np.abs(poles))
     beside = [angle + factor * width for factor in (-2.0, -0.5, 0.0, 0.5, 2.0)]
     phi = np.unique(np.clip(np.concatenate([[0.0, math.pi], *beside]), 0.0, math.pi))
-    total, value = 0.0, turn(phi)
+    value, slope = _with_slope(turn, phi)
     for _ in range(_ROUNDS):
-        change = np.angle(value[1:] / value[:-1])
-        wide = np.flatnonzero(np.abs(change) > _TURN)
+        # Roots and poles come in clusters, one for each wheel, and may turn it fully between two
+        # points. But they are seen in the slope from as far as they are many times over.
+        length = np.diff(phi)
+        fast = length * np.maximum(np.abs(slope[1:]), np.abs(slope[:-1])) > _TURN
+        wide = np.flatnonzero(fast | (np.abs(_difference(value).imag) > _TURN))
         if not wide.size:
             break
-        middle = 0.5 * (phi[wide] + phi[wide + 1])
-        phi = np.insert(phi, wide + 1, middle)
-        value = np.insert(value, wide + 1, turn(middle))
-    total = float(np.angle(value[1:] / value[:-1]).sum())
+        middle = phi[wide] + 0.5 * length[wide]
+        new = _with_slope(turn, middle, 0.5 * length[wide])
+        phi, value, slope = (
+            np.insert(old, wide + 1, more)
+            for old, more in zip((phi, value, slope), (middle, *new), strict=True)
+        )
+    total = float(_difference(value).imag.sum())
     return round(total / math.pi)  # the lower half turns as much as the upper one
+
+
+def _with_slope(
+    turn: Callable[[FloatArray], ComplexArray], phi: FloatArray, room: FloatArray | None = None
+) -> tuple[ComplexArray, ComplexArray]:
+    """A logarithm and its derivative, from a difference that is short against the room there is."""
+    if room is None:
+        room = np.diff(phi, append=2.0 * phi[-1] - phi[-2])
+    step = _NEAR * room
+    both = turn(np.concatenate([phi, phi + step]))
+    value, ahead = both[: len(phi)], both[len(phi) :]
+    return value, _difference(np.stack([value, ahead]))[0] / step
+
+
+def _difference(logarithm: ComplexArray) -> ComplexArray:
+    """Of neighbours, the imaginary part within half a turn."""
+    change = np.diff(logarithm, axis=0)
+    turned: ComplexArray = change.real + 1j * np.angle(np.exp(1j * change.imag))
+    return turned

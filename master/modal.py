@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,32 +65,24 @@ class Modal:
         is_moved = np.concatenate([np.ones(n, bool), self.poles.imag > 0.0])
         return A[is_moved][:, is_moved], B[is_moved], C[:, is_moved]
 
-    def sprung(self, k: FloatArray, motions: Sequence[Variable], sign: float) -> Modal:
-        """The same body with springs on its outputs, as one from the springs' other ends to forces.
+    def sprung(
+        self, k: FloatArray, motions: tuple[Variable, ...], forces: tuple[Variable, ...]
+    ) -> Modal:
+        """The same body with a spring on every output, from the springs' other ends to their forces.
 
         Parameters
         ----------
         k : array, shape (n_inputs,)
-            Stiffness (N/m) of the spring between each output and the motion outside.
-        motions : sequence of Variable, length n_inputs
-            The new inputs: motions (m) of the springs' other ends.
-        sign : float
-            1 if a spring is compressed by the motion of its other end, -1 if by the body's.
-
-        Returns
-        -------
-        Modal
-            Its outputs are forces on the body, compression positive: the old inputs.
+            Stiffness of the springs, N/m; each pushes on the input of its number.
+        motions : tuple of Variable, length n_inputs
+            The new inputs: motions of the springs' other ends, which compress them.
+        forces : tuple of Variable, length n_inputs
+            The new outputs.
         """
         A, B, C = self.real()
-        # compression = sign (w - C x), force = k compression; a body that the force pushes
-        # towards -y has that in B already.
-        gain = sign * k
-        closed = A - (B * gain) @ C
         return modal(
-            self.name, closed, B * gain, -gain[:, None] * C, np.diag(gain),
-            tuple(motions), self.inputs,
-        )  # fmt: skip
+            self.name, A - (B * k) @ C, B * k, -k[:, None] * C, np.diag(k), motions, forces
+        )
 
     def condensed(self, tolerance: float) -> Modal:
         """Fewer modes with nearly the same transfer function, by balanced truncation.

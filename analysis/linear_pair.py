@@ -1,0 +1,247 @@
+"""Vehicle and track as linear components, with the contact springs on whichever side owns them.
+
+The wheels are held where they are. Where left and right are alike, what both wheels of a wheelset
+do alike and what they do against each other are two problems of half the size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from railcosim.master.amplification import Open
+from railcosim.master.component import Component, FloatArray, Variable
+from railcosim.master.connections import CouplingError, connect_by_name
+from railcosim.master.law import Law
+from railcosim.master.linear_component import LinearComponent
+from railcosim.master.modal import Modal, modes_of
+from railcosim.master.model_exchange import linear_model
+from railcosim.master.state_space import ComplexArray, StateSpace
+from railcosim.master.system import System
+
+from .catalogue import Owner
+from .contact import FORCES, WHEELS
+
+CONDENSED = 1e-4
+"""Of the largest Hankel singular value, where modes of the track are left out: the receptance is
+then known to 0.1 % of itself up to 200 Hz, and to some percent at 2 kHz."""
+MANY = 100
+"""Modes that are not worth condensing."""
+PROBES = 2 * np.pi * np.geomspace(1.0, 2000.0, 9)
+"""rad/s, where models are held against each other."""
+ALIKE = 1e-6
+"""Of the largest receptance at a frequency: differences that are rounding of a modal model."""
+Progress = Callable[[float, float], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """One of the problems that a pair falls apart into.
+
+    Attributes
+    ----------
+    name : str
+        Which wheels move together.
+    wheels : tuple of str
+        Those that stand for all of them.
+    vehicle : StateSpace
+        Contact forces to wheel motion, one each a wheel.
+    track : Modal
+        Contact forces to rail motion, likewise.
+    """
+
+    name: str
+    wheels: tuple[str, ...]
+    vehicle: StateSpace
+    track: Modal
+
+    def compliance(self, omega: FloatArray) -> ComplexArray:
+        """Of both sides of the contacts together, (n_omega, n_wheels, n_wheels), m/N."""
+        wheel, rail = self.vehicle.frequency_response(omega), self.track.response(1j * omega)
+        together: ComplexArray = rail - wheel  # the force pushes the wheel up, and z is down
+        return together
+
+
+def linear_parts(vehicle: Path, track: Path, progress: Progress) -> tuple[Part, ...]:
+    """Linearise a vehicle FMU and a track FMU that take contact forces, by Model Exchange.
+
+    Parameters
+    ----------
+    vehicle, track : Path
+        FMU files.
+    progress : callable
+        Told what is done and the total.
+
+    Returns
+    -------
+    tuple of Part
+        Two where left and right are alike, else one.
+
+    Raises
+    ------
+    FmuError, CouplingError
+        If an FMU cannot be linearised, or is not what it should be.
+    """
+    cars = _of_contacts(linear_model(vehicle, name="vehicle"), vehicle, "wheel_z")
+    rails = _of_contacts(linear_model(track, name="track"), track, "rail_z")
+    progress(0.2, 1.0)
+    n = len(WHEELS) // 2
+    one = np.eye(n)
+    ways = {"all wheels": np.eye(2 * n)}
+    if _alike(cars) and _alike(rails):
+        ways = {
+            "both wheels alike": np.concatenate([one, one]),
+            "wheels against each other": np.concatenate([one, -one]),
+        }
+    parts = []
+    for i, (name, mix) in enumerate(ways.items()):
+        wheels = tuple(WHEELS[: mix.shape[1]])
+        parts.append(
+            Part(
+                name=name,
+                wheels=wheels,
+                vehicle=_acting(_mixed(cars, mix)),
+                track=_condensed(_mixed(rails, mix), track),
+            )
+        )
+        progress(0.2 + 0.8 * (i + 1) / len(ways), 1.0)
+    return tuple(parts)
+
+
+def coupled(part: Part, owner: Owner, k: FloatArray) -> System:
+    """A part as a system at rest, with the irregularity as a signal left open.
+
+    Parameters
+    ----------
+    part : Part
+        Of the pair.
+    owner : Owner
+        Of the contact springs.
+    k : array, shape (n_wheels,)
+        Their stiffness, N/m.
+    """
+    wheel, rail, given, force = (
+        _variables(part.wheels, name) for name in ("wheel_z", "rail_z", "irregularity_z", "force_z")
+    )
+    v, t = part.vehicle, part.track
+    vehicle: Component
+    track: Component
+    law: list[Component] = []
+    if owner is Owner.VEHICLE:
+        B = v.B * k
+        springs = -np.diag(k)
+        vehicle = LinearComponent(
+            "vehicle", A=v.A + B @ v.C, B=np.hstack([-B, -B]), C=k[:, None] * v.C,
+            D=np.hstack([springs, springs]), inputs=(*rail, *given), outputs=force,
+        )  # fmt: skip
+    else:
+        vehicle = LinearComponent(
+            "vehicle", A=v.A, B=v.B, C=v.C, D=v.D, inputs=force, outputs=wheel
+        )
+    if owner is Owner.TRACK:
+        sprung = t.sprung(k, wheel, force)
+        both = replace(
+            sprung,
+            B=np.hstack([sprung.B, -sprung.B]),
+            D=np.hstack([sprung.D, -sprung.D]),
+            inputs=(*wheel, *given),
+        )
+        track = Open("track", both.inputs, both.outputs, both)
+    else:
+        track = Open("track", force, rail, t)
+    if owner is Owner.MASTER:
+        one = np.eye(len(k))
+        motions = (*wheel, *rail, *given)
+        law = [Law("contact", Springs(k), motions, force, np.hstack([one, -one, -one]))]
+    components = [Open("irregularity", (), given), vehicle, *law, track]
+    return System(components, connect_by_name(components))
+
+
+@dataclass(frozen=True)
+class Springs:
+    """Linear springs of different stiffness `k` (N/m), as a law."""
+
+    k: FloatArray
+
+    def force(self, compression: FloatArray) -> FloatArray:
+        """Forces, N."""
+        return self.k * compression
+
+    def stiffness(self, compression: FloatArray) -> FloatArray:
+        """Stiffness, N/m."""
+        return np.broadcast_to(self.k, compression.shape).copy()
+
+
+def _variables(wheels: Sequence[str], name: str) -> tuple[Variable, ...]:
+    nominal = 1e5 if name == "force_z" else 1e-3
+    unit = "N" if name == "force_z" else "m"
+    return tuple(Variable(name=f"{w}.{name}", unit=unit, nominal=nominal) for w in wheels)
+
+
+def _of_contacts(model: StateSpace, file: Path, motion: str) -> StateSpace:
+    """The same model, from the contact forces to the motions at the contacts."""
+    inputs, outputs = ([v.name for v in side] for side in (model.inputs, model.outputs))
+    wanted = [f"{w}.{motion}" for w in WHEELS]
+    for kind, names, known in (("input", FORCES, inputs), ("output", wanted, outputs)):
+        for name in names:
+            if name not in known:
+                raise CouplingError(
+                    f"{file}: has no {kind} {name!r}; give an FMU that takes contact forces "
+                    "(Vehicle.fmu, Track.fmu), not one that owns the contact"
+                )
+    j, i = [inputs.index(n) for n in FORCES], [outputs.index(n) for n in wanted]
+    if model.D[np.ix_(i, j)].any():
+        raise CouplingError(f"{file}: a force moves a contact at once, without any mass between")
+    return replace(
+        model, B=model.B[:, j], C=model.C[i], D=model.D[np.ix_(i, j)],
+        inputs=tuple(model.inputs[k] for k in j), outputs=tuple(model.outputs[k] for k in i),
+    )  # fmt: skip
+
+
+def _alike(model: StateSpace) -> bool:
+    """Whether nothing changes when left and right change places."""
+    G = model.frequency_response(PROBES)
+    n = len(WHEELS) // 2
+    turned = np.roll(G, (n, n), axis=(1, 2))
+    size = np.abs(G).max(axis=(1, 2))
+    return bool((np.abs(G - turned).max(axis=(1, 2)) <= ALIKE * size).all())
+
+
+def _mixed(model: StateSpace, mix: FloatArray) -> StateSpace:
+    """Forces on the first wheels, which stand for others by the columns of `mix`."""
+    n = mix.shape[1]
+    return replace(
+        model, B=model.B @ mix, C=model.C[:n], D=(model.D @ mix)[:n],
+        inputs=model.inputs[:n], outputs=model.outputs[:n],
+    )  # fmt: skip
+
+
+def _acting(model: StateSpace) -> StateSpace:
+    """Only the states that forces reach and motions show; at least one, or nobody is there."""
+    kept = [
+        states[(np.abs(model.B[states]) > 0).any(axis=(1, 2))
+               & (np.abs(model.C[:, states]) > 0).any(axis=(0, 2))]
+        for states in model.blocks()
+    ]  # fmt: skip
+    chosen = np.concatenate([k.ravel() for k in kept])
+    if not chosen.size:
+        chosen = model.blocks()[0][0]
+    return replace(
+        model, A=model.A[chosen][:, chosen], B=model.B[chosen], C=model.C[:, chosen]
+    )  # fmt: skip
+
+
+def _condensed(model: StateSpace, file: Path) -> Modal:
+    """As few modes as do, held against the model."""
+    modes = modes_of(model)
+    G = model.frequency_response(PROBES)
+    error = np.abs(modes.response(1j * PROBES) - G).max(axis=(1, 2)) / np.abs(G).max(axis=(1, 2))
+    if not error.max() <= ALIKE:
+        raise CouplingError(
+            f"{file}: its linear model does not fall apart into modes (relative error "
+            f"{error.max():.1g}); a track that can move freely cannot be treated here"
+        )
+    return modes if len(modes.poles) <= MANY else modes.condensed(CONDENSED)
