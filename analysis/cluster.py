@@ -1,0 +1,163 @@
+"""Processes that work on a study: on the local cores, or wherever dask's scheduler has some.
+
+Needs dask.distributed, the extra ``railcosim[study]``.
+"""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib.metadata import version
+from typing import Any, TypeVar
+
+from distributed import Client, Future, LocalCluster, Worker, WorkerPlugin
+
+from .catalogue import FMUS, Owner
+from .parallel import CORES, TICK
+from .study_point import Fmus, Measurement, Point, Ride, measure, reference
+
+PATIENCE = 10.0
+"""How long (s) a scheduler may take to answer, and to have a worker."""
+
+Progress = Callable[[float, float], None]
+T = TypeVar("T")
+
+
+class ClusterError(OSError):
+    """No scheduler, no workers, or not the right ones; the message says what to do."""
+
+
+class _Deaf(WorkerPlugin):  # type: ignore[misc]
+    """Ctrl-C reaches every process of a terminal; the command alone decides what it means."""
+
+    def setup(self, worker: Worker) -> None:
+        """In every worker, also one that replaces another."""
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def connect(address: str | None) -> Iterator[Client]:
+    """Connect to a scheduler, or to one made here with a process on every core.
+
+    Parameters
+    ----------
+    address : str or None
+        Such as ``tcp://host:8786``; whoever listens there can run any code on its workers.
+
+    Raises
+    ------
+    ClusterError
+        If nobody answers, nobody works, or workers have another version of railcosim.
+    """
+    if address is None:
+        # No limit of memory: dask would stop workers on machines that are small, or full of others.
+        with (
+            LocalCluster(
+                n_workers=CORES, threads_per_worker=1, processes=True, memory_limit=0,
+                dashboard_address=None, silence_logs="CRITICAL",
+            ) as cluster,
+            Client(cluster) as client,
+        ):  # fmt: skip
+            client.register_plugin(_Deaf())
+            yield client
+        return
+    try:
+        client = Client(address, timeout=PATIENCE)
+    except (OSError, ValueError) as error:
+        raise ClusterError(
+            f"--scheduler {address}: no dask scheduler answers there ({_line(error)}); "
+            "start one with: dask scheduler"
+        ) from error
+    with client:
+        _check(client, address)
+        yield client
+
+
+def _check(client: Client, address: str) -> None:
+    """Raise ClusterError if there are no workers, or of another version."""
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except TimeoutError as error:
+        raise ClusterError(
+            f"--scheduler {address}: has no workers; start some with: "
+            f"dask worker {address} --nthreads 1"
+        ) from error
+    here = version("railcosim")
+    for worker, there in client.run(_version).items():
+        if there != here:
+            raise ClusterError(
+                f"--scheduler {address}: worker {worker} has railcosim {there}, here it is "
+                f"{here}; install the same everywhere"
+            )
+
+
+def _version() -> str:
+    """Of railcosim, on a worker that may have none."""
+    from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 - travels alone
+
+    try:
+        return version("railcosim")
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def measured(
+    client: Client, ride: Ride, points: Sequence[Point], fmus: Fmus, progress: Progress
+) -> Iterator[tuple[Point, Measurement | Exception]]:
+    """Give results as they come.
+
+    What many runs need is a task too, and so is made again if the worker that holds it dies.
+
+    Parameters
+    ----------
+    client : Client
+        From `connect`.
+    ride, points, fmus
+        What to run. The FMUs travel to the workers, which need not share a disk with anybody.
+    progress : callable
+        Told the number of points done and of all; may raise to stop everything.
+
+    Raises
+    ------
+    ClusterError
+        If the scheduler is lost.
+    """
+    common = client.submit(_same, ride, pure=False)
+    files = {n: client.submit(_same, content, pure=False) for n, content in fmus.items()}
+    bodies = [files[name] for name in FMUS[Owner.MASTER]]
+    forces = {
+        label: client.submit(reference, common, contact, *bodies, pure=False)
+        for label, contact in {p.contact.label: p.contact for p in points}.items()
+    }
+    pending: dict[Future, Point] = {}
+    for point in points:
+        pair = [files[name] for name in FMUS[point.owner]]
+        run = client.submit(measure, common, point, *pair, forces[point.contact.label], pure=False)
+        pending[run] = point
+    while pending:
+        progress(len(points) - len(pending), len(points))
+        for future in [f for f in pending if f.done()]:
+            yield pending.pop(future), _outcome(future)
+        time.sleep(TICK)
+    progress(len(points), len(points))
+
+
+def _same(value: T) -> T:
+    """Put something on the cluster that can be put there again."""
+    return value
+
+
+def _outcome(future: Future) -> Measurement | Exception:
+    if future.status == "finished":
+        result: Measurement = future.result()
+        return result
+    if future.status == "error":
+        error: Any = future.exception()
+        return error if isinstance(error, Exception) else RuntimeError(str(error))
+    raise ClusterError("the scheduler is lost, and with it the runs that were not finished")
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())

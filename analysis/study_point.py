@@ -1,0 +1,265 @@
+"""One point of a study: a coupled run held against the converged forces. Works in any process."""
+
+from __future__ import annotations
+
+import pickle
+import time
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from railcosim.master.component import ComponentError, FloatArray
+from railcosim.master.cosimulation import Cosimulation, Divergence, FallbackWarning, cosimulate
+from railcosim.master.schemes import Scheme
+from railcosim.master.system import System
+from railcosim.reference.agreement import relative_rms
+from railcosim.track.irregularity import Profile
+
+from .catalogue import FMUS, Owner
+from .contact import FORCES, MOTIONS, WHEELS, WHEELSETS, law_of
+from .coupled_reference import ContactForces, compression_model, converged_forces
+from .pair import FADE_IN, Journey, open_pair
+
+INTERNAL_STEP = 5e-6
+"""Of FMUs that own the contact (s). Their own error, of second order in it, is then 5e-8 at
+1 GN/m, so that what is measured is the coupling's. With their default, 1e-4 s, it is 2e-5."""
+
+KEPT = 6
+"""Pairs that a process keeps open: of three owners, for two contacts."""
+
+Fmus = Mapping[str, bytes]
+"""Content of FMU files, by name such as ``TrackWithContact``."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact:
+    """A contact law, by a label and as parameters of the FMUs."""
+
+    label: str
+    parameters: Mapping[str, float | bool]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ride:
+    """What all points of a study have in common.
+
+    Attributes
+    ----------
+    speed : float
+        Of the irregularity, m/s; the wheels are held.
+    profile : Profile
+        The irregularity.
+    stop : float
+        How long, s.
+    """
+
+    speed: float
+    profile: Profile
+    stop: float
+
+    def journey(self) -> Journey:
+        """How the vehicle meets the track."""
+        return Journey(speed=self.speed, held=True, profile=self.profile)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Point:
+    """One run: a scheme, by its name in the catalogue, with an owner, a law and a step (s)."""
+
+    name: str
+    scheme: Scheme
+    owner: Owner
+    contact: Contact
+    step: float
+
+    def __str__(self) -> str:
+        return f"{self.name}, contact in {self.owner}, {self.contact.label}, step {self.step:g} s"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measurement:
+    """What a run was like.
+
+    Attributes
+    ----------
+    error : float
+        RMS of all contact forces' error over the RMS of their deviation from rest; infinite if
+        the run did not come to its end.
+    reference_error : float
+        Likewise, of the converged forces; an estimate.
+    growth : float
+        Factor by which the error grew a step, beyond what the motion did: above 1 if unstable.
+        NaN in runs of less than 8 steps.
+    evaluations : float
+        How often each component was stepped, a step.
+    wall : float
+        Time for a simulated second, s; of this machine, with whatever else it did.
+    steps : int
+        Steps made.
+    open_steps : int
+        Steps in which the scheme did not reach what it aims at.
+    fallbacks : str
+        Components that could not do what the scheme asks for.
+    stopped : str
+        Why the run ended early; empty if it did not.
+    """
+
+    error: float
+    reference_error: float
+    growth: float
+    evaluations: float
+    wall: float
+    steps: int
+    open_steps: int
+    fallbacks: str
+    stopped: str
+
+
+def reference(ride: Ride, contact: Contact, vehicle: bytes, track: bytes) -> ContactForces:
+    """Converged contact forces.
+
+    Parameters
+    ----------
+    ride : Ride
+        The irregularity and for how long.
+    contact : Contact
+        The contact law.
+    vehicle, track : bytes
+        The FMUs without contact.
+    """
+    fmus = dict(zip(FMUS[Owner.MASTER], (vehicle, track), strict=True))
+    with _files(fmus) as (cars, rails):
+        with open_pair(cars, rails, dict(contact.parameters), ride.journey()) as pair:
+            pair.system.exchange()
+            now = dict(zip(pair.system.names, pair.system.outputs.tolist(), strict=True))
+        positions = np.array([now[f"vehicle.{w}.position"] for w in WHEELSETS])
+        sides = dict(zip(MOTIONS, ("vehicle", "track", "irregularity"), strict=True))
+        rest = [sum(s * now[f"{sides[m]}.{w}.{m}"] for m, s in MOTIONS.items()) for w in WHEELS]
+        model = compression_model(cars, rails, positions)
+    heights = ride.profile.under(positions, ride.speed, FADE_IN)
+    law = law_of(contact.parameters)
+    return converged_forces(model, law, np.array(rest), heights, ride.stop)
+
+
+def measure(
+    ride: Ride, point: Point, vehicle: bytes, track: bytes, forces: ContactForces
+) -> Measurement:
+    """Make one run.
+
+    Parameters
+    ----------
+    ride : Ride
+        The irregularity and for how long.
+    point : Point
+        How it is coupled.
+    vehicle, track : bytes
+        The FMUs for the point's owner of the contact.
+    forces : ContactForces
+        From `reference`.
+    """
+    fmus = dict(zip(FMUS[point.owner], (vehicle, track), strict=True))
+    parameters = {**point.contact.parameters, "internal_step": INTERNAL_STEP}
+    system = _AT_REST.system(ride, parameters, fmus)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FallbackWarning)  # kept in the result
+        run = cosimulate(system, point.scheme, point.step, ride.stop)
+    found = _watch(run, _columns(system), forces)
+    if found.stopped:  # an FMU that has refused a call may be of no use any more
+        _AT_REST.forget()
+    return found
+
+
+def _watch(run: Cosimulation, columns: list[int], reference: ContactForces) -> Measurement:
+    """Run to the end, or to where it fails."""
+    times, found, reports, stopped = [], [], [], ""
+    begun = time.perf_counter()
+    try:
+        for point in run:
+            times.append(point.time)
+            found.append(point.outputs[columns])
+            reports.append(point.report)
+    except (Divergence, ComponentError) as error:
+        stopped = str(error)
+    wall = time.perf_counter() - begun
+    ours, theirs = np.array(found), reference.at(times)
+    made = [report for report in reports if report is not None]
+    return Measurement(
+        error=np.inf if stopped else relative_rms(ours, theirs, reference.rest),
+        reference_error=reference.error,
+        growth=_growth(ours - theirs, theirs - reference.rest),
+        evaluations=float(np.mean([r.evaluations for r in made])) if made else np.nan,
+        wall=wall / times[-1] if made else np.nan,
+        steps=len(made),
+        open_steps=sum(not r.converged for r in made),
+        fallbacks=" ".join(run.stepper.fallbacks),
+        stopped=stopped,
+    )
+
+
+def _growth(error: FloatArray, motion: FloatArray) -> float:
+    """From the third to the last quarter of a run, a step."""
+    quarter = len(error) // 4
+    if quarter < 2:
+        return np.nan
+    rms = [
+        np.sqrt(np.mean(part[-2 * quarter :].reshape(2, -1) ** 2, axis=1))
+        for part in (error, motion)
+    ]
+    with np.errstate(divide="ignore", invalid="ignore"):  # an error or a motion of nothing
+        (before, after) = rms[0] / rms[1]
+        return float((after / before) ** (1.0 / quarter))
+
+
+def _columns(system: System) -> list[int]:
+    """Where the contact forces are among the outputs."""
+    names = [variable.name for variable in system.variables]
+    return [names.index(force) for force in FORCES]
+
+
+class _PairsAtRest:
+    """Pairs that a process has opened, taken back to rest for every run.
+
+    To load a track of 6000 states takes ten times as long as a short run.
+    """
+
+    def __init__(self) -> None:
+        self._kept: dict[Any, tuple[System, Any]] = {}
+        self._stack = ExitStack()
+
+    def system(self, ride: Ride, parameters: Mapping[str, float | bool], fmus: Fmus) -> System:
+        """A pair at rest."""
+        key = pickle.dumps((ride, dict(parameters))), *fmus.items()
+        if key not in self._kept:
+            if len(self._kept) == KEPT:
+                self.forget()
+            cars, rails = self._stack.enter_context(_files(fmus))
+            pair = open_pair(cars, rails, dict(parameters), ride.journey())
+            system = self._stack.enter_context(pair).system
+            self._kept[key] = system, system.save_state()
+        system, state = self._kept[key]
+        system.restore_state(state)
+        return system
+
+    def forget(self) -> None:
+        """Close all of them."""
+        self._kept.clear()
+        self._stack.close()
+
+
+_AT_REST = _PairsAtRest()
+
+
+@contextmanager
+def _files(fmus: Fmus) -> Iterator[tuple[Path, ...]]:
+    """FMUs as files for as long as the block lasts: a worker may share no disk with anybody."""
+    with TemporaryDirectory(prefix="railcosim_") as folder:
+        paths = [Path(folder, f"{name}.fmu") for name in fmus]
+        for path, content in zip(paths, fmus.values(), strict=True):
+            path.write_bytes(content)
+        yield tuple(paths)

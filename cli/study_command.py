@@ -1,0 +1,253 @@
+"""railcosim study."""
+
+from __future__ import annotations
+
+import fnmatch
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated
+
+import numpy as np
+import typer
+import xarray as xr
+from rich.box import SIMPLE
+from rich.table import Table
+
+from railcosim.analysis.catalogue import Member, Owner, members
+from railcosim.analysis.pair import FADE_IN
+from railcosim.analysis.study import Folder, Grid, StudyError, settings_of
+from railcosim.analysis.study_point import Contact, Measurement, Point, Ride
+from railcosim.analysis.study_table import save_table, table_of
+from railcosim.master.suggest import suggest
+from railcosim.plots.study import UNSTABLE, save_study_picture
+
+from .export import exported
+from .options import (
+    PICTURES,
+    Irregularity,
+    PlotFile,
+    Speed,
+    TrackFile,
+    UsageError,
+    VehicleFile,
+    console,
+    contact_parameters,
+    errors,
+    positive,
+    profile_of,
+    progress,
+    track_of,
+    vehicle_of,
+)
+
+Results = list[tuple[Point, Measurement]]
+WIDTH = 110  # of the table, characters
+
+
+class StudyFailedError(ArithmeticError):
+    """Some points could not be run; exit status 1."""
+
+
+def study(
+    schemes: Annotated[
+        str, typer.Option(help="Names or patterns such as 'jacobi-*', with commas between.")
+    ] = "*",
+    steps: Annotated[
+        str, typer.Option(help="Communication steps, s, with commas between.")
+    ] = "2e-4,1e-4,5e-5,2.5e-5",
+    owners: Annotated[
+        str, typer.Option(help=f"Of the contact springs: {', '.join(Owner)}, with commas between.")
+    ] = ",".join(Owner),
+    contact_stiffness: Annotated[
+        str,
+        typer.Option(
+            "--contact-stiffness", help="k_H in N/m, hertz, or hertz:N/m, with commas between."
+        ),
+    ] = "1e9",
+    time: Annotated[float, typer.Option(help="How long each run is, s.")] = 0.05,
+    speed: Speed = 250.0,
+    irregularity: Irregularity = "german-low",
+    vehicle: VehicleFile = None,
+    track: TrackFile = None,
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder for what is finished.", metavar="DIR")
+    ] = Path("railcosim-study"),
+    plot: PlotFile = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler",
+            help="Run on the workers of this dask scheduler, such as tcp://host:8786; on the cores "
+            "of this machine if not given.",
+            metavar="ADDRESS",
+        ),
+    ] = None,
+) -> None:
+    """Compare coupling schemes: error against the monolithic solution, growth and cost.
+
+    Runs every scheme with every owner of the contact it allows, every contact and every step, with
+    held wheels and a moving irregularity. What is finished is kept in the folder: the same command
+    goes on after an interruption, and one with more schemes or steps runs only those.
+    """
+    PICTURES.check(plot)
+    v = positive("--speed", speed, "km/h") / 3.6
+    profile = profile_of(irregularity, v * positive("--time", time, "s") + FADE_IN)
+    ride = Ride(speed=v, profile=profile, stop=time)
+    grid = Grid(
+        schemes=_schemes(schemes),
+        owners=[_owner(name) for name in _parts("--owners", owners)],
+        contacts=[
+            Contact(label=text, parameters=contact_parameters(text))
+            for text in _parts("--contact-stiffness", contact_stiffness)
+        ],
+        steps=[_step(text, time) for text in _parts("--steps", steps)],
+    )
+    points = grid.points()
+    if not points:
+        raise UsageError(f"--owners {owners}: none of the schemes allows it")
+    with TemporaryDirectory(prefix="railcosim_") as folder:
+        ours = exported(vehicle_of(vehicle), track_of(track), Path(folder))
+        fmus = {name: path for name, path in ours.items() if path.suffix == ".fmu"}
+        try:
+            settings = settings_of(ride, fmus)
+            found, failed = run(points, ride, fmus, Folder(out, settings), scheduler)
+        except StudyError as error:
+            raise UsageError(f"--out {error}") from error
+    if found:
+        turn = {str(p): k for k, p in enumerate(points)}
+        found.sort(key=lambda result: turn[str(result[0])])
+        _show(table_of(found, settings), out, plot)
+    if failed:
+        raise StudyFailedError(
+            f"{len(failed)} of {len(points)} points failed: {'; '.join(failed[:3])}"
+        )
+
+
+def run(
+    points: Sequence[Point],
+    ride: Ride,
+    fmus: dict[str, Path],
+    folder: Folder,
+    scheduler: str | None,
+) -> tuple[Results, list[str]]:
+    """Run what is not finished yet; give all results, and a sentence for each failure."""
+    found = [(p, m) for p in points if (m := folder.find(p)) is not None]
+    if found:
+        console.print(f"{folder.path}: {len(found)} of {len(points)} points are finished already")
+    finished = {str(p) for p, _ in found}
+    missing = [p for p in points if str(p) not in finished]
+    if not missing:
+        return found, []
+    try:
+        from railcosim.analysis.cluster import connect, measured  # noqa: PLC0415 - an extra
+    except ImportError as error:
+        raise UsageError(
+            f'railcosim study needs dask: pip install "railcosim[study]" ({error})'
+        ) from error
+    contents = {name: path.read_bytes() for name, path in fmus.items()}
+    failed = []
+    try:
+        with connect(scheduler) as client, progress(f"{len(missing)} points") as update:
+            for point, result in measured(client, ride, missing, contents, update):
+                if isinstance(result, Measurement):
+                    folder.keep(point, result)
+                    found.append((point, result))
+                else:
+                    failed.append(f"{point}: {' '.join(str(result).split())}")
+    except (KeyboardInterrupt, OSError):
+        errors.print(
+            f"{len(found)} of {len(points)} points are finished and kept in {folder.path}; "
+            "the same command goes on from there",
+            highlight=False,
+        )
+        raise
+    return found, failed
+
+
+def _show(table: xr.Dataset, out: Path, plot: Path | None) -> None:
+    """Save, print and draw."""
+    for path in save_table(table, out):
+        console.print(str(path), highlight=False)
+    for contact in table["contact"].values:
+        # Names of schemes are long: rather wide than cut.
+        width = max(console.width, WIDTH)
+        console.print(order_table(table.sel(contact=contact)), width=width, crop=False)
+    if plot is not None:
+        save_study_picture(table, plot)
+        console.print(str(plot), highlight=False)
+
+
+def order_table(table: xr.Dataset) -> Table:
+    """Errors of one contact by step, with claimed and observed orders."""
+    steps = table["step"].values[::-1]
+    shown = Table(
+        title=f"Contact {table['contact'].item()}: relative RMS error of the contact forces to "
+        f"the monolithic solution (itself within {table['reference_error'].max():.0e}), "
+        "by step in ms",
+        box=SIMPLE,
+    )
+    shown.add_column("scheme, owner of the contact", no_wrap=True)
+    for name in (*(f"{1e3 * step:g}" for step in steps), "order", "observed", "evaluations"):
+        shown.add_column(name, justify="right", no_wrap=True)
+    for owner, scheme in itertools.product(table["owner"].values, table["scheme"].values):
+        row = table.sel(scheme=scheme, owner=owner)
+        if row["error"].isnull().all():
+            continue
+        observed = row["observed_order"].item()
+        shown.add_row(
+            f"{scheme}, {owner}",
+            *(_cell(row["error"].sel(step=step).item()) for step in steps),
+            str(row["order"].item()),
+            "-" if np.isnan(observed) else f"{observed:.2f}",
+            f"{row['evaluations'].mean():.3g}",
+        )
+    return shown
+
+
+def _cell(error: float) -> str:
+    """Give an error as people read it."""
+    if np.isnan(error):
+        return ""
+    return f"{error:.1e}" if error < UNSTABLE else "unstable"
+
+
+def _parts(option: str, text: str) -> list[str]:
+    """Take apart what has commas between, each once."""
+    parts = list(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+    if not parts:
+        raise UsageError(f"{option} {text!r}: names nothing")
+    return parts
+
+
+def _schemes(text: str) -> dict[str, Member]:
+    """Schemes of the catalogue by names and patterns, in its order."""
+    known = members()
+    chosen: set[str] = set()
+    for pattern in _parts("--schemes", text):
+        matching = fnmatch.filter(known, pattern)
+        if not matching:
+            raise UsageError(
+                f"--schemes {pattern}: no such scheme{suggest(pattern, known)}; "
+                f"there are {', '.join(known)}"
+            )
+        chosen.update(matching)
+    return {name: member for name, member in known.items() if name in chosen}
+
+
+def _owner(name: str) -> Owner:
+    if name not in list(Owner):
+        raise UsageError(f"--owners {name}: must be {', '.join(Owner)}{suggest(name, Owner)}")
+    return Owner(name)
+
+
+def _step(text: str, time: float) -> float:
+    """A step, s."""
+    try:
+        step = positive("--steps", float(text), "s")
+    except ValueError as error:
+        raise UsageError(f"--steps {text}: must be numbers > 0, in s") from error
+    if step > time:
+        raise UsageError(f"--steps {text}: is longer than --time {time:g} s")
+    return step
