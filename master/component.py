@@ -11,6 +11,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.master import plain
+
 FloatArray: TypeAlias = NDArray[np.float64]
 
 
@@ -171,6 +173,11 @@ class Component(ABC):
         """
         return None
 
+    @property
+    def rollback_fault(self) -> str | None:
+        """Why `save_state` and `restore_state` do not work; None if they do."""
+        return None if self.can_rollback else "it cannot save its state"
+
     def save_state(self) -> Any:
         """Snapshot of everything that decides the future."""
         raise ComponentError(f"{self.name}: cannot save its state")
@@ -180,9 +187,12 @@ class Component(ABC):
         raise ComponentError(f"{self.name}: cannot restore a state")
 
     def serialize_state(self, state: Any) -> bytes:
-        """Write a snapshot as bytes, to be kept in a file."""
-        raise ComponentError(f"{self.name}: cannot write its state to a file")
+        """Write a snapshot as bytes, to be kept in a file; here one of plain values."""
+        try:
+            return plain.dumps(state)
+        except TypeError as error:
+            raise ComponentError(f"{self.name}: cannot write its state to a file") from error
 
     def deserialize_state(self, data: bytes) -> Any:
         """Read what `serialize_state` wrote, also in another process."""
-        raise ComponentError(f"{self.name}: cannot read its state from a file")
+        return plain.loads(data)

@@ -60,6 +60,10 @@ class Cosimulation(Iterator[CommunicationPoint]):
         The pace at work on it.
     time : float
         Where it has got to, s; NaN before the first point.
+    start, stop : float
+        Its span, s.
+    context : str
+        Scheme and pace, for people.
     """
 
     def __init__(
@@ -69,28 +73,28 @@ class Cosimulation(Iterator[CommunicationPoint]):
         self.stepper = scheme.start(system)
         self.walk = pace.walk(system, self.stepper, start, stop)
         self.time = math.nan
-        self._start, self._stop = start, stop
+        self.start, self.stop = start, stop
         limits = limit * np.array([v.nominal for v in system.variables])
         self._inverse_limits = 1.0 / limits
         self._least_limit = float(limits.min(initial=limit))
         self._watched = system.outputs if system.variables else np.zeros(1)  # BLAS takes no empty
-        self._context = f"scheme {scheme.describe()}, {pace.describe()}"
+        self.context = f"scheme {scheme.describe()}, {pace.describe()}"
 
     def __next__(self) -> CommunicationPoint:
         """Make the next step; see `cosimulate`."""
         t = self.time
         report: StepReport | None = None
-        if t == self._stop:
+        if t == self.stop:
             raise StopIteration
         try:
             if math.isnan(t):
-                t = self._start
+                t = self.start
                 self.system.begin(t)
             else:
                 t, report = self.walk.advance(t)
         except ComponentError as error:
             # Of the same kind: a step that does not converge is one of them.
-            message = f"{error} (step from t = {t:.9g} s, {self._context})"
+            message = f"{error} (step from t = {t:.9g} s, {self.context})"
             raise type(error)(message) from error
         outputs = self.system.outputs.copy()
         # No value is larger than the norm of all, and NaN compares false. That settles it at once
@@ -113,7 +117,7 @@ class Cosimulation(Iterator[CommunicationPoint]):
         variable = self.system.variables[worst]
         raise Divergence(
             f"diverged at t = {t:.9g} s: {self.system.names[worst]} = {outputs[worst]:.6g} "
-            f"{variable.unit} (allowed: {1.0 / self._inverse_limits[worst]:.3g}; {self._context}). "
+            f"{variable.unit} (allowed: {1.0 / self._inverse_limits[worst]:.3g}; {self.context}). "
             "Try a shorter step; the scheme interface-jacobian; the contact in another component; "
             "or, if the value is right, a larger nominal value of the variable"
         )

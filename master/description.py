@@ -74,6 +74,8 @@ class FmuDescription:
         Capabilities.
     can_interpolate_inputs, has_directional_derivatives, has_output_rates : bool
         Likewise.
+    default_step : float or None
+        Communication step (s) that suits it, if it names one.
     """
 
     path: Path
@@ -95,6 +97,7 @@ class FmuDescription:
     can_interpolate_inputs: bool
     has_directional_derivatives: bool
     has_output_rates: bool
+    default_step: float | None
 
     @property
     def has_hold_parameter(self) -> bool:
@@ -180,7 +183,14 @@ def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
         can_interpolate_inputs=getattr(kind, "canInterpolateInputs", False),  # Co-Simulation's
         has_directional_derivatives=kind.providesDirectionalDerivative,
         has_output_rates=getattr(kind, "maxOutputDerivativeOrder", 0) >= 1,  # likewise
+        default_step=_default_step(raw.defaultExperiment),
     )
+
+
+def _default_step(experiment: Any) -> float | None:
+    """Step that a default experiment names, if it is one."""
+    step = getattr(experiment, "stepSize", None)
+    return float(step) if step is not None and 0.0 < float(step) < np.inf else None
 
 
 def _feedthrough(

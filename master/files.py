@@ -80,8 +80,10 @@ def _write_netcdf(dataset: xr.Dataset, path: Path) -> None:
 
 
 def _read_netcdf(path: Path) -> xr.Dataset:
-    """Read netCDF 4."""
-    with xr.open_dataset(path, engine="h5netcdf") as dataset:
+    """Read netCDF 4 or 3."""
+    with path.open("rb") as file:
+        is_classic = file.read(3) == b"CDF"  # netCDF 3, as results beside a checkpoint
+    with xr.open_dataset(path, engine="scipy" if is_classic else "h5netcdf") as dataset:
         return _join_complex(dataset.load())
 
 

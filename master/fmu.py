@@ -9,17 +9,17 @@ from collections.abc import Mapping
 from enum import Enum
 from functools import cache
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from railcosim.master.archive import FmuError, unpack
-from railcosim.master.component import Component, ComponentError, FloatArray, Hold
+from railcosim.master.component import ComponentError, FloatArray, Hold
 from railcosim.master.description import HOLD_PARAMETER, FmuDescription, read_description
 from railcosim.master.fmu_instance import WARNING, FmuInstance, FmuState, PreparedCall
 from railcosim.master.fmu_parameters import parameter_call
+from railcosim.master.loaded_fmu import LoadedFmu
+from railcosim.master.rollback import rollback_fault
 
 __all__ = ["FmuComponent", "FmuError", "FmuState"]
 
@@ -32,7 +32,7 @@ class _Phase(Enum):
     RUNNING = "initialised"
 
 
-class FmuComponent(Component):
+class FmuComponent(LoadedFmu):
     """One instance of an FMI 2.0 Co-Simulation FMU.
 
     Made by `load`; then `set_parameters`, `enter_initialization`, `exit_initialization`, steps,
@@ -46,10 +46,10 @@ class FmuComponent(Component):
     """
 
     def __init__(self, name: str, description: FmuDescription, folder: Path) -> None:
-        super().__init__(name, description.inputs, description.outputs)
-        self.description = description
+        super().__init__(name, description)
         self._instance = FmuInstance(name, description, folder)
         self._phase = _Phase.INSTANTIATED
+        self._parameters: dict[str, float | int | bool] = {}
         self._u_references = _references(description.input_references)
         self._y_references = _references(description.output_references)
         self._t, self._h = ctypes.c_double(), ctypes.c_double()
@@ -89,26 +89,13 @@ class FmuComponent(Component):
     # --- interface -----------------------------------------------------------------------------
 
     @property
-    def feedthrough(self) -> NDArray[np.bool_]:
-        """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
-        return self.description.feedthrough
+    def rollback_fault(self) -> str | None:
+        """Why the FMU cannot go back to a saved state; None if it can.
 
-    @property
-    def max_input_derivative(self) -> int:  # type: ignore[override]
-        """2 if the FMU can interpolate its inputs (FMI names no order), else 0."""
-        return 2 if self.description.can_interpolate_inputs else 0
-
-    @property
-    def holds(self) -> frozenset[Hold]:  # type: ignore[override]
-        """All holds if the FMU has the Integer parameter ``input_hold``, else only CONSTANT."""
-        return (
-            frozenset(Hold) if self.description.has_hold_parameter else frozenset({Hold.CONSTANT})
-        )
-
-    @property
-    def can_rollback(self) -> bool:  # type: ignore[override]
-        """Whether the FMU declares that its state can be got and set."""
-        return self.description.can_get_and_set_state
+        Tested when first asked for, on an instance in a process of its own: one that fails the
+        test is left in a state that nobody knows, or crashes.
+        """
+        return rollback_fault(self.description, self._parameters, self.u)
 
     @property
     def messages(self) -> tuple[str, ...]:
@@ -118,19 +105,7 @@ class FmuComponent(Component):
     # --- life cycle ----------------------------------------------------------------------------
 
     def set_parameters(self, values: Mapping[str, float | int | bool]) -> None:
-        """Set parameters.
-
-        Parameters
-        ----------
-        values : mapping of str to float, int or bool
-            By name. Fixed parameters only before `exit_initialization`.
-
-        Raises
-        ------
-        FmuError
-            For an unknown name, a variable that is not a parameter, a value of the wrong type,
-            or a fixed parameter after initialisation. Nothing is set then.
-        """
+        """Set parameters; see `LoadedFmu`."""
         initialised = self._phase is _Phase.RUNNING
         calls = [
             parameter_call(self.description, name, value, initialised=initialised)
@@ -138,13 +113,10 @@ class FmuComponent(Component):
         ]
         for function, references, array in calls:
             self._instance.call(function, references, 1, array)
+        self._parameters.update(values)
 
     def enter_initialization(self, start_time: float, stop_time: float | None = None) -> None:
-        """Announce the time span (s) and enter initialisation mode.
-
-        In it, `set_inputs` and `get_outputs` work: bring a coupled system to its initial state
-        with `System.exchange` before `exit_initialization`.
-        """
+        """Announce the time span (s) and enter initialisation mode; see `LoadedFmu`."""
         self._check_phase(_Phase.INSTANTIATED)
         self._instance.time = start_time
         has_stop = stop_time is not None
@@ -160,7 +132,7 @@ class FmuComponent(Component):
         self._instance.call("fmi2ExitInitializationMode")
         self._phase = _Phase.RUNNING
         # The last argument promises the FMU that nobody will go back; somebody may.
-        is_final = ctypes.c_int.from_param(not self.can_rollback)
+        is_final = ctypes.c_int.from_param(not self.description.can_get_and_set_state)
         self._do_step = self._instance.prepare("fmi2DoStep", self._t, self._h, is_final)
 
     def close(self) -> None:
@@ -169,17 +141,6 @@ class FmuComponent(Component):
             with contextlib.suppress(ComponentError):  # going anyway
                 self._instance.call("fmi2Terminate")
         self._instance.free()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     # --- stepping (the hot path) ---------------------------------------------------------------
 
@@ -270,7 +231,7 @@ class FmuComponent(Component):
 
     def save_state(self) -> FmuState:
         """Take a snapshot of everything that decides the future; freed when you drop it."""
-        self._check_able(self.can_rollback, "canGetAndSetFMUstate")
+        self._check_able(self.description.can_get_and_set_state, "canGetAndSetFMUstate")
         pointer = ctypes.c_void_p()
         self._instance.call("fmi2GetFMUstate", ctypes.byref(pointer))
         return self._instance.own(pointer)

@@ -39,7 +39,6 @@ class MappedInputs(Component):
         self.inner = inner
         self.holds = inner.holds
         self.max_input_derivative = inner.max_input_derivative
-        self.can_rollback = inner.can_rollback
         self._factor = np.array([m.factor for m in maps])
         self._offset = np.array([m.offset for m in maps])
         self._inner_u = np.empty(len(self.inputs))
@@ -49,6 +48,16 @@ class MappedInputs(Component):
     def feedthrough(self) -> NDArray[np.bool_]:
         """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
         return self.inner.feedthrough
+
+    @property
+    def can_rollback(self) -> bool:  # type: ignore[override]
+        """Whether `save_state` and `restore_state` work."""
+        return self.inner.can_rollback
+
+    @property
+    def rollback_fault(self) -> str | None:
+        """Why they do not; None if they do."""
+        return self.inner.rollback_fault
 
     def bind(self, u: FloatArray, y: FloatArray) -> None:
         """Exchange values through these arrays from now on; see `Component.bind`."""

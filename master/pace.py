@@ -54,7 +54,7 @@ class FixedStep:
 
     def describe(self) -> str:
         """For people and for results."""
-        return f"step {self.step:g} s"
+        return f"step {float(self.step)!r} s"
 
 
 class _FixedWalk:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from railcosim.master.component import ComponentError
+from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.cosimulation import CommunicationPoint, Divergence
 from railcosim.master.suggest import suggest
 from railcosim.master.system import System
@@ -65,6 +65,11 @@ class Recorder:
     def __len__(self) -> int:
         return self._rows
 
+    @property
+    def seen(self) -> int:
+        """How many points were offered, kept or not."""
+        return self._seen
+
     def add(self, point: CommunicationPoint) -> None:
         """Keep one point, or skip it if it is not its turn."""
         self._seen += 1
@@ -76,6 +81,18 @@ class Recorder:
         self._times[self._rows] = point.time
         point.outputs.take(self._columns, out=self._values[self._rows], mode="clip")
         self._rows += 1
+
+    def rows(self, first: int = 0) -> FloatArray:
+        """Time and values kept, from the row `first` on, shape (n_rows, 1 + n_variables)."""
+        some = slice(first, self._rows)
+        return np.column_stack([self._times[some], self._values[some]])
+
+    def resume(self, seen: int, rows: FloatArray) -> None:
+        """Go on as a recorder that has seen so many points and kept these `rows`."""
+        self._seen, self._rows = seen, len(rows)
+        spare = max(_FIRST_ROWS, 2 * len(rows)) - len(rows)
+        self._times = np.concatenate([rows[:, 0], np.empty(spare)])
+        self._values = np.concatenate([rows[:, 1:], np.empty((spare, len(self._columns)))])
 
     def to_dataset(self, attrs: Mapping[str, Any] | None = None) -> xr.Dataset:
         """Give what has been recorded so far.

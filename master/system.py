@@ -275,6 +275,35 @@ class System:
             port.continuation.past, port.fresh = past, fresh
         self.outputs[:] = outputs
 
+    def serialize_state(self, state: Any) -> Any:
+        """Make a snapshot plain values, to be kept in a file; see `plain`."""
+        snapshots, values, outputs = state
+        data = [c.serialize_state(s) for c, s in zip(self.components, snapshots, strict=True)]
+        return data, values, outputs
+
+    def deserialize_state(self, plain: Any) -> Any:
+        """Make a snapshot of what `serialize_state` gave, also in another process.
+
+        Raises
+        ------
+        ValueError
+            If its sizes are not those of this system, or a value is not finite.
+        """
+        data, values, outputs = plain
+        for port, (u, past, _) in zip(self._ports, values, strict=True):
+            name, n = port.component.name, port.component.u.size
+            if not all(_is_finite(v, n) for v in (u, *(x for _, x in past))):
+                raise ValueError(f"{name}: its inputs must be {n} finite numbers")
+        if not _is_finite(outputs, len(self.outputs)):
+            raise ValueError(f"the outputs must be {len(self.outputs)} finite numbers")
+        pairs = zip(self.components, data, strict=True)
+        return [c.deserialize_state(d) for c, d in pairs], values, outputs
+
+
+def _is_finite(values: Any, n: int) -> bool:
+    """Tell whether these are `n` finite numbers."""
+    return np.shape(values) == (n,) and bool(np.isfinite(values).all())
+
 
 def _make_ports(
     components: tuple[Component, ...], connections: tuple[Connection, ...]

@@ -1,0 +1,259 @@
+"""A run that survives the end of its process: written now and then, continued in another one."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from railcosim.master import plain
+from railcosim.master.component import Component, ComponentError
+from railcosim.master.cosimulation import CommunicationPoint, Cosimulation
+from railcosim.master.journal import Journal, read_journal
+from railcosim.master.recording import Recorder
+
+_FORMAT = "railcosim checkpoint 1"
+
+About = Mapping[str, str | float]
+"""What a run is made with beyond its system and scheme: parameters, speed, irregularity."""
+
+
+class CheckpointError(ValueError):
+    """A checkpoint cannot be written or does not fit; the message names file and difference."""
+
+
+class CheckpointWarning(UserWarning):
+    """A checkpoint could not be written; the run goes on."""
+
+
+@dataclass(frozen=True)
+class Checkpoints:
+    """Where and how often a run is written.
+
+    Attributes
+    ----------
+    path : Path
+        The file of the last checkpoint. What is recorded until then is beside it in
+        ``PATH.nc``, which grows and can be opened at any time.
+    every : float
+        Simulated seconds between checkpoints, which are at communication points: not of the
+        clock, so a run writes the same files each time.
+    """
+
+    path: Path
+    every: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.every) and self.every > 0.0):
+            raise ValueError(f"every must be positive and finite, got {self.every!r} s")
+
+    def watch(
+        self, run: Cosimulation, recorder: Recorder, about: About
+    ) -> Iterator[CommunicationPoint]:
+        """Pass on the points of a run, and write a checkpoint at the first one and then `every` s.
+
+        Both files are complete whenever the process is killed, and what came since the last
+        checkpoint is all that is lost.
+
+        Parameters
+        ----------
+        run : Cosimulation
+            From the beginning, or after `resume`.
+        recorder : Recorder
+            To which each point is added before the next one is asked for.
+        about : mapping of str to str or float
+            As will be given to `resume`.
+
+        Raises
+        ------
+        CheckpointError
+            If a component cannot write its state.
+
+        Warns
+        -----
+        CheckpointWarning
+            If the files cannot be written, for instance on a full disk.
+        """
+        _check_able(run)
+        identity = _identity(run, about)
+        journal: Journal | None = None
+        due = -math.inf
+        for point in run:
+            yield point
+            # Never at the end: the last step may be shorter, so a run to a later one differs.
+            if point.time < due or point.time == run.stop:
+                continue
+            due = self.every * (math.floor(point.time / self.every) + 1)
+            state = _state(run, recorder, identity)
+            try:
+                if journal is None:
+                    columns = recorder.to_dataset(about).isel(time=slice(0))
+                    journal = Journal(
+                        results_of(self.path), columns, _digest(identity), recorder.rows()
+                    )
+                journal.append(recorder.rows(len(journal)))
+                _replace(self.path, state)
+            except OSError as error:
+                warnings.warn(
+                    f"{self.path}: no checkpoint at t = {point.time:.9g} s ({error}); "
+                    "the run goes on",
+                    CheckpointWarning,
+                    stacklevel=2,
+                )
+
+
+def results_of(path: Path) -> Path:
+    """File of what was recorded up to the checkpoint `path`: netCDF 3."""
+    return path.with_name(f"{path.name}.nc")
+
+
+def resume(path: Path, run: Cosimulation, recorder: Recorder, about: About) -> None:
+    """Put a run where a checkpoint was written; it then goes on with the same bits.
+
+    Parameters
+    ----------
+    path : Path
+        Written by `Checkpoints`, with its results beside it.
+    run : Cosimulation
+        Made as it was then, not begun; its components initialised. It may have another end.
+        (A pace that adapts its steps to the end gives the same bits only for the same one.)
+    recorder : Recorder
+        Made as it was then; it gets what was recorded before.
+    about : mapping of str to str or float
+        As it was then.
+
+    Raises
+    ------
+    CheckpointError
+        If a file is missing or damaged, or of a run that differs: in what.
+    """
+    time, seen, n_rows, identity, system, stepper, walk = _read(path)
+    here = _identity(run, about)
+    if identity != here:
+        raise CheckpointError(f"{path}: of another run: {_difference(identity, here)}")
+    if not time < run.stop:
+        raise CheckpointError(
+            f"{path}: written at t = {time:.9g} s, but the run ends at {run.stop:.9g} s"
+        )
+    results = results_of(path)
+    try:
+        rows = read_journal(results, recorder.to_dataset(), _digest(identity), n_rows)
+    except (OSError, ValueError) as error:
+        raise CheckpointError(f"{results}: cannot be used: {error}") from error
+    try:
+        run.system.restore_state(run.system.deserialize_state(system))
+        run.stepper.memory, run.walk.memory = stepper, walk
+    except (ComponentError, TypeError, ValueError, IndexError) as error:
+        raise CheckpointError(f"{path}: does not fit the run: {error}") from error
+    recorder.resume(seen, rows)
+    run.time = time
+
+
+def _check_able(run: Cosimulation) -> None:
+    """Refuse components whose state cannot be trusted: going on would give wrong results."""
+    for component in run.system.components:
+        fault = component.rollback_fault
+        if fault is not None:
+            raise CheckpointError(
+                f"no checkpoint of this run is possible: {component.name} cannot go back to a "
+                f"saved state: {fault}"
+            )
+
+
+def _state(run: Cosimulation, recorder: Recorder, identity: dict[str, str]) -> bytes:
+    """All that decides how a run goes on."""
+    system = run.system
+    try:
+        state = system.serialize_state(system.save_state())
+    except (ComponentError, ValueError) as error:  # FmuError is a ValueError
+        raise CheckpointError(f"no checkpoint of this run is possible: {error}") from error
+    value = (
+        _FORMAT,
+        run.time,
+        recorder.seen,
+        len(recorder),
+        json.dumps(identity),
+        state,
+        run.stepper.memory,
+        run.walk.memory,
+    )
+    return plain.dumps(value)
+
+
+def _read(path: Path) -> tuple[float, int, int, dict[str, str], Any, Any, Any]:
+    """Read a checkpoint, and see that it is one."""
+    try:
+        value = plain.loads(path.read_bytes())
+    except OSError as error:
+        raise CheckpointError(f"{path}: cannot be read ({error.strerror})") from error
+    except plain.PlainError as error:
+        raise CheckpointError(f"{path}: damaged, or not a checkpoint ({error})") from error
+    try:
+        kind, time, seen, n_rows, identity, *others = value
+        identity = {str(k): str(v) for k, v in json.loads(identity).items()}
+        system, stepper, walk = others
+        good = kind == _FORMAT and math.isfinite(time) and 0 < int(n_rows) <= int(seen)
+    except (TypeError, ValueError, AttributeError):
+        good = False
+    if not good:
+        raise CheckpointError(f"{path}: not a {_FORMAT}")
+    return time, seen, n_rows, identity, system, stepper, walk
+
+
+def _identity(run: Cosimulation, about: About) -> dict[str, str]:
+    """All that a run is made with, but its end."""
+    system = run.system
+    return {
+        "railcosim": version("railcosim"),
+        "scheme and step": run.context,
+        "start": repr(run.start),
+        **{f"component {c.name}": _kind(c) for c in system.components},
+        "connections": ", ".join(map(str, system.connections)),
+        **{k: v if isinstance(v, str) else repr(float(v)) for k, v in about.items()},
+    }
+
+
+def _kind(component: Component) -> str:
+    """What a component is: the digest of an FMU's file, or a class."""
+    description = getattr(component, "description", None)
+    return f"sha256 {description.sha256}" if description is not None else type(component).__name__
+
+
+def _digest(identity: dict[str, str]) -> str:
+    return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
+
+
+def _difference(there: dict[str, str], here: dict[str, str]) -> str:
+    """Say what differs."""
+    keys = [k for k in {**there, **here} if there.get(k) != here.get(k)]
+    sentences = [
+        f"{k} is {there.get(k, 'not given')!r} there and {here.get(k, 'not given')!r} here"
+        for k in keys[:3]
+    ]
+    more = [f"and {len(keys) - 3} more"] if len(keys) > 3 else []
+    return "; ".join(sentences + more)
+
+
+def _replace(path: Path, data: bytes) -> None:
+    """Write a file, in one piece or not at all, and see that it is on the disk."""
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        with partial.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)  # the new name, too
+    finally:
+        os.close(folder)

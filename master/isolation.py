@@ -1,0 +1,351 @@
+"""An FMU in a process of its own: what it does to that process is an error here, and no more.
+
+It is a guard against mistakes, not against malice: the process may do what its user may.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import json
+import os
+import pickle
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import weakref
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from railcosim.master.archive import FmuError, unpack
+from railcosim.master.channel import FAILED, Channel
+from railcosim.master.component import ComponentError, FloatArray, Hold
+from railcosim.master.description import FmuDescription, read_description
+from railcosim.master.loaded_fmu import LoadedFmu
+
+LIMIT = 60.0
+"""Seconds that a call may take unless told otherwise."""
+
+_LAST_WORDS = 1000
+"""Bytes of what the process printed that are quoted when it ends."""
+_HARMLESS = {"write_inputs", "read_outputs", "drop_state"}
+"""Commands that are not named in errors beside others."""
+_Command = tuple[bool, str, tuple[Any, ...]]
+
+
+class IsolatedState:
+    """A snapshot inside an FMU in another process; freed some time after it is dropped."""
+
+    def __init__(self, owner: IsolatedComponent, key: int, dropped: deque[int]) -> None:
+        self.owner = weakref.ref(owner)
+        self.key = key
+        # Told with the next message: a snapshot can be dropped at any moment, also in another one.
+        weakref.finalize(self, dropped.append, key).atexit = False
+
+
+class IsolatedComponent(LoadedFmu):
+    """An FMU like `FmuComponent`, with the same bits, in a process of its own.
+
+    A crash, an exit or a hang of the FMU is a ComponentError that names it. Commands that have no
+    result are told when a result is asked for, or a step is to be made; so a step costs one
+    message and one answer, FMUs of a Jacobi step work at once, and an error may come up in the
+    call after the one that caused it.
+
+    What the FMU prints is quoted if its process ends too early; otherwise it is lost.
+    """
+
+    def __init__(self, name: str, description: FmuDescription, folder: Path, limit: float) -> None:
+        super().__init__(name, description)
+        self._process = _Process(name, description.path, folder, limit)
+        self._keys = itertools.count()
+        self._process.ask("ready")
+
+    @classmethod
+    def load(cls, path: str | Path, *, name: str | None = None, limit: float = LIMIT) -> Self:
+        """Unpack an FMU, and instantiate it in a new process.
+
+        Parameters
+        ----------
+        path : str or Path
+            The ``.fmu`` file. Its code is run: load only what you would run.
+        name : str, optional
+            Name of the component; the model's name if not given.
+        limit : float, optional
+            Seconds a call may take.
+
+        Returns
+        -------
+        IsolatedComponent
+            Instantiated, parameters at their defaults.
+
+        Raises
+        ------
+        FmuError
+            If the file is not a usable FMI 2.0 Co-Simulation FMU.
+        ComponentError
+            If the process ends or hangs.
+        """
+        path = Path(path)
+        folder = unpack(path)
+        try:
+            description = read_description(path, folder)
+            return cls(name or description.model_name, description, folder, limit)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+
+    # --- life cycle ----------------------------------------------------------------------------
+
+    @property
+    def rollback_fault(self) -> str | None:
+        """Why the FMU cannot go back to a saved state; None if it can."""
+        fault: str | None = json.loads(self._process.ask("rollback_fault"))
+        return fault
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """The last messages of the FMU, oldest first; none once its process has ended."""
+        return tuple(json.loads(self._process.ask("messages"))) if self._process.is_open else ()
+
+    def set_parameters(self, values: Mapping[str, float | int | bool]) -> None:
+        """Set parameters; see `LoadedFmu`."""
+        self._process.ask("set_parameters", dict(values))
+
+    def enter_initialization(self, start_time: float, stop_time: float | None = None) -> None:
+        """Announce the time span (s) and enter initialisation mode; see `LoadedFmu`."""
+        self._process.ask("enter_initialization", start_time, stop_time)
+
+    def exit_initialization(self) -> None:
+        """Leave initialisation mode; steps may follow."""
+        self._process.ask("exit_initialization")
+
+    def close(self) -> None:
+        """End the process. Harmless to repeat."""
+        if self._process.is_open:
+            with contextlib.suppress(ComponentError, FmuError):  # going anyway
+                self._process.ask("close")
+        self._process.end()
+
+    # --- stepping ------------------------------------------------------------------------------
+
+    def write_inputs(self) -> None:
+        """Make `u` the inputs at the present time."""
+        if self.u.size:
+            self._process.tell("write_inputs", self.u.tobytes())
+
+    def read_outputs(self) -> None:
+        """Put the outputs at the present time, for the inputs last written, into `y`."""
+        if self.y.size:
+            self.y[:] = self._floats(self.y.size, "read_outputs")
+
+    def set_input_derivatives(self, derivatives: FloatArray) -> None:
+        """Give derivatives of the inputs for the next step; see `Component`."""
+        self._process.tell("set_input_derivatives", derivatives.tobytes())
+
+    def step_derivative(self) -> FloatArray | None:
+        """Change of the outputs per change of an input held over the last step; see `Component`."""
+        if not self.description.has_directional_derivatives:
+            return None
+        n, m = self.y.size, self.u.size
+        # Transposed as from an FMU in this process: sums over it then have the same bits.
+        return self._floats(n * m, "step_derivative").reshape(m, n).T
+
+    def output_rates(self) -> FloatArray | None:
+        """Rates of the outputs at the end of the last step; see `Component`."""
+        if not self.description.has_output_rates:
+            return None
+        return self._floats(self.y.size, "output_rates")
+
+    def do_step(self, t: float, h: float) -> None:
+        """Go from time `t` to `t + h` (s). A failure may come up in the next call."""
+        self._process.tell("do_step", t, h)
+        self._process.flush()
+
+    def set_hold(self, hold: Hold) -> None:
+        """Choose how the inputs continue from now on; `hold` must be in `holds`."""
+        self._process.ask("set_hold", int(hold))
+
+    # --- state ---------------------------------------------------------------------------------
+
+    def save_state(self) -> IsolatedState:
+        """Take a snapshot of everything that decides the future."""
+        state = self._new_state()
+        self._process.tell("save_state", state.key)
+        return state
+
+    def restore_state(self, state: IsolatedState) -> None:
+        """Go back to a snapshot of this instance, which stays usable."""
+        self._process.tell("restore_state", self._own(state))
+
+    def serialize_state(self, state: IsolatedState) -> bytes:
+        """Write a snapshot as bytes, to be kept in a file."""
+        return self._process.ask("serialize_state", self._own(state))
+
+    def deserialize_state(self, data: bytes) -> IsolatedState:
+        """Read what `serialize_state` of an instance of the same FMU wrote."""
+        state = self._new_state()
+        self._process.ask("deserialize_state", state.key, data)
+        return state
+
+    def _new_state(self) -> IsolatedState:
+        return IsolatedState(self, next(self._keys), self._process.dropped)
+
+    def _own(self, state: IsolatedState) -> int:
+        """Key of a snapshot; FmuError if it is another FMU's."""
+        if state.owner() is not self:
+            raise FmuError(f"{self.name}: this snapshot belongs to another FMU")
+        return state.key
+
+    def _floats(self, n: int, question: str) -> FloatArray:
+        """Ask for `n` numbers."""
+        answer = self._process.ask(question)
+        if len(answer) != 8 * n:
+            raise ComponentError(f"{self.name}: {question} gave {len(answer)} bytes for {n} values")
+        return np.frombuffer(answer)
+
+
+class _Process:
+    """The process of one FMU, and the line to it.
+
+    Attributes
+    ----------
+    is_open : bool
+        Whether it can be asked.
+    dropped : deque of int
+        Keys of snapshots that nobody needs any more.
+    """
+
+    def __init__(self, name: str, file: Path, folder: Path, limit: float) -> None:
+        self.is_open = True
+        self.dropped: deque[int] = deque()
+        self._name, self._limit = name, limit
+        self._waiting: list[_Command] = []
+        self._unanswered: list[_Command] = []
+        self._line, theirs = socket.socketpair()
+        self._line.settimeout(limit)
+        self._channel = Channel(self._line)
+        module = "railcosim.master.isolated_process"
+        with theirs:
+            self._child = subprocess.Popen(
+                [sys.executable, "-P", "-m", module, str(theirs.fileno()), name, file, folder],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                pass_fds=[theirs.fileno()],
+                start_new_session=True,  # Ctrl-C is for the master
+            )
+        self._printed = _LastWords(self._child)
+        self._finish = weakref.finalize(self, _end, self._child, self._line, folder)
+
+    def tell(self, command: str, *arguments: Any) -> None:
+        """Have something done, later."""
+        self._waiting.append((False, command, arguments))
+
+    def ask(self, command: str, *arguments: Any) -> bytes:
+        """Have all that was told done, and then this, and wait for the answer."""
+        self._waiting.append((True, command, arguments))
+        self.flush()
+        with self._watched():
+            answer = self._channel.receive()
+        self._unanswered.clear()
+        if answer[:1] == FAILED:
+            is_misuse, text = json.loads(answer[1:])
+            raise (FmuError if is_misuse else ComponentError)(text)
+        return answer[1:]
+
+    def flush(self) -> None:
+        """Send what is waiting."""
+        commands, self._waiting = self._waiting, []
+        if not self.is_open:
+            raise FmuError(f"{self._name}: closed, or its process has ended; load it again")
+        while self.dropped:
+            commands.append((False, "drop_state", (self.dropped.popleft(),)))
+        self._unanswered += commands
+        with self._watched():
+            self._channel.send(pickle.dumps(commands))
+
+    def end(self) -> None:
+        """End the process, whatever it is doing, and remove its folder."""
+        self.is_open = False
+        self._finish()
+
+    @contextlib.contextmanager
+    def _watched(self) -> Any:
+        """Turn what can happen to the line into errors; the process is of no use after any."""
+        try:
+            yield
+        except TimeoutError:
+            self.end()
+            raise ComponentError(
+                f"{self._name}: its process did not answer within {self._limit:g} s to "
+                f"{self._asked()}; it was stopped"
+            ) from None
+        except (EOFError, OSError):
+            # It may be still ending; if it has closed the line and lives on, it is stopped.
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._child.wait(1.0)
+            self.end()
+            raise ComponentError(
+                f"{self._name}: its process {_how_it_ended(self._child.returncode)} in "
+                f"{self._asked()}.{self._printed.quote()}"
+            ) from None
+        except BaseException:  # Ctrl-C: question and answer no longer match
+            self.end()
+            raise
+
+    def _asked(self) -> str:
+        """What has not been answered, in short."""
+        names = [
+            f"do_step from t = {arguments[0]:.9g} s" if command == "do_step" else command
+            for _, command, arguments in self._unanswered
+            if command not in _HARMLESS
+        ]
+        return ", ".join(names) or self._unanswered[-1][1]
+
+
+class _LastWords:
+    """The end of what a process prints."""
+
+    def __init__(self, process: subprocess.Popen[bytes]) -> None:
+        self._text = b""
+        self._process = process
+        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._thread.start()
+
+    def _listen(self) -> None:
+        assert self._process.stdout is not None
+        with self._process.stdout as pipe:
+            while piece := os.read(pipe.fileno(), 4096):
+                self._text = (self._text + piece)[-_LAST_WORDS:]
+
+    def quote(self) -> str:
+        """Make them the end of an error message."""
+        self._thread.join(1.0)  # longer only if the FMU has started processes of its own
+        text = " | ".join(self._text.decode("utf-8", errors="replace").split("\n")).strip(" |")
+        return f" It printed: {text}" if text else " It printed nothing."
+
+
+def _end(child: subprocess.Popen[bytes], line: socket.socket, folder: Path) -> None:
+    """End a process and all that it started, and remove its folder."""
+    line.close()
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(child.pid, signal.SIGKILL)
+    child.wait()
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def _how_it_ended(status: int) -> str:
+    """Words for an exit status."""
+    if status >= 0:
+        return f"ended itself with exit status {status}"
+    try:
+        return f"was ended by {signal.Signals(-status).name}"
+    except ValueError:
+        return f"was ended by signal {-status}"

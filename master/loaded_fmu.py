@@ -1,0 +1,110 @@
+"""What every FMU that is loaded for Co-Simulation can do, wherever its code runs."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railcosim.master.component import Component, Hold
+from railcosim.master.description import FmuDescription
+
+
+class LoadedFmu(Component):
+    """An FMU as a component: in this process (`FmuComponent`) or its own (`IsolatedComponent`).
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in a system.
+    description : FmuDescription
+        What the FMU says of itself.
+
+    Attributes
+    ----------
+    description
+        As given.
+    """
+
+    def __init__(self, name: str, description: FmuDescription) -> None:
+        super().__init__(name, description.inputs, description.outputs)
+        self.description = description
+
+    @property
+    def feedthrough(self) -> NDArray[np.bool_]:
+        """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
+        return self.description.feedthrough
+
+    @property
+    def max_input_derivative(self) -> int:  # type: ignore[override]
+        """2 if the FMU can interpolate its inputs (FMI names no order), else 0."""
+        return 2 if self.description.can_interpolate_inputs else 0
+
+    @property
+    def holds(self) -> frozenset[Hold]:  # type: ignore[override]
+        """All holds if the FMU has the Integer parameter ``input_hold``, else only CONSTANT."""
+        return (
+            frozenset(Hold) if self.description.has_hold_parameter else frozenset({Hold.CONSTANT})
+        )
+
+    @property
+    def can_rollback(self) -> bool:  # type: ignore[override]
+        """Whether going back to a saved state was tested, on another instance, and works."""
+        return self.rollback_fault is None
+
+    @property
+    @abstractmethod
+    def rollback_fault(self) -> str | None:
+        """Why the FMU cannot go back to a saved state; None if it can."""
+
+    @property
+    @abstractmethod
+    def messages(self) -> tuple[str, ...]:
+        """The last messages of the FMU, oldest first, as ``status: text``."""
+
+    @abstractmethod
+    def set_parameters(self, values: Mapping[str, float | int | bool]) -> None:
+        """Set parameters.
+
+        Parameters
+        ----------
+        values : mapping of str to float, int or bool
+            By name. Fixed parameters only before `exit_initialization`.
+
+        Raises
+        ------
+        FmuError
+            For an unknown name, a variable that is not a parameter, a value of the wrong type,
+            or a fixed parameter after initialisation. Nothing is set then.
+        """
+
+    @abstractmethod
+    def enter_initialization(self, start_time: float, stop_time: float | None = None) -> None:
+        """Announce the time span (s) and enter initialisation mode.
+
+        In it, `set_inputs` and `get_outputs` work: bring a coupled system to its initial state
+        with `System.exchange` before `exit_initialization`.
+        """
+
+    @abstractmethod
+    def exit_initialization(self) -> None:
+        """Leave initialisation mode; steps may follow."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Free the instance, its snapshots, its library and its folder. Harmless to repeat."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()

@@ -1,0 +1,101 @@
+"""Whether an FMU can go back to a saved state: tried, not believed.
+
+Some FMUs declare that they can and forget a part of their state; a scheme that repeats steps then
+gives wrong results without a word.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from railcosim.master.component import ComponentError, FloatArray
+from railcosim.master.description import FmuDescription
+from railcosim.master.isolation import IsolatedComponent, IsolatedState
+
+_STEP = 1e-3  # s, where the FMU names no step
+_BEFORE, _AFTER = 2, 3
+"""Steps before the snapshot and after it: enough for what an FMU remembers of its last inputs."""
+
+_faults: dict[str, str | None] = {}
+"""What was found, by digest of the file."""
+
+Values = Mapping[str, float | int | bool]
+
+
+def rollback_fault(
+    description: FmuDescription, parameters: Values, inputs: FloatArray
+) -> str | None:
+    """Try on a new instance whether steps repeated from a snapshot give the same bits.
+
+    The instance has a process of its own, so that nothing it does harms the one in use. Done once
+    for each file in a process.
+
+    Parameters
+    ----------
+    description : FmuDescription
+        Of the FMU.
+    parameters : mapping
+        To set before.
+    inputs : array, shape (n_inputs,)
+        To step near.
+
+    Returns
+    -------
+    str or None
+        What is wrong, in one sentence; None if nothing is.
+    """
+    if not description.can_get_and_set_state:
+        return "its canGetAndSetFMUstate is false"
+    if description.sha256 not in _faults:
+        _faults[description.sha256] = _try(description, parameters, inputs)
+    return _faults[description.sha256]
+
+
+def _try(description: FmuDescription, parameters: Values, inputs: FloatArray) -> str | None:
+    """Run the test; see `rollback_fault`."""
+    try:
+        with IsolatedComponent.load(description.path, name="test of rollback") as fmu:
+            fmu.set_parameters(parameters)
+            fmu.enter_initialization(0.0)
+            fmu.set_inputs(inputs)
+            fmu.exit_initialization()
+            return _differs(fmu, inputs, description.default_step or _STEP)
+    except (ComponentError, ValueError) as error:  # FmuError is a ValueError
+        return str(error)
+
+
+def _differs(fmu: IsolatedComponent, inputs: FloatArray, h: float) -> str | None:
+    """Take an initialised FMU through the same steps again and again."""
+    _go(fmu, inputs, h, 0, _BEFORE)
+    state = fmu.save_state()
+    first = _go(fmu, inputs, h, _BEFORE, _AFTER)
+    ways: dict[str, Callable[[], IsolatedState]] = {"it went back to a saved state": lambda: state}
+    if fmu.description.can_serialize_state:
+        data = fmu.serialize_state(state)
+        ways["its state was written and read"] = lambda: fmu.deserialize_state(data)
+    ways["it went back once more"] = lambda: state
+    for way, snapshot in ways.items():
+        fmu.restore_state(snapshot())
+        again = _go(fmu, inputs, h, _BEFORE, _AFTER)
+        unequal = np.argwhere(again.view(np.int64) != first.view(np.int64))
+        if unequal.size:
+            k, i = unequal[0]
+            name, unit = fmu.outputs[i].name, fmu.outputs[i].unit
+            value = f"{again[k, i]:.17g} {unit}".strip()
+            return f"after {way}, step {k + 1} gave {name} = {value} and not {first[k, i]:.17g}"
+    return None
+
+
+def _go(
+    fmu: IsolatedComponent, inputs: FloatArray, h: float, first: int, n_steps: int
+) -> FloatArray:
+    """Outputs, shape (n_steps, n_outputs), over steps with inputs that change a little."""
+    nominal = np.array([v.nominal for v in fmu.inputs])
+    outputs = []
+    for k in range(first, first + n_steps):
+        fmu.set_inputs(inputs + 1e-3 * nominal * np.sin(1.0 + k))
+        fmu.do_step(k * h, h)
+        outputs.append(fmu.get_outputs())
+    return np.array(outputs)
