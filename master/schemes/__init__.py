@@ -91,14 +91,15 @@ def check_rollback(system: System) -> None:
     Raises
     ------
     ValueError
-        Naming them.
+        Naming the first, and what is wrong with it.
     """
-    unable = [c.name for c in system.components if not c.can_rollback]
-    if unable:
-        raise ValueError(
-            f"{', '.join(unable)} cannot go back to a saved state, which is needed to repeat a "
-            "step: use jacobi or gauss-seidel with a fixed step, or FMUs with canGetAndSetFMUstate"
-        )
+    for component in system.components:
+        fault = component.rollback_fault
+        if fault is not None:
+            raise ValueError(
+                f"{component.name} cannot go back to a saved state, which is needed to repeat a "
+                f"step: {fault}. Use jacobi or gauss-seidel with a fixed step, or another FMU"
+            )
 
 
 def check_degree(degree: int) -> None:
