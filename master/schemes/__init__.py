@@ -28,11 +28,18 @@ class StepReport:
         What was left open at the end of the step; NaN if the scheme does not measure it.
     converged : bool
         Whether the scheme reached what it aims at; always, if it does not iterate.
+    error : float
+        Estimate of the error that the step added, in what is allowed; NaN if steps are not
+        controlled.
+    rejections : int
+        How often a longer step was tried in vain; those evaluations count.
     """
 
     evaluations: int
     residual: float
     converged: bool
+    error: float = math.nan
+    rejections: int = 0
 
 
 ONE_EVALUATION = StepReport(evaluations=1, residual=math.nan, converged=True)
