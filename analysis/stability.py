@@ -5,24 +5,29 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+from scipy.optimize import brentq
 
 from railcosim.master.amplification import Amplifier
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.schemes import Scheme
+from railcosim.track.irregularity import flat
 
 from .catalogue import Owner
+from .contact import FORCES, contact_law
 from .linear_pair import Part, coupled
+from .pair import Journey, open_pair
 
 RATE = 1.0
 """What grows slower than exp(RATE t), in 1/s, counts as stable: the rail's pinned-pinned mode has
 no damping of its own, and any scheme of finite order drives it a little."""
 SHORTEST, LONGEST = 1e-6, 1e-2
 """Range of steps that is scanned, s."""
-PER_DECADE = 8
+PER_DECADE = 6
 """Steps scanned in a factor of ten."""
-RESOLUTION = 1e-3
+RESOLUTION = 2e-3
 """Relative, of the largest stable step."""
 
 
@@ -102,3 +107,23 @@ class Coupling:
             else:
                 unstable = middle
         return Limit(step=stable, evaluations=self.evaluations)
+
+
+def static_stiffness(vehicle: Path, track: Path, parameters: dict[str, float | bool]) -> float:
+    """Tangent of the contact law at the static load of the most loaded wheel, N/m.
+
+    Parameters
+    ----------
+    vehicle, track : Path
+        FMU files that take contact forces.
+    parameters : dict
+        Of the contact.
+    """
+    journey = Journey(speed=1.0, held=True, profile=flat(1.0))
+    with open_pair(vehicle, track, parameters, journey) as pair:
+        pair.system.exchange()
+        names = pair.system.names
+        force = np.array([pair.system.outputs[names.index(f"contact.{name}")] for name in FORCES])
+    law = contact_law(parameters).law
+    compression = brentq(lambda x: float(law.force(np.array([x]))[0]) - force.max(), 0.0, 1.0)
+    return float(law.stiffness(np.array([compression]))[0])

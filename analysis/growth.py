@@ -1,0 +1,154 @@
+"""The largest stable step of a pair of FMUs by running them: kicked, and watched."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from railcosim.master.component import ComponentError, FloatArray
+from railcosim.master.cosimulation import Divergence, cosimulate
+from railcosim.master.schemes import Scheme
+
+from .pair import Pair
+from .stability import LONGEST, RATE
+
+PATTERN = np.array([1.0, 0.7, -0.5, 0.3, 0.4, -0.6, 0.2, 0.9])
+"""Heights under the wheels, in parts of the kick: both wheels alike and against each other."""
+KICKED = 3
+"""Steps that the kick lasts."""
+SHORT, LONG = 1500, 12_000
+"""Steps of a run: if the growth is not clear after few, there are more."""
+CLEAR = 3.0
+"""Growth, as a logarithm, in the second half of a run that is clear beside the decay of others."""
+WINDOWS = 20
+"""Parts of a run, of which amplitudes are taken."""
+ABOVE = (1.012, 1.03)
+"""Steps in limits at which growth is measured: little is left to extrapolate."""
+BELOW = 0.97
+"""Likewise, where nothing must grow."""
+
+
+class Kick:
+    """An irregularity that is flat but for the beginning; a profile for `Journey`.
+
+    Attributes
+    ----------
+    height : float
+        m.
+    duration : float
+        s.
+    """
+
+    name = "kick"
+
+    def __init__(self, height: float) -> None:
+        self.height, self.duration = height, 0.0
+
+    def under(self, place: FloatArray, speed: float, fade_in: float) -> Callable[[float], FloatArray]:
+        """Heights under the wheels at a time."""
+        return lambda t: PATTERN * (self.height if 0.0 < t <= self.duration else 0.0)
+
+
+class Bench:
+    """A pair at rest, to be kicked again and again.
+
+    Parameters
+    ----------
+    pair : Pair
+        Opened on a journey over `kick`.
+    kick : Kick
+        The irregularity.
+    most : float
+        Deviation of a contact force, in those of the kick, at which a run ends: with Hertz's law
+        it must stay small.
+    """
+
+    def __init__(self, pair: Pair, kick: Kick, most: float) -> None:
+        self._system, self._kick, self._most = pair.system, kick, most
+        self._rest = pair.system.save_state()
+        names = pair.system.names
+        owner = next(n.split(".")[0] for n in names if n.endswith(".force_z"))
+        self._forces = [
+            i for i, n in enumerate(names) if n.startswith(f"{owner}.") and n.endswith(".force_z")
+        ]
+
+    def growth(self, scheme: Scheme, h: float, most: int = LONG) -> float:
+        """Rate (1/s) at which forces grow in the end; infinite if the scheme fails.
+
+        Parameters
+        ----------
+        scheme : Scheme
+            The scheme.
+        h : float
+            Communication step, s.
+        most : int, optional
+            Steps after which a growth that is still not clear is taken as it is.
+        """
+        steps = SHORT
+        while True:
+            amplitude, n = self._run(scheme, h, steps)
+            if amplitude is None:
+                return math.inf
+            late = np.log(amplitude[WINDOWS // 2 :])
+            slope = np.polyfit(np.arange(late.size), late, 1)[0] * WINDOWS
+            if abs(slope) / 2 > CLEAR or n < steps or steps >= most:
+                return float(slope / (n * h))
+            steps *= 2
+
+    def limit(self, scheme: Scheme, guess: float) -> float:
+        """Find the largest stable step (s) near a guess.
+
+        Growth is measured at two steps beyond it and extrapolated to `RATE`. Where that does not
+        lead to a step a little shorter, as where another motion takes over or the scheme fails
+        rather than grows, steps are halved in between.
+
+        Returns
+        -------
+        float
+            NaN if something grows at the guess less ten percent, or nothing at ten percent more.
+        """
+        if math.isinf(guess):
+            rates = [self.growth(scheme, h, SHORT) for h in (LONGEST / 10, LONGEST / 3, LONGEST)]
+            return math.inf if max(rates) <= RATE else math.nan
+        near, far = (guess * factor for factor in ABOVE)
+        slow, fast = self.growth(scheme, near), self.growth(scheme, far)
+        if RATE < slow < fast < math.inf:
+            found = near - (slow - RATE) * (far - near) / (fast - slow)
+            if BELOW * guess < found and self.growth(scheme, BELOW * found, 2 * SHORT) <= RATE:
+                return found
+        return self._halved(scheme, guess)
+
+    def _halved(self, scheme: Scheme, guess: float) -> float:
+        """The limit within ten percent of a guess, to half a percent."""
+        low, high = 0.9 * guess, 1.1 * guess
+        if self.growth(scheme, low) > RATE or self.growth(scheme, high) <= RATE:
+            return math.nan
+        while high > 1.005 * low:
+            middle = math.sqrt(low * high)
+            if self.growth(scheme, middle) <= RATE:
+                low = middle
+            else:
+                high = middle
+        return math.sqrt(low * high)
+
+    def _run(self, scheme: Scheme, h: float, steps: int) -> tuple[FloatArray | None, int]:
+        """Amplitude of the forces in each part of a run, and how many steps it took."""
+        self._system.restore_state(self._rest)
+        self._kick.duration = (KICKED + 0.5) * h
+        forces = np.empty((steps + 1, len(self._forces)))
+        top, n = math.inf, 0
+        try:
+            for n, point in enumerate(cosimulate(self._system, scheme, h, steps * h, limit=1e12)):
+                forces[n] = point.outputs[self._forces]
+                size = float(np.abs(forces[n] - forces[0]).max())
+                if n == 4 * KICKED:
+                    top = self._most * float(np.abs(forces[: n + 1] - forces[0]).max())
+                if size > top:
+                    break
+        except (ComponentError, ArithmeticError, Divergence):
+            return None, n
+        deviation = np.abs(forces[4 * KICKED : n + 1] - forces[0])
+        parts = np.array_split(deviation, WINDOWS)
+        return np.array([np.sqrt((part**2).mean()) + 1e-300 for part in parts]), n
