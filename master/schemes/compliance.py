@@ -21,7 +21,8 @@ def solve_forces(
 
     Solves ``force' = project law(start + answers G (force' - force))`` by Newton's method, its
     steps halved until they lead nearer. With the law's force rising with compression, and bodies
-    that yield to forces, there is one solution.
+    that yield to forces, a held force has one solution; of higher polynomials in steps far too long
+    for the contact this is not certain.
 
     Parameters
     ----------
@@ -73,8 +74,9 @@ def solve_forces(
             share /= 2
         change = change - share * correction
     raise ComponentError(
-        "the contact forces could not be found: the motions are not finite or far off (largest "
-        f"compression {np.abs(start).max():g} m)"
+        f"the forces of a step could not be found (largest compression {np.abs(start).max():g} m, "
+        f"variant {variant.name}): motions are far off, or the step is far too long for the "
+        "contact; use a shorter one, or the variant average-hold, which always has a solution"
     )
 
 

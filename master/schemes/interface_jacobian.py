@@ -58,7 +58,7 @@ class InterfaceJacobian:
 def interface_jacobian(
     *,
     variant: Variant = AVERAGE_HOLD,
-    tolerance: float = 0.02,
+    tolerance: float = 0.05,
     max_evaluations: int = 10,
 ) -> InterfaceJacobian:
     """Couple by solving the law between components for its forces.
@@ -99,7 +99,7 @@ def interface_jacobian(
     return InterfaceJacobian(variant, tolerance, max_evaluations)
 
 
-class Memory(NamedTuple):
+class _Memory(NamedTuple):
     """What the next step needs of the last one.
 
     Attributes
@@ -121,18 +121,27 @@ class Memory(NamedTuple):
 
 
 class InterfaceJacobianStepper:
-    """See `Stepper`; it remembers a `Memory`."""
+    """See `Stepper`."""
 
     fallbacks: tuple[str, ...]
 
     def __init__(self, system: System, scheme: InterfaceJacobian) -> None:
-        self.memory: Memory | None = None
+        self._memory: _Memory | None = None
         self._system, self._scheme = system, scheme
         check_rollback(system)
         self._law, place = _find_law(system)
         self._sweep = Sweep(system, place, scheme.variant)
         self.fallbacks = self._sweep.fallbacks
         self._nominal = max(v.nominal for v in self._law.outputs)
+
+    @property
+    def memory(self) -> Any:
+        """What the next step needs of the last one; None before the first."""
+        return self._memory
+
+    @memory.setter
+    def memory(self, memory: Any) -> None:
+        self._memory = None if memory is None else _Memory(*memory)
 
     def step(self, t: float, h: float) -> StepReport:
         """Try, solve, step, and compare; see `Stepper.step`."""
@@ -156,7 +165,7 @@ class InterfaceJacobianStepper:
             force, found = better, answer
             better = self._solve(G, given, found, force)
             residual = float(np.abs(better - force).max()) / self._scale(better)
-        self.memory = Memory(h, force, sweep.samples, G if evaluations <= _ENOUGH else None)
+        self._memory = _Memory(h, force, sweep.samples, G if evaluations <= _ENOUGH else None)
         self._system.exchange()
         return StepReport(evaluations + trials, residual, converged=True)
 
@@ -178,7 +187,7 @@ class InterfaceJacobianStepper:
 
     def _begin(self, h: float) -> tuple[FloatArray, FloatArray | None]:
         """Forces to begin with, and the compliance if it is known."""
-        memory, variant = self.memory, self._scheme.variant
+        memory, variant = self._memory, self._scheme.variant
         if memory is None:
             self._sweep.predict(None, 1.0)
             force = np.zeros((variant.degree + 1, len(self._law.outputs)))

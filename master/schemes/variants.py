@@ -9,10 +9,10 @@ A variant is a few numbers. With tau = 0..1 over the step:
 
 The energy-conserving ones take s + 1 Lobatto points (with the beginning), the polynomial of degree
 s through them, and the best approximation of degree s - 1 to the force along it. The work of that
-force on both sides is then what the spring gives up, however stiff or nonlinear it is: so with
-components that do not create energy, the coupling does not either, at any step. (From s = 2 on up
-to the quadrature of the motion by the Lobatto points, which has degree 2 s - 1.) It is Hairer's
-energy-preserving collocation [1]_, of order 2 s, with the components in place of free masses.
+force on both sides is then what the spring gives up, however stiff or nonlinear it is: so where the
+components create no energy, neither does the coupling, at any step. (For s = 1 exactly; from s = 2
+on as well as Lobatto's points, of degree 2 s - 1, see the motion.) It is Hairer's energy-preserving
+collocation [1]_, of order 2 s, with the components in place of free masses.
 
 References
 ----------
@@ -30,9 +30,10 @@ from numpy.polynomial import polynomial as power
 
 from railcosim.master.component import FloatArray
 
-_GAUSS = 5
-"""Nodes at which the force is integrated: exact for every linear law; 1e-3 of the energy of a
-nonlinear one in a step in which the contact opens, rounding in others."""
+_GAUSS = 16
+"""Nodes at which the force is integrated. Three do for a linear law. With Hertz's, an error is left
+of a step within which the contact opens: 1e-2 of the energy of a blow shorter than the step; 5
+nodes would leave 25 times as much."""
 
 
 @dataclass(frozen=True, eq=False)
