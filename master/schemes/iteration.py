@@ -50,8 +50,8 @@ class Until:
         Take the last evaluation instead of failing; `StepReport.converged` then is False.
     """
 
-    relative: float = 1e-8
-    absolute: float = 1e-8
+    relative: float = 1e-9
+    absolute: float = 1e-9
     max_evaluations: int = 50
     accept: bool = False
 
