@@ -9,17 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray, Hold
 from railcosim.master.law import Law
-from railcosim.master.schemes.variants import Variant, best_fit, lagrange
+from railcosim.master.schemes.polynomials import continued, paths
+from railcosim.master.schemes.variants import Variant
 from railcosim.master.system import System
 
 Slot = NDArray[np.intp]
@@ -110,7 +108,7 @@ class Sweep:
             self.samples = np.repeat(now[None], len(self._tau), axis=0)
         else:
             # Differences, so that what does not change stays the same to the bit.
-            steps = _continued(tuple(self._tau.tolist()), ratio) @ (before - before[-1])
+            steps = continued(tuple(self._tau.tolist()), ratio) @ (before - before[-1])
             self.samples = now + steps
             self.samples[0] = now
 
@@ -212,9 +210,9 @@ class Sweep:
         system = self._system
         own = system.own_outputs(rider.k)
         u = system.gather(rider.k)
-        paths = _paths(tuple(self._tau.tolist()), self._variant.degree, rider.degree)
+        found = paths(tuple(self._tau.tolist()), self._variant.degree, rider.degree)
         fed = self.samples[:, rider.sources]
-        for j, (of_force, of_samples) in enumerate(paths):
+        for j, (of_force, of_samples) in enumerate(found):
             begin, end = self._tau[j : j + 2]
             taylor = np.zeros((rider.degree + 1, len(u)))
             taylor[0] = u
@@ -266,36 +264,3 @@ def _rider(system: System, k: int, own: slice, variant: Variant) -> _Rider:
     component.set_hold(Hold.CONSTANT)
     degree = max(wanted, min(able, len(variant.points), 2)) if len(fed) else wanted
     return _Rider(k, forced, sources[forced] - own.start, fed, sources[fed], degree)
-
-
-@lru_cache(maxsize=64)
-def _paths(
-    tau: tuple[float, ...], force_degree: int, degree: int
-) -> tuple[tuple[FloatArray, FloatArray], ...]:
-    """For each sub-step: value and derivatives at its beginning, with respect to tau.
-
-    By the Legendre coefficients of a force, (degree + 1, force_degree + 1); and by samples at
-    `tau`, (degree + 1, n_tau), of the best polynomial to the one through them all.
-    """
-    nodes, project = best_fit(degree)
-    paths = []
-    for begin, end in pairwise(tau):
-        of_force = _derivatives(2 * begin - 1, force_degree, degree, 1.0)
-        fit = project @ lagrange(np.array(tau), begin + (end - begin) * nodes)
-        paths.append((of_force, _derivatives(-1.0, degree, degree, end - begin) @ fit))
-    return tuple(paths)
-
-
-def _derivatives(x: float, n: int, orders: int, length: float) -> FloatArray:
-    """Derivatives up to `orders` at x of Legendre polynomials up to `n`, of an interval."""
-    rows = []
-    for order in range(orders + 1):
-        derived = legendre.legder(np.eye(n + 1), order)
-        rows.append((2 / length) ** order * legendre.legval(x, derived))
-    return np.array(rows)
-
-
-@lru_cache(maxsize=64)
-def _continued(tau: tuple[float, ...], ratio: float) -> FloatArray:
-    """Values at `tau` of a step by those at `tau` of the step before, 1 / ratio as long."""
-    return lagrange(np.array(tau), 1 + ratio * np.array(tau))

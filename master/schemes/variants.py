@@ -26,14 +26,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.polynomial import polynomial as power
 
 from railcosim.master.component import FloatArray
-
-_GAUSS = 16
-"""Nodes at which the force is integrated. Three do for a linear law. With Hertz's, an error is left
-of a step within which the contact opens: 1e-2 of the energy of a blow shorter than the step; 5
-nodes would leave 25 times as much."""
+from railcosim.master.schemes.polynomials import best_fit, lagrange
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,24 +70,6 @@ class Variant:
     def degree(self) -> int:
         """Of the polynomial of the force."""
         return len(self.project) - 1
-
-
-def lagrange(points: FloatArray, at: FloatArray) -> FloatArray:
-    """Values at `at` of the polynomial by its values at `points`, shape (n_at, n_points)."""
-    degree = len(points) - 1
-    through, there = power.polyvander(points, degree), power.polyvander(at, degree)
-    weights: FloatArray = np.asarray(np.linalg.solve(through.T, there.T).T, dtype=np.float64)
-    return weights
-
-
-def best_fit(degree: int) -> tuple[FloatArray, FloatArray]:
-    """Nodes in 0..1, and the Legendre coefficients up to `degree` by the values there.
-
-    Least squares over the whole interval, by Gauss's quadrature.
-    """
-    x, weight = legendre.leggauss(_GAUSS)
-    norm = 2 * np.arange(degree + 1) + 1
-    return (x + 1) / 2, norm[:, None] * legendre.legvander(x, degree).T * weight / 2
 
 
 def _conserving(s: int, name: str) -> Variant:
