@@ -10,9 +10,10 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
-from distributed import Client, Future, LocalCluster, Worker, WorkerPlugin
+import distributed
+from distributed import Worker, WorkerPlugin
 
 from .catalogue import FMUS, Owner
 from .parallel import CORES, TICK
@@ -23,13 +24,18 @@ PATIENCE = 10.0
 
 Progress = Callable[[float, float], None]
 T = TypeVar("T")
+# dask has types in part only.
+Client: TypeAlias = Any
+Future: TypeAlias = Any
+_Client: Any = distributed.Client
+_LocalCluster: Any = distributed.LocalCluster
 
 
 class ClusterError(OSError):
     """No scheduler, no workers, or not the right ones; the message says what to do."""
 
 
-class _Deaf(WorkerPlugin):  # type: ignore[misc]
+class _Deaf(WorkerPlugin):
     """Ctrl-C reaches every process of a terminal; the command alone decides what it means."""
 
     def setup(self, worker: Worker) -> None:
@@ -54,17 +60,17 @@ def connect(address: str | None) -> Iterator[Client]:
     if address is None:
         # No limit of memory: dask would stop workers on machines that are small, or full of others.
         with (
-            LocalCluster(
+            _LocalCluster(
                 n_workers=CORES, threads_per_worker=1, processes=True, memory_limit=0,
                 dashboard_address=None, silence_logs="CRITICAL",
             ) as cluster,
-            Client(cluster) as client,
+            _Client(cluster) as client,
         ):  # fmt: skip
             client.register_plugin(_Deaf())
             yield client
         return
     try:
-        client = Client(address, timeout=PATIENCE)
+        client = _Client(address, timeout=PATIENCE)
     except (OSError, ValueError) as error:
         raise ClusterError(
             f"--scheduler {address}: no dask scheduler answers there ({_line(error)}); "
@@ -138,7 +144,10 @@ def measured(
         pending[run] = point
     while pending:
         progress(len(points) - len(pending), len(points))
-        for future in [f for f in pending if f.done()]:
+        if client.status != "running" or any(f.cancelled() for f in pending):
+            raise ClusterError("the scheduler is lost, and with it the runs not finished")
+        # Not `done`: a result lost with its worker is so, too, until it is made again.
+        for future in [f for f in pending if f.status in {"finished", "error"}]:
             yield pending.pop(future), _outcome(future)
         time.sleep(TICK)
     progress(len(points), len(points))
@@ -150,13 +159,12 @@ def _same(value: T) -> T:
 
 
 def _outcome(future: Future) -> Measurement | Exception:
-    if future.status == "finished":
-        result: Measurement = future.result()
-        return result
-    if future.status == "error":
-        error: Any = future.exception()
-        return error if isinstance(error, Exception) else RuntimeError(str(error))
-    raise ClusterError("the scheduler is lost, and with it the runs that were not finished")
+    """Fetch a measurement, or what came in its way."""
+    try:
+        found: Measurement = future.result()
+    except Exception as error:  # whatever a worker met
+        return error
+    return found
 
 
 def _line(error: Exception) -> str:

@@ -35,7 +35,8 @@ TOLERANCE = 1e-9
 """Change of the forces by the last halving, relative RMS, at which halving ends: a thousandth of
 the best coupling at the shortest steps that anybody wants to see."""
 NEWTON = 1e-13
-"""Of the largest force: at this change Newton's method has ended, one digit above rounding."""
+"""Of the largest force, or of that at rest where all wheels fly: at this change Newton's method has
+ended, one digit above rounding."""
 ITERATIONS = 30
 """Newton takes three; wheels that come down on the rail may take some more."""
 
@@ -183,7 +184,7 @@ def _balance(
         slope = np.eye(F.size) - law.stiffness(compression)[:, None] * gain
         change = np.linalg.solve(slope, residual)
         F = F - change
-        if np.abs(change).max() <= NEWTON * np.abs(at_rest + F).max():
+        if np.abs(change).max() <= NEWTON * max(np.abs(at_rest + F).max(), np.abs(at_rest).max()):
             return F
     raise ArithmeticError(
         "the monolithic reference: contact forces could not be found; is the irregularity "

@@ -13,6 +13,7 @@ import numpy as np
 import typer
 import xarray as xr
 from rich.box import SIMPLE
+from rich.console import Console
 from rich.table import Table
 
 from railcosim.analysis.catalogue import Member, Owner, members
@@ -56,7 +57,7 @@ def study(
     ] = "*",
     steps: Annotated[
         str, typer.Option(help="Communication steps, s, with commas between.")
-    ] = "2e-4,1e-4,5e-5,2.5e-5",
+    ] = "2e-4,1e-4,5e-5",
     owners: Annotated[
         str, typer.Option(help=f"Of the contact springs: {', '.join(Owner)}, with commas between.")
     ] = ",".join(Owner),
@@ -172,8 +173,8 @@ def _show(table: xr.Dataset, out: Path, plot: Path | None) -> None:
         console.print(str(path), highlight=False)
     for contact in table["contact"].values:
         # Names of schemes are long: rather wide than cut.
-        width = max(console.width, WIDTH)
-        console.print(order_table(table.sel(contact=contact)), width=width, crop=False)
+        wide = Console(width=max(console.width, WIDTH))
+        wide.print(order_table(table.sel(contact=contact)))
     if plot is not None:
         save_study_picture(table, plot)
         console.print(str(plot), highlight=False)

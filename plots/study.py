@@ -72,7 +72,7 @@ def save_study_picture(table: xr.Dataset, path: Path) -> None:
 
 
 def _looks(table: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Colour by kind of scheme, marker by order."""
+    """Choose a colour by kind of scheme, a marker by order."""
     stems: dict[str, str] = {}
     looks = {}
     for name, order in zip(table["scheme"].values, table["order"].values.tolist(), strict=True):
@@ -90,7 +90,7 @@ def _looks(table: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 
 def _lowest(table: xr.Dataset) -> float:
-    """Lower end of the axis of errors, in whole decades."""
+    """Find the lower end of the axis of errors, in whole decades."""
     error = table["error"].values
     stable = error[(error > LOWEST) & (error < UNSTABLE)]
     return float(10 ** np.floor(np.log10(stable.min()) - 0.3)) if stable.size else 1e-3
@@ -131,14 +131,13 @@ def _frame(axes: Any, label: str, low: float) -> None:
 
 
 def _triangles(axes: Any, part: xr.Dataset, low: float) -> None:
-    """Slopes 1 to 4 from one corner at the lower right, where no curve comes."""
+    """Draw the slopes claimed from one corner at the lower right, where few curves come."""
     right = float(part["step"].values.max())
-    left = right / 2.0
+    left = right / 4.0
     for order in sorted(set(part["order"].values.tolist())):
-        top = 2.0 * low * 2.0**order
+        top = 2.0 * low * 4.0**order
         axes.plot([left, right, right], [2.0 * low, top, 2.0 * low], color=GREY, linewidth=0.7)
         axes.annotate(
             str(order), (right, top), xytext=(3, -3), textcoords="offset points", fontsize=7,
             color="0.35",
         )  # fmt: skip
-    axes.plot([left, right], [2.0 * low] * 2, color=GREY, linewidth=0.7)

@@ -1,0 +1,306 @@
+"""Studies: the converged forces, what a point measures, what is kept, and who may be killed."""
+
+import os
+import signal
+from dataclasses import replace
+from importlib.metadata import version
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.sparse as sp
+import xarray as xr
+from scipy.integrate import solve_ivp
+
+from railcosim.analysis.catalogue import FMUS, Owner, members
+from railcosim.analysis.coupled_reference import converged_forces
+from railcosim.analysis.study import Folder, Grid, StudyError, settings_of
+from railcosim.analysis.study_point import Contact, Measurement, Ride, measure, reference
+from railcosim.analysis.study_table import DIMS, observed_order, save_table, table_of
+from railcosim.fmus.export import export
+from railcosim.master.component import Variable
+from railcosim.master.files import load
+from railcosim.master.state_space import StateSpace
+from railcosim.track.irregularity import synthesise
+from railcosim.track.parameters import Track
+from railcosim.vehicle.contact import HertzContact, LinearContact
+from railcosim.vehicle.parameters import Vehicle
+
+distributed = pytest.importorskip("distributed")
+from railcosim.analysis.cluster import ClusterError, connect, measured  # noqa: E402
+
+STIFF = Contact(label="1e9", parameters={"contact.nonlinear": False, "contact.stiffness": 1e9})
+STOP = 0.02
+
+# A wheel on a soft primary suspension over a sleeper on its bed, kg, N/m, N s/m.
+M = np.diag([840.0, 400.0])
+K = np.diag([1e6, 8e7])
+C = np.diag([3e4, 9e4])
+LOAD = 8e4  # N
+
+
+def pair_of_masses() -> StateSpace:
+    """From the contact force to the compression: the wheel goes up, the sleeper down."""
+    inverse = np.linalg.inv(M)
+    zero, eye = np.zeros((2, 2)), np.eye(2)
+    A = np.block([[zero, eye], [-inverse @ K, -inverse @ C]])
+    B = np.concatenate([np.zeros(2), inverse @ [-1.0, 1.0]])[:, None]
+    return StateSpace(
+        name="masses",
+        A=sp.csc_array(A),
+        B=B,
+        C=np.array([[1.0, -1.0, 0.0, 0.0]]),
+        D=np.zeros((1, 1)),
+        inputs=(Variable(name="force", unit="N"),),
+        outputs=(Variable(name="compression", unit="m"),),
+    )
+
+
+def test_reference_is_the_exponential_of_the_whole() -> None:
+    """Wheel, spring and sleeper on a wave that begins smoothly: one matrix with its excitation."""
+    model, k, omega, height = pair_of_masses(), 1e9, 2 * np.pi * 150, 1e-4
+    forces = converged_forces(
+        model,
+        LinearContact(k_H=k),
+        np.array([LOAD / k]),
+        lambda t: np.array([height * (1 - np.cos(omega * t))]),
+        STOP,
+    )
+    # x' = (A + k B C) x - k B z, and z = height (1 - c), where c' = -omega s, s' = omega c.
+    whole = np.zeros((7, 7))
+    whole[:4, :4] = model.A.toarray() + k * model.B @ model.C
+    whole[:4, 6:] = -k * model.B * height
+    whole[:4, 4:5] = k * model.B * height
+    whole[4, 5], whole[5, 4] = -omega, omega
+    times = np.linspace(0, STOP, 173)
+    exact = []
+    for t in times:
+        x = scipy.linalg.expm(whole * t) @ [0, 0, 0, 0, 1.0, 0, 1.0]
+        exact.append(LOAD + k * (model.C @ x[:4] - height * (1 - np.cos(omega * t)))[0])
+    dynamic = np.ptp(exact)
+    assert dynamic > 0.1 * LOAD
+    # Its own estimate, 1e-9 at most, and the rounding of k times a difference of displacements.
+    assert np.abs(forces.at(times)[:, 0] - exact).max() < 5e-9 * dynamic
+    assert forces.error <= 1e-9
+
+
+def test_reference_with_loss_of_contact_knows_its_error() -> None:
+    """A dip so deep that the wheel flies: against an explicit integration with tiny tolerances."""
+    model, law = pair_of_masses(), HertzContact(C=1e11)
+    rest, omega = (LOAD / law.C) ** (2 / 3), 2 * np.pi * 80
+
+    def height(t: float) -> float:
+        return 4e-4 * np.sin(omega * t) ** 3
+
+    forces = converged_forces(model, law, np.array([rest]), lambda t: np.array([height(t)]), STOP)
+
+    def rate(t: float, x: np.ndarray) -> np.ndarray:
+        force = law.force(rest + model.C @ x - height(t)) - LOAD
+        return model.A @ x + model.B @ force
+
+    times = np.linspace(0, STOP, 400)
+    found = solve_ivp(
+        rate, (0, STOP), np.zeros(4), method="DOP853", t_eval=times, rtol=1e-11, atol=1e-14,
+        max_step=1e-5,
+    ).y  # fmt: skip
+    exact = law.force(rest + (model.C @ found)[0] - np.array([height(t) for t in times]))
+    assert (exact == 0).any()  # it flies
+    error = np.sqrt(np.mean((forces.at(times)[:, 0] - exact) ** 2) / np.mean((exact - LOAD) ** 2))
+    # The estimate is of the last halving, so the error is below it; five times for the luck of
+    # where the kinks fall in their intervals.
+    assert error < 5 * forces.error + 1e-9
+    assert forces.error < 1e-5
+
+
+def test_reference_needs_inertia_between_force_and_compression() -> None:
+    """A force that moves something at once is refused, not solved wrongly."""
+    model = replace(pair_of_masses(), D=np.ones((1, 1)))
+    with pytest.raises(ValueError, match="at once"):
+        converged_forces(model, LinearContact(k_H=1e9), np.zeros(1), lambda t: np.zeros(1), STOP)
+
+
+# --- points -------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def ride() -> Ride:
+    speed = 250 / 3.6
+    return Ride(speed=speed, profile=synthesise("german-low", speed * STOP + 10.0), stop=STOP)
+
+
+@pytest.fixture(scope="module")
+def contents(exported):
+    return {name: exported[name].read_bytes() for names in FMUS.values() for name in names}
+
+
+def grid(names: list[str], steps: list[float], owners=(Owner.TRACK,)) -> Grid:
+    known = members()
+    return Grid(
+        schemes={name: known[name] for name in names}, owners=owners, contacts=[STIFF], steps=steps
+    )
+
+
+def test_orders_of_the_pair(ride, contents) -> None:
+    """Schemes approach the monolithic solution, with the order that they claim.
+
+    That they get there at all says that both are right: nothing is shared but the bodies' matrices.
+    """
+    bodies = [contents[name] for name in FMUS[Owner.MASTER]]
+    forces = reference(ride, STIFF, *bodies)
+    assert forces.error < 1e-8
+    names = ["jacobi-constant", "jacobi-linear", "jacobi-quadratic"]
+    results = []
+    for point in grid(names, [1e-4, 5e-5, 2.5e-5]).points():
+        pair = [contents[name] for name in FMUS[point.owner]]
+        results.append((point, measure(ride, point, *pair, forces)))
+    table = table_of(results, {}).isel(owner=0, contact=0)
+    orders = table["observed_order"].sel(scheme=names).values
+    # Measured 0.97, 1.99, 3.01 over 0.05 s.
+    assert orders == pytest.approx([1.0, 2.0, 3.0], abs=0.1)
+    assert table["error"].sel(scheme="jacobi-quadratic").values.min() < 5e-6
+
+
+def test_a_run_that_diverges_is_measured(ride, contents) -> None:
+    """Contact in the vehicle, 0.1 ms: it grows, and it is said that it stopped and why."""
+    bodies = [contents[name] for name in FMUS[Owner.MASTER]]
+    forces = reference(ride, STIFF, *bodies)
+    (point,) = grid(["jacobi-linear"], [1e-4], [Owner.VEHICLE]).points()
+    found = measure(ride, point, *(contents[n] for n in FMUS[Owner.VEHICLE]), forces)
+    assert found.error > 1.0
+    assert found.growth > 1.05
+
+
+# --- what is kept -------------------------------------------------------------------------------
+
+FOUND = Measurement(
+    error=np.inf, reference_error=1e-10, growth=np.nan, evaluations=2.5, wall=0.1, steps=3,
+    open_steps=1, fallbacks="", stopped="diverged",
+)  # fmt: skip
+
+
+def test_folder_gives_back_what_it_keeps(tmp_path) -> None:
+    """Infinity, NaN and text; other points, other settings and broken files are not mixed up."""
+    first, second = grid(["jacobi-constant"], [1e-4, 2e-4]).points()
+    folder = Folder(tmp_path / "study", {"time": 1.0})
+    folder.keep(first, FOUND)
+    again = Folder(tmp_path / "study", {"time": 1.0})
+    assert repr(again.find(first)) == repr(FOUND)  # NaN is unequal to itself
+    assert again.find(second) is None
+    with pytest.raises(StudyError, match=r"time was 1\.0, now it is 2\.0"):
+        Folder(tmp_path / "study", {"time": 2.0})
+    (file,) = (tmp_path / "study" / "points").iterdir()
+    file.write_text(file.read_text()[:20])
+    assert again.find(first) is None
+
+
+def test_settings_tell_fmus_apart_but_not_their_dates(
+    ride, exported, short_track, tmp_path
+) -> None:
+    """The same model exported again is the same; another one is not."""
+    ours = settings_of(ride, exported)
+    assert ours["railcosim"] == version("railcosim")
+    same = export(Vehicle(), short_track, tmp_path / "same")
+    assert same["Track"].read_bytes() != exported["Track"].read_bytes()  # the date
+    assert settings_of(ride, same) == ours
+    rougher = Track(mesh=replace(short_track.mesh, highest_frequency=1400))
+    assert settings_of(ride, export(Vehicle(), rougher, tmp_path / "other")) != ours
+
+
+def test_table_and_its_files(tmp_path) -> None:
+    """Every run is in its place, what was not run is empty, and the files open."""
+    a, b = grid(["jacobi-constant", "jacobi-linear"], [1e-4]).points()
+    c = replace(a, step=5e-5)
+    rows = [
+        (a, replace(FOUND, error=0.02, stopped="")),
+        (b, FOUND),
+        (c, replace(FOUND, error=0.01)),
+    ]
+    table = table_of(rows, {"time": 1.0})
+    assert table["error"].dims == DIMS
+    where = {"scheme": "jacobi-constant", "owner": "track", "contact": "1e9"}
+    assert table["error"].sel(where).values.tolist() == [0.01, 0.02]
+    assert np.isnan(table["error"].sel(where | {"scheme": "jacobi-linear", "step": 5e-5}))
+    assert table["observed_order"].sel(where).item() == pytest.approx(1.0)
+    netcdf, text = save_table(table, tmp_path)
+    assert load(netcdf)["error"].sel(where).values.tolist() == [0.01, 0.02]
+    assert len(text.read_text().splitlines()) == 4
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_observed_order(order) -> None:
+    """Only what lies between the reference's error and the first coarse guesses counts."""
+    step = np.array([1e-6, 1e-5, 2e-5, 4e-5, 8e-5, 1.6e-4])
+    error = 1e-3 * (step / 2e-5) ** order
+    error[0] = 3e-9  # of the reference, itself 1e-9
+    error[-1] = np.inf
+    table = xr.Dataset(
+        {
+            "error": (DIMS, error.reshape(1, 1, 1, -1)),
+            "reference_error": (DIMS, np.full((1, 1, 1, 6), 1e-9)),
+        },
+        {"step": step},
+    )
+    assert observed_order(table).item() == pytest.approx(order)
+
+
+# --- the cluster --------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def cluster():
+    """Two worker processes that know nothing of this one but an address."""
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+        silence_logs="CRITICAL",
+    ) as cluster:  # fmt: skip
+        yield cluster
+
+
+def test_a_killed_worker_loses_nothing(ride, contents, cluster) -> None:
+    """SIGKILL to a worker that is at work: every point comes home, and as without it."""
+    names = ["jacobi-constant", "jacobi-linear", "gauss-seidel-linear-vehicle-first"]
+    points = grid(names, [1e-4, 5e-5]).points()
+    killed, found = [], []
+    with connect(cluster.scheduler_address) as client:
+        before = client.run(os.getpid)
+
+        def kill(done: float, total: float) -> None:
+            if killed or not done:
+                return
+            busy = [worker for worker, tasks in client.processing().items() if tasks]
+            if busy:
+                killed.append(before[busy[0]])
+                os.kill(killed[0], signal.SIGKILL)
+
+        for point, result in measured(client, ride, points, contents, kill):
+            assert isinstance(result, Measurement), result
+            found.append((point, result))
+        client.wait_for_workers(2, timeout=30)
+        assert killed[0] not in client.run(os.getpid).values()
+    assert sorted(str(p) for p, _ in found) == sorted(str(p) for p in points)
+    alone = reference(ride, STIFF, *(contents[name] for name in FMUS[Owner.MASTER]))
+    point, result = found[-1]
+    here = measure(ride, point, *(contents[name] for name in FMUS[point.owner]), alone)
+    # Other processes place arrays elsewhere, and sums are then rounded otherwise.
+    assert here.error == pytest.approx(result.error, rel=1e-6)
+
+
+def test_what_fails_on_a_worker_is_said_of_its_point(ride, contents, cluster) -> None:
+    """A point that cannot be run does not stop the others."""
+    good, bad = grid(["jacobi-constant"], [1e-4, 2e-4]).points()
+    broken = replace(bad, step=-1.0)
+    with connect(cluster.scheduler_address) as client:
+        results = measured(client, ride, [good, broken], contents, lambda done, total: None)
+        found = {point.step: result for point, result in results}
+    assert isinstance(found[good.step], Measurement)
+    assert isinstance(found[-1.0], ValueError)
+
+
+def test_nobody_at_the_address(monkeypatch) -> None:
+    """One sentence, with what to do."""
+    monkeypatch.setattr("railcosim.analysis.cluster.PATIENCE", 0.5)  # s; nobody will ever answer
+    with (
+        pytest.raises(ClusterError, match="start one with: dask scheduler"),
+        connect("tcp://127.0.0.1:9"),
+    ):
+        pass
