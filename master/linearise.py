@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from railcosim.master.component import Component, ComponentError, FloatArray, Hold, Variable
 from railcosim.master.linear_form import relative_difference
 from railcosim.master.pulse_response import PulseResponse, analyse
-from railcosim.master.pulses import FINER, Bench, Records, record
+from railcosim.master.pulses import CHECK_STEP, CHECK_STEPS, FINER, Bench, Records, record
 from railcosim.master.realisation import ComplexArray
 from railcosim.master.suggest import suggest
 
@@ -44,8 +44,9 @@ class LinearModel:
     error_estimate : ndarray, shape (n_outputs, n_inputs)
         The difference to the rougher model over the largest response of the same unit at the same
         frequency, the worst from one over the length of the record to a fifth of one over the
-        step; or, if that is more, the largest difference between the records of two pulses of
-        different height in steps of different length, over the largest peak of the same unit.
+        step; or, if one is more, over the largest peak of the same unit: the largest difference
+        between the records of two pulses of other height in steps of other length, and the error of
+        the model in foreseeing the response to a third, short pulse in short steps.
     steps : int
         Number of steps the component made for it.
     advice : tuple of str
@@ -193,6 +194,8 @@ class _Identified:
     rougher: PulseResponse
     disagreement: FloatArray
     """Of the records of both pulses, relative, shape (n_outputs,)."""
+    unforeseen: FloatArray
+    """Error of the response that is foreseen to a third, short pulse, relative, (n_outputs,)."""
     at_end: FloatArray
     """What is left of the record at its end beside the lasting poles, relative, (n_outputs,)."""
 
@@ -204,10 +207,14 @@ def _identify(records: Records, step: float) -> _Identified:
     beginning = records.finer[FINER:]
     common = beginning[::FINER]
     response = analyse(whole, beginning, FINER, step, scale)
+    short = CHECK_STEP * step / FINER
+    foreseen = response.soon_after_pulse(short, short, CHECK_STEPS + 1)
     return _Identified(
         response=response,
         rougher=analyse(shorter, beginning[::2], FINER // 2, step, scale),
         disagreement=_relative(common - whole[1 : len(common) + 1], scale),
+        # A shorter pulse has less of a response.
+        unforeseen=_relative(records.check[1:] - foreseen, scale * short / step),
         at_end=_relative(response.rest[-len(response.rest) // 10 :], scale),
     )
 
@@ -244,6 +251,7 @@ def _model(
     omega = 2.0 * np.pi * np.geomspace(1.0 / (bench.steps * bench.step), 0.2 / bench.step, 100)
     difference = relative_difference(best, rougher, omega)
     disagreement = by_input([one.disagreement for one in found])
+    unforeseen = by_input([one.unforeseen for one in found])
     at_end = by_input([one.at_end for one in found])
     advice = [
         sentence
@@ -253,6 +261,7 @@ def _model(
                 input_.name,
                 disagreement[:, k].max(),
                 difference[:, k].max(),
+                unforeseen[:, k].max(),
                 at_end[:, k].max(),
                 tolerance,
             )
@@ -260,11 +269,20 @@ def _model(
     ]
     for sentence in advice:
         warnings.warn(f"{component.name}: {sentence}", RuntimeWarning, stacklevel=3)
-    return replace(best, error_estimate=np.maximum(difference, disagreement), advice=tuple(advice))
+    return replace(
+        best,
+        error_estimate=np.maximum.reduce([difference, disagreement, unforeseen]),
+        advice=tuple(advice),
+    )
 
 
 def _advice(
-    name: str, disagreement: float, difference: float, at_end: float, tolerance: float
+    name: str,
+    disagreement: float,
+    difference: float,
+    unforeseen: float,
+    at_end: float,
+    tolerance: float,
 ) -> str:
     """A sentence if the response to an input is known poorly."""
     if disagreement > tolerance:
@@ -273,15 +291,18 @@ def _advice(
             f"{disagreement:.0e} of the peak: it is not linear, or its solver errs as much; try a "
             "tenth of the amplitude, then tighter solver tolerances, then half the step"
         )
+    known = f"the response to {name} is known to {max(difference, unforeseen):.0e} only"
+    if unforeseen > tolerance:
+        return f"{known}: there is motion too fast for the step; try half the step"
     if difference > tolerance and at_end > DEAD * tolerance:
         return (
-            f"the response to {name} is known to {difference:.0e} only, and {at_end:.0e} of its "
-            "peak is left at the end of the record: motion that has not died down; try more steps"
+            f"{known}, and {at_end:.0e} of its peak is left at the end of the record: motion that "
+            "has not died down; try more steps"
         )
     if difference > tolerance:
         return (
-            f"the response to {name} is known to {difference:.0e} only: there is motion too fast "
-            "for the step, or the outputs are noisy; try half the step, then a larger amplitude"
+            f"{known}: there is motion too fast for the step, or the outputs are noisy; try half "
+            "the step, then a larger amplitude"
         )
     return ""
 

@@ -40,8 +40,6 @@ class OperatingPoint:
         Its continuous states, their derivatives, its continuous Real inputs and Real outputs.
     values, magnitudes : ndarray, shape (n_states + n_inputs,)
         States, then inputs, at the point; and how large they are, or nominally.
-    calls : int
-        Evaluations and directional derivatives so far.
     """
 
     def __init__(self, description: FmuDescription, raw: Any, instance: FmuInstance) -> None:
@@ -53,7 +51,6 @@ class OperatingPoint:
         self.inputs = [v for v in real if v.causality == "input" and v.variability == "continuous"]
         self.outputs = [v for v in real if v.causality == "output"]
         self.values, self.magnitudes = np.empty(0), np.empty(0)
-        self.calls = 0
         self._depends = {u.variable.name: u.dependencies for u in (*raw.derivatives, *raw.outputs)}
         self._instance = instance
 
@@ -99,7 +96,6 @@ class OperatingPoint:
 
     def evaluate(self, unknowns: Sequence[Any], values: FloatArray) -> FloatArray:
         """Unknowns (rates, outputs) for these values of the states and inputs."""
-        self.calls += 1
         n = len(self.states)
         if n:
             self._instance.call("fmi2SetContinuousStates", _pointer(values), n)
@@ -110,7 +106,6 @@ class OperatingPoint:
         self, unknowns: Sequence[Any], moved: IndexArray, seed: FloatArray
     ) -> FloatArray:
         """Change of the unknowns for a change of the states and inputs at the positions `moved`."""
-        self.calls += 1
         n = len(self.states)
         knowns = [self.states[k] if k < n else self.inputs[k - n] for k in moved.tolist()]
         change = np.zeros(len(unknowns))

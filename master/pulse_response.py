@@ -73,6 +73,29 @@ class PulseResponse:
             response += _missed(self.first.poles, self.step, omega) @ self.first.residues.T
         return response
 
+    def soon_after_pulse(self, length: float, sampling: float, count: int) -> FloatArray:
+        """Response to another pulse, in the few steps in which the first poles hold.
+
+        Parameters
+        ----------
+        length : float
+            Of the pulse, s.
+        sampling : float
+            Time between samples, s.
+        count : int
+            Number of samples; their time should be less than `FIRST_STEPS` steps.
+
+        Returns
+        -------
+        ndarray, shape (count, n_outputs)
+            From the end of the pulse on.
+        """
+        parts = (self.lasting, self.first)
+        return sum(
+            (part.after_pulse(length, sampling, count) for part in parts),
+            start=np.zeros((count, len(self.lasting.direct))),
+        )
+
 
 def analyse(
     record: FloatArray, beginning: FloatArray, finer: int, step: float, scale: FloatArray

@@ -17,6 +17,9 @@ FINER_STEPS = 1200
 """Its length after the pulse: 150 steps of the first, in which a nonlinearity shows."""
 SECOND_PULSE = -0.5
 """Its pulse over that of the first: shows even and odd nonlinearity."""
+CHECK_STEP, CHECK_STEPS = 0.6, 100
+"""Step and pulse of a third, very short record over the step of the second: no ratio at which
+motion too fast for the others looks the same. And its number of steps after the pulse."""
 STILL = 1e-11
 """Motion without a pulse, over that with one, that is rounding."""
 
@@ -39,7 +42,8 @@ class Bench:
     @property
     def total(self) -> int:
         """Steps if the component does not stand still."""
-        return (self.n_pulses + 1) * (self.steps + FINER + FINER_STEPS)
+        each = self.steps + FINER + FINER_STEPS + 1 + CHECK_STEPS
+        return (self.n_pulses + 1) * each
 
     def rewind(self) -> None:
         """Go back to the operating point."""
@@ -58,6 +62,11 @@ class Bench:
     def beginning(self, pulse: FloatArray) -> FloatArray:
         """The same in finer steps, for a short while."""
         return self._run(self.step / FINER, FINER, FINER + FINER_STEPS, SECOND_PULSE * pulse)
+
+    def check(self, pulse: FloatArray) -> FloatArray:
+        """The same with a still shorter pulse and step, for a very short while."""
+        step = CHECK_STEP * self.step / FINER
+        return self._run(step, 1, 1 + CHECK_STEPS, SECOND_PULSE * pulse)
 
     def _run(self, step: float, held: int, steps: int, pulse: FloatArray) -> FloatArray:
         component = self.component
@@ -93,19 +102,22 @@ class Records:
         At the beginning of the pulse and after each step.
     finer : ndarray, shape (FINER + FINER_STEPS + 1, n_outputs)
         The same in steps of 1 / `FINER`, to another pulse, scaled to the height of the first.
+    check : ndarray, shape (CHECK_STEPS + 2, n_outputs)
+        The same in steps of `CHECK_STEP` / `FINER`, with a pulse of that length.
     scale : ndarray, shape (n_outputs,)
         Largest response among the outputs of the same unit; 0 where it is rounding alone.
     """
 
     whole: FloatArray
     finer: FloatArray
+    check: FloatArray
     scale: FloatArray
 
 
 def record(bench: Bench, pulses: FloatArray, observed: Sequence[Variable]) -> Iterator[Records]:
     """Send pulses, shape (n_pulses, component's inputs), one after the other."""
     nothing = np.zeros(pulses.shape[1])
-    still = bench.beginning(nothing)
+    still, still_check = bench.beginning(nothing), bench.check(nothing)
     rest: FloatArray | None = None
     for pulse in pulses:
         whole = bench.whole(pulse)
@@ -116,10 +128,11 @@ def record(bench: Bench, pulses: FloatArray, observed: Sequence[Variable]) -> It
             rest = bench.whole(nothing) if np.any(stirs & (scale > 0.0)) else still[:1]
         whole = whole - rest
         finer = (bench.beginning(pulse) - still) / SECOND_PULSE
+        check = (bench.check(pulse) - still_check) / SECOND_PULSE
         scale = _scale(whole, observed)
-        whole[1:, scale == 0.0] = 0.0
-        finer[:, scale == 0.0] = 0.0
-        yield Records(whole, finer, scale)
+        for one in (whole[1:], finer, check):
+            one[:, scale == 0.0] = 0.0
+        yield Records(whole, finer, check, scale)
 
 
 def _scale(record: FloatArray, outputs: Sequence[Variable]) -> FloatArray:

@@ -145,7 +145,7 @@ def identify(
        620-627. https://doi.org/10.2514/3.20031
     """
     weight = np.zeros_like(scale)
-    np.divide(1.0, scale, out=weight, where=scale > 0.0)
+    np.divide(1.0, scale, out=weight, where=scale > np.finfo(float).tiny)
     weighted = samples * weight
     compared = weighted[:judged]
     found = (np.empty(0, complex), np.empty((len(scale), 0), complex))

@@ -121,23 +121,12 @@ class StateSpace:
             ordered = self.A[states.ravel()][:, states.ravel()].tocoo()
             A = np.zeros((count, size, size))
             A[ordered.row // size, ordered.row % size, ordered.col % size] = ordered.data
-            pairs = [_schur(block) for block in A]
-            T = np.array([t for t, _, _ in pairs])
-            Q = np.array([q for _, q, _ in pairs])
-            inverse = np.array([i for _, _, i in pairs])
-            B: ComplexArray = inverse @ self.B[states].astype(complex)
+            pairs = [scipy.linalg.schur(block, output="complex") for block in A]
+            T, Q = np.array([t for t, _ in pairs]), np.array([q for _, q in pairs])
+            B: ComplexArray = Q.conj().transpose(0, 2, 1) @ self.B[states].astype(complex)
             C: ComplexArray = (self.C[:, states].transpose(1, 0, 2) @ Q).transpose(1, 0, 2)
             found.append((T, B, C.reshape(len(self.C), states.size)))
         return found
-
-
-def _schur(A: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """T, Q and Q^-1 with A = Q T Q^-1, T upper triangular."""
-    # Balanced first: stiffness over mass of 1e9 next to a velocity's 1 would hide the slow poles.
-    balanced, scale = scipy.linalg.matrix_balance(A, permute=False)
-    T, Q = scipy.linalg.schur(balanced, output="complex")
-    d = np.diag(scale)
-    return T, d[:, None] * Q, Q.conj().T / d
 
 
 def _back_substitute(T: ComplexArray, B: ComplexArray, s: ComplexArray) -> ComplexArray:
