@@ -18,6 +18,7 @@ from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import CouplingError, connect_by_name
 from railcosim.master.description import read_description
 from railcosim.master.fmu import FmuComponent
+from railcosim.master.loaded_fmu import LoadedFmu
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
 from railcosim.track.irregularity import Profile
@@ -32,6 +33,8 @@ FIRST_COMPRESSION = 1e-4  # m, about the static one: where the search for equili
 STILL = 1e-6  # m/s2, and 0.1 N: a thousandth of what a bump of 1e-6 m does
 
 Pool: TypeAlias = dict[str, float]  # values by variable name
+Load: TypeAlias = Callable[..., LoadedFmu]
+"""Loads an FMU from its path and, by keyword, a name."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +44,8 @@ class Pair:
     Where neither FMU owns the contact springs, the system has a `Law` named ``contact`` that does.
     """
 
-    vehicle: FmuComponent
-    track: FmuComponent
+    vehicle: LoadedFmu
+    track: LoadedFmu
     system: System
 
 
@@ -67,7 +70,11 @@ class Journey:
 
 @contextmanager
 def open_pair(
-    vehicle: Path, track: Path, parameters: dict[str, float | bool], journey: Journey
+    vehicle: Path,
+    track: Path,
+    parameters: dict[str, float | bool],
+    journey: Journey,
+    load: Load = FmuComponent.load,
 ) -> Iterator[Pair]:
     """Load both FMUs, connect them by name and find their static equilibrium.
 
@@ -79,10 +86,12 @@ def open_pair(
         Of the contact, for whoever owns it.
     journey : Journey
         Speed and irregularity.
+    load : callable, optional
+        Loads an FMU.
     """
     with ExitStack() as stack:
-        cars = stack.enter_context(FmuComponent.load(vehicle, name="vehicle"))
-        rails = stack.enter_context(FmuComponent.load(track, name="track"))
+        cars = stack.enter_context(load(vehicle, name="vehicle"))
+        rails = stack.enter_context(load(track, name="track"))
         for fmu in (cars, rails):
             known = fmu.description.parameters
             fmu.set_parameters({k: v for k, v in parameters.items() if k in known})
@@ -134,7 +143,7 @@ def _irregularity(journey: Journey, place: FloatArray) -> Signal:
     return Signal("irregularity", variables, heights)
 
 
-def _positions(vehicle: FmuComponent, pool: Pool) -> FloatArray:
+def _positions(vehicle: LoadedFmu, pool: Pool) -> FloatArray:
     missing = [w for w in WHEELSETS if f"{w}.position" not in pool]
     if missing:
         raise CouplingError(
@@ -143,9 +152,7 @@ def _positions(vehicle: FmuComponent, pool: Pool) -> FloatArray:
     return np.array([pool[f"{w}.position"] for w in WHEELSETS])
 
 
-def _settle(
-    vehicle: FmuComponent, track: FmuComponent, law: Sequence[Component], pool: Pool
-) -> None:
+def _settle(vehicle: LoadedFmu, track: LoadedFmu, law: Sequence[Component], pool: Pool) -> None:
     """Find the heights (and forces) for which vehicle and track are at rest together.
 
     The vehicle is at rest on wheelsets held at `start_z`; it needs no holding where the wheelsets'
@@ -174,7 +181,7 @@ def _settle(
 
 
 def _imbalance_at_heights(
-    vehicle: FmuComponent, track: FmuComponent, pool: Pool, heights: FloatArray
+    vehicle: LoadedFmu, track: LoadedFmu, pool: Pool, heights: FloatArray
 ) -> FloatArray:
     """The track owns the contact: wheelset heights (mm) to wheelset accelerations (m/s2)."""
     _place(vehicle, heights)
@@ -187,8 +194,8 @@ def _imbalance_at_heights(
 
 
 def _imbalance_at_forces(
-    vehicle: FmuComponent,
-    track: FmuComponent,
+    vehicle: LoadedFmu,
+    track: LoadedFmu,
     law: Sequence[Component],
     pool: Pool,
     unknown: FloatArray,
@@ -206,7 +213,7 @@ def _imbalance_at_forces(
     return np.concatenate([[pool[f"{w}.az"] for w in WHEELSETS], unequal / 1e5])
 
 
-def _place(vehicle: FmuComponent, heights: FloatArray) -> None:
+def _place(vehicle: LoadedFmu, heights: FloatArray) -> None:
     names = [f"{w}.start_z" for w in WHEELSETS]
     vehicle.set_parameters(dict(zip(names, (1e-3 * heights).tolist(), strict=True)))
 

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from importlib.metadata import version
 from pathlib import Path
 
 import xarray as xr
 
 from railcosim.master.archive import FmuError
-from railcosim.master.cosimulation import cosimulate
 from railcosim.master.fmu import FmuComponent
-from railcosim.master.recording import Recorder, record
 from railcosim.master.schemes import Scheme
 from railcosim.master.ssp import LoadedSystem, initialise, open_ssp
 from railcosim.master.system import System
 
-from .time_run import Progress, Stopped, watched
+from .pair import Load
+from .recorded_run import OUTPUTS_ONLY, Course, Keeping, Progress, Stopped, recorded_run
 
 
 def run_ssp(
@@ -28,7 +26,9 @@ def run_ssp(
     first: str | None = None,
     step: float | None = None,
     time: float | None = None,
-    load: Callable[..., FmuComponent] = FmuComponent.load,
+    load: Load = FmuComponent.load,
+    keeping: Keeping = OUTPUTS_ONLY,
+    tolerance: float | None = None,
 ) -> tuple[xr.Dataset, Stopped]:
     """Run a system; also a run that stops early returns what was recorded, and why it stopped.
 
@@ -50,6 +50,10 @@ def run_ssp(
         How long from the file's start, s; to the file's end if not given.
     load : callable, optional
         Makes an FMU from a file and, by keyword, a name.
+    keeping : Keeping, optional
+        What is kept beyond outputs.
+    tolerance : float, optional
+        For steps chosen by an error estimate; `step` is then the longest.
 
     Returns
     -------
@@ -77,23 +81,14 @@ def run_ssp(
                 "in initialisation; the run begins with the last ones",
                 stacklevel=2,
             )
-        run = cosimulate(system, scheme, step, stop, start)
-        recorder = Recorder(system)
-        stopped = record(watched(run, stop, progress), recorder)
-        attributes = {
-            "title": loaded.name,
-            "scheme": scheme.describe(),
-            "communication_step": step,
-            "railcosim_version": version("railcosim"),
-            "stopped": "no" if stopped is None else str(stopped) or "interrupted",
-            **{f"inputs of {k}": how for k, how in system.describe_inputs().items()},
-        }
+        about: dict[str, str | float] = {"title": loaded.name}
         for fmu in loaded.fmus:
             for name, value in loaded.starts[fmu.name].items():
-                attributes[f"start {fmu.name}.{name}"] = float(value)
+                about[f"start {fmu.name}.{name}"] = float(value)
             for key, text in fmu.description.as_attributes().items():
-                attributes[f"{fmu.name} {key}"] = text
-        return recorder.to_dataset(attributes), stopped
+                about[f"{fmu.name} {key}"] = text
+        course = Course(scheme=scheme, step=step, start=start, stop=stop, tolerance=tolerance)
+        return recorded_run(system, course, progress, about, keeping)
 
 
 def _experiment(

@@ -1,23 +1,19 @@
-"""One coupled run in time: the loop, what is recorded, and what is said when it fails."""
+"""One coupled run of a vehicle and a track in time."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from importlib.metadata import version
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import xarray as xr
 
-from railcosim.master.component import ComponentError
-from railcosim.master.cosimulation import CommunicationPoint, Divergence, cosimulate
-from railcosim.master.recording import Recorder, record
+from railcosim.master.fmu import FmuComponent
 from railcosim.master.schemes import Scheme
 
-from .pair import Journey, open_pair
+from .pair import Journey, Load, open_pair
+from .recorded_run import OUTPUTS_ONLY, Course, Keeping, Progress, Stopped, recorded_run
 
-Stopped = Divergence | ComponentError | KeyboardInterrupt | None
-Progress = Callable[[float, float], None]
+__all__ = ["Plan", "Progress", "Stopped", "run_pair"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +23,7 @@ class Plan:
     Attributes
     ----------
     vehicle, track : Path
-        FMUs, one of which owns the contact.
+        FMUs. If neither owns the contact springs, the master does.
     parameters : dict
         Of the contact.
     journey : Journey
@@ -36,6 +32,12 @@ class Plan:
         How to couple.
     step, stop : float
         Communication step and end, s.
+    tolerance : float or None
+        For steps chosen by an error estimate; see `Course`.
+    keeping : Keeping
+        What is kept beyond the outputs.
+    load : callable
+        Loads an FMU, from its path and name.
     """
 
     vehicle: Path
@@ -45,38 +47,29 @@ class Plan:
     scheme: Scheme
     step: float
     stop: float
+    tolerance: float | None = None
+    keeping: Keeping = OUTPUTS_ONLY
+    load: Load = field(default=FmuComponent.load)
 
 
 def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
     """Run the pair; also a run that stops early returns what was recorded, and why it stopped."""
-    with open_pair(plan.vehicle, plan.track, plan.parameters, plan.journey) as pair:
-        recorder = Recorder(pair.system)
-        points = cosimulate(pair.system, plan.scheme, plan.step, plan.stop)
-        stopped = record(watched(points, plan.stop, progress), recorder)
-        journey = plan.journey
-        attributes = {
+    journey = plan.journey
+    with open_pair(plan.vehicle, plan.track, plan.parameters, journey, plan.load) as pair:
+        about: dict[str, str | float] = {
             "title": f"{3.6 * journey.speed:.0f} km/h, irregularity {journey.profile.name}",
-            "scheme": plan.scheme.describe(),
-            "communication_step": plan.step,
             "speed": journey.speed,
             "motion": "irregularity moves" if journey.held else "wheels roll",
             "irregularity": journey.profile.name,
-            "railcosim_version": version("railcosim"),
-            "stopped": "no" if stopped is None else str(stopped) or "interrupted",
-            **{f"inputs of {k}": how for k, how in pair.system.describe_inputs().items()},
             **{f"parameter {k}": float(v) for k, v in plan.parameters.items()},
         }
         for fmu in (pair.vehicle, pair.track):
             for key, value in fmu.description.as_attributes().items():
-                attributes[f"{fmu.name} {key}"] = value
-        return recorder.to_dataset(attributes), stopped
-
-
-def watched(
-    points: Iterator[CommunicationPoint], stop: float, progress: Progress
-) -> Iterator[CommunicationPoint]:
-    """Pass on points, and tell every hundredth time how far the run is; `stop` in s."""
-    for k, point in enumerate(points):
-        if k % 100 == 0:
-            progress(point.time, stop)
-        yield point
+                about[f"{fmu.name} {key}"] = value
+        course = Course(
+            scheme=plan.scheme, step=plan.step, stop=plan.stop, tolerance=plan.tolerance
+        )
+        # A contact force in compression lifts the vehicle, and z is down.
+        return recorded_run(
+            pair.system, course, progress, about, plan.keeping, against=(pair.vehicle.name,)
+        )

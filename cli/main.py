@@ -16,6 +16,7 @@ import typer
 from railcosim.fmus.native_runtime.compile import CompilationFailed, CompilerMissing
 from railcosim.fmus.native_runtime.platforms import UnknownPlatform
 from railcosim.master.archive import FmuError
+from railcosim.master.checkpoint import CheckpointError
 from railcosim.master.component import ComponentError
 from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import Divergence
@@ -37,6 +38,9 @@ from . import (
 from .options import UsageError, errors
 
 BAD_INPUT, FAILED = 2, 1
+BAD_INPUTS = (
+    ParameterError, FmuError, CouplingError, CheckpointError, UnknownPlatform, UsageError,
+)  # fmt: skip
 FAILURES = (
     Divergence, ComponentError, CompilationFailed, CompilerMissing, ArithmeticError, OSError,
 )  # fmt: skip
@@ -71,7 +75,7 @@ def run() -> None:
         stopped = app(standalone_mode=False)
         if stopped:  # typer turns Ctrl-C into a number
             _fail("interrupted", FAILED)
-    except (ParameterError, FmuError, CouplingError, UnknownPlatform, UsageError) as error:
+    except BAD_INPUTS as error:
         _fail(str(error), BAD_INPUT)
     except FAILURES as error:
         _fail(str(error), FAILED)

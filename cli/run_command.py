@@ -25,6 +25,15 @@ from railcosim.plots.picture import save_picture
 from railcosim.plots.results import run_chart
 
 from .export import fmus_of
+from .keeping_options import (
+    CheckpointOption,
+    EnergyOption,
+    EveryOption,
+    IsolateOption,
+    ResumeOption,
+    keeping_of,
+    loader_of,
+)
 from .options import (
     PICTURES,
     RESULTS,
@@ -95,6 +104,15 @@ def run(
     held: Annotated[
         bool, typer.Option("--held", help="Hold the wheels and move the irregularity instead.")
     ] = False,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(help="Choose steps by an error estimate; --step is then the longest."),
+    ] = None,
+    checkpoint: CheckpointOption = None,
+    every: EveryOption = None,
+    resume: ResumeOption = None,
+    isolate: IsolateOption = False,
+    energy: EnergyOption = False,
     plot: PlotFile = None,
 ) -> None:
     """Run a vehicle FMU and a track FMU coupled in time, or any system of FMUs in an SSP file.
@@ -108,6 +126,10 @@ def run(
     for option, value in (("--step", step), ("--time", time)):
         if value is not None:
             positive(option, value, "s")
+    if tolerance is not None and not 0.0 < tolerance < 1.0:
+        raise UsageError(f"--tolerance {tolerance:g}: must be between 0 and 1, such as 1e-4")
+    keeping = keeping_of(checkpoint, every, resume, energy)
+    load = loader_of(isolate)
     if system is not None:
         _refuse(system, OF_THE_PAIR)
         with progress("running") as update:
@@ -118,6 +140,9 @@ def run(
                 first=first,
                 step=step,
                 time=time,
+                load=load,
+                keeping=keeping,
+                tolerance=tolerance,
             )
         keep(dataset, stopped, out, plot, outputs_chart)
         return
@@ -136,6 +161,9 @@ def run(
             scheme=scheme_of(chosen, inputs, first or "vehicle"),
             step=_step(chosen, owner) if step is None else step,
             stop=stop,
+            tolerance=tolerance,
+            keeping=keeping,
+            load=load,
         )
         with progress("running") as update:
             dataset, stopped = run_pair(plan, update)

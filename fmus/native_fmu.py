@@ -57,7 +57,9 @@ class NativeRuntime:
             zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive,
         ):
             for place, data in entries.items():
-                archive.writestr(place, data)
+                entry = zipfile.ZipInfo(place)  # with the same date in every file
+                entry.external_attr = 0o644 << 16
+                archive.writestr(entry, data, zipfile.ZIP_DEFLATED)
 
     def _binaries(self, libraries: dict[Platform, Path]) -> dict[Platform, bytes]:
         """What goes into the folder of each platform."""

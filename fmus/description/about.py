@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from dataclasses import dataclass
 
 AUTHOR = "The railcosim authors"
 COPYRIGHT = f"Copyright (c) 2026 {AUTHOR}"
@@ -62,8 +61,6 @@ class Description:
         Of the runtime.
     step, stop : float
         Default experiment, s.
-    created : str
-        When, UTC.
     """
 
     name: str
@@ -73,10 +70,11 @@ class Description:
     capabilities: Capabilities
     step: float = 1e-4
     stop: float = 1.0
-    created: str = field(default_factory=lambda: datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"))
 
     def attributes(self) -> dict[str, str]:
         """What the root element says in FMI 2.0 and 3.0 alike."""
+        # No generationDateAndTime: the same parameters give the same file, whose digest tells a
+        # checkpoint or a study that it is the same model.
         return {
             "modelName": self.name,
             "description": self.text,
@@ -85,6 +83,5 @@ class Description:
             "copyright": COPYRIGHT,
             "license": LICENCE,
             "generationTool": f"railcosim {self.version}",
-            "generationDateAndTime": self.created,
             "variableNamingConvention": "structured",
         }

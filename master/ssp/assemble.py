@@ -8,7 +8,7 @@ from pathlib import Path
 from railcosim.master.archive import FmuError
 from railcosim.master.component import Component, Variable
 from railcosim.master.connections import Connection
-from railcosim.master.fmu import FmuComponent
+from railcosim.master.loaded_fmu import LoadedFmu
 from railcosim.master.mapped_inputs import MappedInputs
 from railcosim.master.ssp.structure import Scalar, Structure, Wire
 from railcosim.master.suggest import suggest
@@ -23,7 +23,7 @@ class LoadedSystem:
     ----------
     name : str
         Of the system.
-    fmus : tuple of FmuComponent
+    fmus : tuple of LoadedFmu
         The FMUs, instantiated.
     components : tuple of Component
         The same for a `System`: where units differ or a connection has a factor, seen through
@@ -42,7 +42,7 @@ class LoadedSystem:
     """
 
     name: str
-    fmus: tuple[FmuComponent, ...]
+    fmus: tuple[LoadedFmu, ...]
     components: tuple[Component, ...]
     connections: tuple[Connection, ...]
     maps: dict[Connection, Linear]
@@ -53,7 +53,7 @@ class LoadedSystem:
     notes: tuple[str, ...]
 
 
-def assemble(path: Path, structure: Structure, fmus: dict[str, FmuComponent]) -> LoadedSystem:
+def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> LoadedSystem:
     """Sort out connections and values by what the FMUs are, and set parameters.
 
     Parameters
@@ -62,7 +62,7 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, FmuComponent]) ->
         The SSP, for messages.
     structure : Structure
         What it says.
-    fmus : dict of str to FmuComponent
+    fmus : dict of str to LoadedFmu
         The components, instantiated.
 
     Raises
@@ -112,7 +112,7 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, FmuComponent]) ->
     )
 
 
-def _check_other(path: Path, wire: Wire, fmu: FmuComponent, name: str, kind: str) -> None:
+def _check_other(path: Path, wire: Wire, fmu: LoadedFmu, name: str, kind: str) -> None:
     """Refuse an end of a wire that is no Real one, unless it is an end of another type."""
     description = fmu.description
     causalities = description.other_names | dict.fromkeys(description.parameters, "parameter")
@@ -129,7 +129,7 @@ def _check_other(path: Path, wire: Wire, fmu: FmuComponent, name: str, kind: str
 
 
 def _starts(
-    path: Path, structure: Structure, fmu: FmuComponent, units: Units, notes: list[str]
+    path: Path, structure: Structure, fmu: LoadedFmu, units: Units, notes: list[str]
 ) -> dict[str, Scalar]:
     """Values for an FMU, in its own units, that it can be given."""
     description = fmu.description
@@ -158,7 +158,7 @@ def _starts(
 
 
 def _seen(
-    fmu: FmuComponent,
+    fmu: LoadedFmu,
     maps: dict[Connection, Linear],
     outputs: dict[str, dict[str, Variable]],
     starts: dict[str, Scalar],

@@ -11,6 +11,7 @@ import numpy as np
 
 from railcosim.master.archive import MAX_TOTAL_SIZE, FmuError, unpack_archive, unpacked_size
 from railcosim.master.fmu import FmuComponent
+from railcosim.master.loaded_fmu import LoadedFmu
 from railcosim.master.ssp.assemble import LoadedSystem, assemble
 from railcosim.master.ssp.package import Package, check_structure
 from railcosim.master.ssp.read import read_structure
@@ -23,7 +24,7 @@ _EXCHANGES = 100
 
 @contextmanager
 def open_ssp(
-    path: str | Path, *, load: Callable[..., FmuComponent] = FmuComponent.load
+    path: str | Path, *, load: Callable[..., LoadedFmu] = FmuComponent.load
 ) -> Iterator[LoadedSystem]:
     """Load a system from an SSP 1.0 file for as long as the block lasts.
 
@@ -68,7 +69,7 @@ def open_ssp(
         yield loaded
 
 
-def initialise(system: System, fmus: Sequence[FmuComponent], start: float) -> bool:
+def initialise(system: System, fmus: Sequence[LoadedFmu], start: float) -> bool:
     """Initialise FMUs together, each with the values of the others.
 
     They are not told when the run stops: some would refuse its last step if that ends behind it
@@ -78,7 +79,7 @@ def initialise(system: System, fmus: Sequence[FmuComponent], start: float) -> bo
     ----------
     system : System
         What they are connected to.
-    fmus : sequence of FmuComponent
+    fmus : sequence of LoadedFmu
         Instantiated, parameters set.
     start : float
         Time, s.

@@ -141,13 +141,6 @@ def test_the_build_description_is_what_fmpy_reads(subject, tmp_path):
     assert read[0].sourceFileSets[0].sourceFiles == SOURCES
 
 
-@versions
-@pytest.mark.parametrize("subject", ["Track"], indirect=True)
-def test_the_date_is_utc(subject, fmi, tmp_path):
-    read = fmpy.read_model_description(subject.write(tmp_path, fmi))
-    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", read.generationDateAndTime)
-
-
 @each
 @versions
 def test_variables_are_those_of_the_table(subject, fmi, tmp_path):
