@@ -117,10 +117,12 @@ class StateSpace:
         found: list[tuple[ComplexArray, ComplexArray, ComplexArray]] = []
         for states in self.blocks():
             count, size = states.shape
-            # Blocks come one after the other, so their own parts are a band along the diagonal.
             ordered = self.A[states.ravel()][:, states.ravel()].tocoo()
+            block, row, column = ordered.row // size, ordered.row % size, ordered.col % size
+            # Beside the blocks there may be zeros that are stored.
+            inside = block == ordered.col // size
             A = np.zeros((count, size, size))
-            A[ordered.row // size, ordered.row % size, ordered.col % size] = ordered.data
+            A[block[inside], row[inside], column[inside]] = ordered.data[inside]
             pairs = [scipy.linalg.schur(block, output="complex") for block in A]
             T, Q = np.array([t for t, _ in pairs]), np.array([q for _, q in pairs])
             B: ComplexArray = Q.conj().transpose(0, 2, 1) @ self.B[states].astype(complex)

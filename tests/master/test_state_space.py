@@ -51,6 +51,16 @@ def test_blocks_of_all_sizes_in_any_order() -> None:
     np.testing.assert_allclose(m.frequency_response(omega), dense(m, omega), rtol=1e-11)
 
 
+def test_zeros_that_are_stored() -> None:
+    """An FMU that declares no dependencies gives a full matrix of zeros around its blocks."""
+    A = np.diag([-1.0, -2.0, -3.0])
+    full = csc_array(np.ones((3, 3)))
+    full.data[:] = A.T.ravel()
+    m = model(full, np.eye(3), np.eye(3))
+    assert m.A.nnz == 9
+    np.testing.assert_allclose(m.frequency_response([2.0]), dense(m, [2.0]), rtol=1e-14)
+
+
 def test_more_than_one_chunk(monkeypatch) -> None:
     random = np.random.default_rng(2)
     m = model(random.standard_normal((4, 4)), np.ones((4, 1)), np.ones((1, 4)))
