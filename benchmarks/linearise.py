@@ -87,7 +87,7 @@ def counted() -> Iterator[Counter[str]]:
 def bands(frequency: FloatArray, relative: FloatArray) -> FloatArray:
     """Largest in each band."""
     return np.array(
-        [relative[(frequency >= low) & (frequency <= high)].max() for low, high in BANDS]  # noqa: SIM300
+        [relative[(frequency >= low) & (frequency <= high)].max() for low, high in BANDS]
     )
 
 
@@ -145,7 +145,7 @@ def coupled_errors(models: Models, true: Models, k_H: float) -> dict[str, FloatA
     columns = ours.columns([f"{w}.gap" for w in WHEELS])
     found = {}
     for k, (name, output) in enumerate(
-        {"wheels": "vehicle.{}.wheel_z", "rails": "track.{}.rail_z", "forces": "{}.force"}.items()
+        {"wheels": "Vehicle.{}.wheel_z", "rails": "Track.{}.rail_z", "forces": "{}.force"}.items()
     ):
         rows = ours.rows([output.format(w) for w in WHEELS])
         theirs = exact[:, 8 * k : 8 * k + 8]
