@@ -36,7 +36,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
 
 @pytest.fixture(scope="session")
 def models(exported: Exported) -> Models:
-    """Both FMUs linearised as black boxes."""
+    """Both FMUs linearised, exactly."""
     folder = exported.folder
     return linear_models(folder / "Vehicle.fmu", folder / "Track.fmu", lambda done, total: None)
 
