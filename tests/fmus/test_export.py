@@ -198,10 +198,10 @@ def test_an_interrupted_export_leaves_the_older_file(short_track, tmp_path, monk
     target.write_bytes(b"an older one")
     write = zipfile.ZipFile.writestr
 
-    def interrupted(archive, place, data):
-        if place.startswith("documentation/"):
+    def interrupted(archive, entry, data, *options):
+        if entry.filename.startswith("documentation/"):
             raise KeyboardInterrupt
-        write(archive, place, data)
+        write(archive, entry, data, *options)
 
     monkeypatch.setattr(zipfile.ZipFile, "writestr", interrupted)
     with pytest.raises(KeyboardInterrupt):
