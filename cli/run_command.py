@@ -8,11 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-import click
 import numpy as np
 import typer
 import xarray as xr
-from click.core import ParameterSource
 
 from railcosim.analysis.catalogue import FAMILIES, FMUS, Owner
 from railcosim.analysis.pair import FADE_IN, FORCES, Journey, owner_in
@@ -114,6 +112,7 @@ def run(
     isolate: IsolateOption = False,
     energy: EnergyOption = False,
     plot: PlotFile = None,
+    context: typer.Context = None,  # type: ignore[assignment]  # typer gives it
 ) -> None:
     """Run a vehicle FMU and a track FMU coupled in time, or any system of FMUs in an SSP file.
 
@@ -131,7 +130,7 @@ def run(
     keeping = keeping_of(checkpoint, every, resume, energy)
     load = loader_of(isolate)
     if system is not None:
-        _refuse(system, OF_THE_PAIR)
+        _refuse(context, system, OF_THE_PAIR)
         with progress("running") as update:
             dataset, stopped = run_ssp(
                 system,
@@ -170,11 +169,11 @@ def run(
     keep(dataset, stopped, out, plot)
 
 
-def _refuse(system: Path, options: tuple[str, ...]) -> None:
+def _refuse(context: typer.Context | None, system: Path, options: tuple[str, ...]) -> None:
     """Refuse options given on the command line that say nothing of a system in a file."""
-    context = click.get_current_context(silent=True)
     for name in options:
-        if context and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+        source = context and context.get_parameter_source(name)
+        if source and source.name == "COMMANDLINE":
             option = "--" + name.replace("_", "-")
             raise UsageError(f"{option}: is of our pair; {system} has its own FMUs. Leave it out")
 
