@@ -63,9 +63,12 @@ class Bench:
     most : float
         Deviation of a contact force, in those of the kick, at which a run ends: with Hertz's law
         it must stay small.
+    rate : float, optional
+        What grows slower (1/s) counts as stable; see `Contact`.
     """
 
-    def __init__(self, pair: Pair, kick: Kick, most: float) -> None:
+    def __init__(self, pair: Pair, kick: Kick, most: float, rate: float = RATE) -> None:
+        self._rate = rate
         self._system, self._kick, self._most = pair.system, kick, most
         self._rest = pair.system.save_state()
         names = pair.system.names
@@ -111,23 +114,23 @@ class Bench:
         """
         if math.isinf(guess):
             rates = [self.growth(scheme, h, SHORT) for h in (LONGEST / 10, LONGEST / 3, LONGEST)]
-            return math.inf if max(rates) <= RATE else math.nan
+            return math.inf if max(rates) <= self._rate else math.nan
         near, far = (guess * factor for factor in ABOVE)
         slow, fast = self.growth(scheme, near), self.growth(scheme, far)
-        if RATE < slow < fast < math.inf:
-            found = near - (slow - RATE) * (far - near) / (fast - slow)
-            if BELOW * guess < found and self.growth(scheme, BELOW * found, 2 * SHORT) <= RATE:
+        if self._rate < slow < fast < math.inf:
+            found = near - (slow - self._rate) * (far - near) / (fast - slow)
+            if BELOW * guess < found and self.growth(scheme, BELOW * found, 2 * SHORT) <= self._rate:
                 return found
         return self._halved(scheme, guess)
 
     def _halved(self, scheme: Scheme, guess: float) -> float:
         """The limit within ten percent of a guess, to half a percent."""
         low, high = 0.9 * guess, 1.1 * guess
-        if self.growth(scheme, low) > RATE or self.growth(scheme, high) <= RATE:
+        if self.growth(scheme, low) > self._rate or self.growth(scheme, high) <= self._rate:
             return math.nan
         while high > 1.005 * low:
             middle = math.sqrt(low * high)
-            if self.growth(scheme, middle) <= RATE:
+            if self.growth(scheme, middle) <= self._rate:
                 low = middle
             else:
                 high = middle

@@ -64,6 +64,19 @@ class Part:
         together: ComplexArray = rail - wheel  # the force pushes the wheel up, and z is down
         return together
 
+    def growth(self, k: FloatArray) -> float:
+        """Rate (1/s) at which the fastest motion grows with springs `k` (N/m), coupled exactly.
+
+        Negative for passive sides. A reduced track need not be passive above its highest frequency.
+        """
+        A, B, C = self.track.real()
+        v = self.vehicle
+        both = np.block([[v.A.toarray(), np.zeros((len(v.B), len(B)))],
+                         [np.zeros((len(B), len(v.B))), A]])  # fmt: skip
+        compression = np.hstack([v.C, -C])
+        pushed = np.concatenate([v.B, B])
+        return float(np.linalg.eigvals(both + (pushed * k) @ compression).real.max())
+
 
 def linear_parts(vehicle: Path, track: Path, progress: Progress) -> tuple[Part, ...]:
     """Linearise a vehicle FMU and a track FMU that take contact forces, by Model Exchange.

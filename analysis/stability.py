@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from railcosim.master.amplification import Amplifier
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.schemes import Scheme
+from railcosim.master.schemes.interface_jacobian import InterfaceJacobian
 from railcosim.track.irregularity import flat
 
 from .catalogue import Owner
@@ -29,6 +30,10 @@ PER_DECADE = 6
 """Steps scanned in a factor of ten."""
 RESOLUTION = 2e-3
 """Relative, of the largest stable step."""
+
+Progress = Callable[[float, float], None]
+FINE = 1e-10
+"""Tolerance of forces, relative: far below what a step does to them, far above rounding."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,8 +53,8 @@ class Limit:
     evaluations: int
 
 
-class Coupling:
-    """A scheme on a pair with springs of a stiffness on one side, ready to be asked.
+class Contact:
+    """A pair with springs of one stiffness on one side, for all schemes.
 
     Parameters
     ----------
@@ -57,8 +62,33 @@ class Coupling:
         The pair.
     owner : Owner
         Of the contact springs.
-    k_H : float or array, shape (n_wheels,)
+    k_H : float
         Their stiffness, N/m.
+
+    Attributes
+    ----------
+    systems : list of System
+        One a part, at rest.
+    rate : float
+        What grows slower (1/s) counts as stable: `RATE`, beyond what grows when vehicle and track
+        are coupled exactly.
+    """
+
+    def __init__(self, parts: Sequence[Part], owner: Owner, k_H: float) -> None:
+        k = [np.full(len(part.wheels), k_H) for part in parts]
+        self.systems = [coupled(part, owner, its) for part, its in zip(parts, k, strict=True)]
+        exact = max(part.growth(its) for part, its in zip(parts, k, strict=True))
+        self.rate = RATE + max(exact, 0.0)
+        self.rests = [system.save_state() for system in self.systems]
+
+
+class Coupling:
+    """A scheme at a contact, ready to be asked.
+
+    Parameters
+    ----------
+    contact : Contact
+        The pair.
     scheme : Scheme
         The scheme.
 
@@ -68,24 +98,24 @@ class Coupling:
         If the scheme does not suit the owner.
     """
 
-    def __init__(
-        self, parts: Sequence[Part], owner: Owner, k_H: float | FloatArray, scheme: Scheme
-    ) -> None:
-        self._amplifiers = []
-        for part in parts:
-            k = np.broadcast_to(np.asarray(k_H, dtype=float), len(part.wheels))
-            self._amplifiers.append(Amplifier(coupled(part, owner, k), scheme))
-        scheme.start(self._amplifiers[0].system)
+    def __init__(self, contact: Contact, scheme: Scheme) -> None:
+        scheme = _observed(scheme)
+        self.rate = contact.rate
+        self.amplifiers = []
+        for system, rest in zip(contact.systems, contact.rests, strict=True):
+            system.restore_state(rest)
+            self.amplifiers.append(Amplifier(system, scheme))
+        scheme.start(self.amplifiers[0].system)
 
     @property
     def evaluations(self) -> int:
         """How often each component was stepped in a step, at the most, so far."""
-        return max(a.evaluations for a in self._amplifiers)
+        return max(a.evaluations for a in self.amplifiers)
 
     def is_stable(self, h: float) -> bool:
         """Whether nothing grows with steps of `h` (s); a scheme that fails is not stable."""
         try:
-            return all(a.at(h).growing(RATE) == 0 for a in self._amplifiers)
+            return all(a.at(h).growing(self.rate) == 0 for a in self.amplifiers)
         except (ComponentError, ArithmeticError, np.linalg.LinAlgError):
             return False
 
@@ -107,6 +137,38 @@ class Coupling:
             else:
                 unstable = middle
         return Limit(step=stable, evaluations=self.evaluations)
+
+
+def limits(
+    parts: Sequence[Part], owner: Owner, k_H: float, schemes: dict[str, Scheme], progress: Progress
+) -> dict[str, Limit]:
+    """Largest stable steps of several schemes at one contact, by their names.
+
+    Parameters
+    ----------
+    parts, owner, k_H
+        See `Contact`.
+    schemes : dict of str to Scheme
+        The schemes, all suitable for the owner.
+    progress : callable
+        Told what is done and the total.
+    """
+    contact = Contact(parts, owner, k_H)
+    found = {}
+    for i, (name, scheme) in enumerate(schemes.items()):
+        found[name] = Coupling(contact, scheme).limit()
+        progress(i + 1, len(schemes))
+    return found
+
+
+def _observed(scheme: Scheme) -> Scheme:
+    """The scheme with a tolerance so fine that a step is a linear map.
+
+    Else a step whose forces were foreseen well enough is taken as it is, and another is not.
+    """
+    if isinstance(scheme, InterfaceJacobian):
+        return replace(scheme, tolerance=FINE)
+    return scheme
 
 
 def static_stiffness(vehicle: Path, track: Path, parameters: dict[str, float | bool]) -> float:

@@ -26,7 +26,7 @@ from railcosim.analysis.catalogue import FMUS, Owner, members
 from railcosim.analysis.growth import Bench, Kick
 from railcosim.analysis.linear_pair import Part, linear_parts
 from railcosim.analysis.pair import Journey, open_pair
-from railcosim.analysis.stability import Coupling, static_stiffness
+from railcosim.analysis.stability import Contact, Coupling, static_stiffness
 from railcosim.fmus.export import export
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
@@ -75,13 +75,14 @@ def one_side(
     files = (folder / f"{name}.fmu" for name in FMUS[owner])
     inside = {**parameters, "internal_step": INTERNAL_STEP}
     with open_pair(*files, inside, journey) as pair:
-        bench = Bench(pair, kick, MOST[nonlinear])
+        contact = Contact(parts, owner, k)
+        bench = Bench(pair, kick, MOST[nonlinear], contact.rate)
         for name in names:
             member = members()[name]
             if owner not in member.owners:
                 continue
             begun = time.perf_counter()
-            predicted = Coupling(parts, owner, k, member.scheme).limit().step
+            predicted = Coupling(contact, member.scheme).limit().step
             found = bench.limit(member.scheme, predicted) if predicted > 0.0 else math.nan
             both = math.isinf(predicted) and math.isinf(found)
             difference = 0.0 if both else 100 * (found / predicted - 1) if predicted else math.nan

@@ -33,6 +33,7 @@ from . import (
     receptance,
     ride_command,
     run_command,
+    stability_command,
     study_command,
 )
 from .options import UsageError, errors
@@ -62,6 +63,7 @@ app.command("track-receptance")(receptance.track_receptance)
 app.command("compare")(compare.compare)
 app.command("map")(map_command.map_command)
 app.command("ride")(ride_command.ride_command)
+app.command("stability")(stability_command.stability)
 app.command("study")(study_command.study)
 app.command("irregularity")(irregularity.irregularity)
 app.command("paper")(paper.paper)

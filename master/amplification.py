@@ -51,9 +51,9 @@ class Open(Component):
 
     Attributes
     ----------
-    free : dict of int to array, shape (n_outputs,)
-        By time after the beginning of the step, in ticks: the outputs if nothing were fed. The
-        times are those at which a scheme has asked so far.
+    free : dict of (int, bool) to array, shape (n_outputs,)
+        The outputs, or their rates if True, if nothing were fed; by time after the beginning of
+        the step, in ticks. These are what a scheme has asked for so far.
     fed : tuple of (int, float, array)
         Beginning in ticks and length (s) of each step made, and value and derivatives of the
         inputs then, shape (3, n_inputs).
@@ -71,12 +71,12 @@ class Open(Component):
     ) -> None:
         super().__init__(name, inputs, outputs)
         self.model = model
-        self.free: dict[int, FloatArray] = {}
+        self.free: dict[tuple[int, bool], FloatArray] = {}
         self.fed: tuple[tuple[int, float, FloatArray], ...] = ()
         self._now = 0
         self._inputs = self.u.copy()
         self._derivatives: FloatArray = np.zeros((2, len(self.inputs)))
-        self._answers: dict[tuple[int, float], FloatArray] = {}
+        self._answers: dict[tuple[int, float, bool], FloatArray] = {}
 
     @property
     def feedthrough(self) -> NDArray[np.bool_]:
@@ -107,21 +107,24 @@ class Open(Component):
 
     def read_outputs(self) -> None:
         """Put the free motion and the answer to what was fed into `y`."""
-        if self._now not in self.free:
-            self.free[self._now] = np.zeros(len(self.outputs))
-        self.y[:] = self.free[self._now]
+        self.y[:] = self._observed(is_rate=False)
+        if self.model is not None:
+            self.y += self.model.D @ self._inputs
+
+    def output_rates(self) -> FloatArray | None:
+        """Rates of the outputs at the present time; see `Component`."""
         if self.model is None:
-            return
-        self.y += self.model.D @ self._inputs
-        for begin, h, taylor in self.fed:
-            after = self._now - begin - round(h / _TICK)
-            self.y += self._answer(after, h) @ taylor.ravel()
+            return None
+        rates = self._observed(is_rate=True)
+        rates += 2.0 * (self.model.C @ self.model.B).real @ self._inputs
+        rates += self.model.D @ self._derivatives[0]
+        return rates
 
     def step_derivative(self) -> FloatArray | None:
         """Change of the outputs per change of an input held over the last step."""
         if self.model is None or not self.fed:
             return None
-        return self._answer(0, self.fed[-1][1])[:, : len(self.inputs)] + self.model.D
+        return self._answer(0, self.fed[-1][1], is_rate=False)[:, : len(self.inputs)] + self.model.D
 
     def save_state(self) -> Any:
         """Snapshot; what was fed in this step is not memory, so it is wrapped up."""
@@ -136,7 +139,7 @@ class Open(Component):
         """Free motion at the times asked for, by what was fed: (n_z, all outputs, all inputs)."""
         assert self.model is not None
         model, poles = self.model, self.model.poles
-        C = np.concatenate([model.C * np.exp(poles * (tick * _TICK)) for tick in self.free])
+        C = np.concatenate([self._seen(*asked) for asked in self.free])
         G = np.concatenate(
             [
                 np.exp(poles * (h - begin * _TICK - length))[:, None] * model.sampled(length)[1]
@@ -146,13 +149,30 @@ class Open(Component):
         )
         return fractions(z, np.exp(poles * h), G, C)
 
-    def _answer(self, after: int, h: float) -> FloatArray:
+    def _observed(self, *, is_rate: bool) -> FloatArray:
+        """Outputs or their rates now, without what the present inputs add."""
+        asked = self._now, is_rate
+        total = self.free.setdefault(asked, np.zeros(len(self.outputs))).copy()
+        if self.model is not None:
+            for begin, h, taylor in self.fed:
+                after = self._now - begin - round(h / _TICK)
+                total += self._answer(after, h, is_rate=is_rate) @ taylor.ravel()
+        return total
+
+    def _answer(self, after: int, h: float, *, is_rate: bool) -> FloatArray:
         """Outputs some ticks after a step of length `h`, by value and derivatives of the inputs."""
         assert self.model is not None
-        if (after, h) not in self._answers:
-            later = np.exp(self.model.poles * (after * _TICK))
-            self._answers[after, h] = 2.0 * ((self.model.C * later) @ self.model.sampled(h)[1]).real
-        return self._answers[after, h]
+        key = after, h, is_rate
+        if key not in self._answers:
+            self._answers[key] = 2.0 * (self._seen(after, is_rate) @ self.model.sampled(h)[1]).real
+        return self._answers[key]
+
+    def _seen(self, tick: int, is_rate: bool) -> ComplexArray:  # noqa: FBT001 (a key of `free`)
+        """What the modes at the beginning do to the outputs, or their rates, at a time."""
+        assert self.model is not None
+        model = self.model
+        seen: ComplexArray = model.C * np.exp(model.poles * (tick * _TICK))
+        return seen * model.poles if is_rate else seen
 
 
 @dataclass(frozen=True)
@@ -231,7 +251,7 @@ class Amplification:
 
         # det(z - everything) = det(z - N) det(z - open modes) turn(z), and turn is 1 at infinity:
         # so it has as many more zeros than poles outside as it turns backwards around the circle.
-        return outside - _windings(turn, np.concatenate([own, self.poles]), radius)
+        return outside - _windings(turn, np.concatenate([own, self.poles]))
 
     def response(self, omega: FloatArray, signal: FloatArray, outputs: Sequence[int]) -> Any:
         """Outputs at communication points while the signals are exp(i omega t) times `signal`.
@@ -374,7 +394,7 @@ class Amplifier:
                 i, j = i + b.shape[1], j + b.shape[2]
             return whole[:, :, heard]
 
-        ticks = [tick for c in self._open if c.model is None for tick in c.free]
+        ticks = [tick for c in self._open if c.model is None for tick, _ in c.free]
         return Amplification(
             h=h, N=N[kept], R=R[kept], Q=Q[heard], P=P[heard], W=W[kept], V=V[heard],
             poles=np.concatenate([np.zeros(0, complex), *poles]), loop=loop,
@@ -433,17 +453,14 @@ def _solve_triangular(T: ComplexArray, B: ComplexArray, z: ComplexArray) -> Comp
     return x.transpose(1, 0, 2)
 
 
-def _windings(
-    turn: Callable[[FloatArray], ComplexArray], poles: ComplexArray, radius: float
-) -> int:
+def _windings(turn: Callable[[FloatArray], ComplexArray], poles: ComplexArray) -> int:
     """How often a function, real on the real axis, turns around zero along the circle.
 
     `turn` gives its logarithm, with any multiple of 2 pi i.
     """
-    # It turns fast near its poles: one point opposite to each, and where its resonance ends.
-    angle, width = np.abs(np.angle(poles)), np.abs(radius - np.abs(poles))
-    beside = [angle + factor * width for factor in (-2.0, -0.5, 0.0, 0.5, 2.0)]
-    phi = np.unique(np.clip(np.concatenate([[0.0, math.pi], *beside]), 0.0, math.pi))
+    # It turns fast near its poles: one point opposite to each.
+    opposite = np.abs(np.angle(poles))
+    phi = np.unique(np.concatenate([[0.0, math.pi], opposite]))
     value, slope = _with_slope(turn, phi)
     for _ in range(_ROUNDS):
         # Roots and poles come in clusters, one for each wheel, and may turn it fully between two
