@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from railcosim.master.connections import Connection, CouplingError
-from railcosim.master.law import Law
 from railcosim.master.system import System
 
 POWER = {("N", "m/s"), ("N.m", "rad/s"), ("V", "A"), ("Pa", "m3/s")}
@@ -44,8 +43,8 @@ def find_bonds(system: System, against: Sequence[str] = ()) -> tuple[Bond, ...]:
     """Find the bonds of a system, by units and names.
 
     A force from A to B is bound to the velocity from B to A of the same place: of the same name up
-    to the last dot, and among several, of the same last letter. A displacement will do where a
-    `Law` takes it. Any other component may be anywhere between the displacements it is given.
+    to the last dot, and among several, of the same last letter; if there is none, to the
+    displacement.
 
     Parameters
     ----------
@@ -92,10 +91,7 @@ def kind_of(system: System, bond: Bond) -> set[tuple[str, str]] | None:
     """Tell whether a bond is one of `POWER`, of `WORK`, or none."""
     units = units_of(system)
     pair = units[bond.effort], units[bond.motion]
-    if pair in POWER:
-        return POWER
-    taker = system.components[system.index(bond.motion.target)]
-    return WORK if pair in WORK and isinstance(taker, Law) else None
+    return POWER if pair in POWER else WORK if pair in WORK else None
 
 
 def units_of(system: System) -> dict[Connection, str]:

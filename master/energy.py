@@ -9,7 +9,7 @@ as fast as the error does, and grows where a coupling is unstable.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,9 +22,11 @@ from railcosim.master.bonds import WORK, Bond, kind_of, units_of
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import Connection, CouplingError
 from railcosim.master.cosimulation import CommunicationPoint
+from railcosim.master.law import Law
 from railcosim.master.system import System
 
 Slot = NDArray[np.intp]
+Take = Callable[["EnergyMeter", "_Interface", FloatArray, FloatArray], FloatArray]
 _PARABOLA = 3
 """Points through which an output is taken to go between two of them."""
 _GAUSS = np.polynomial.legendre.leggauss(3)
@@ -47,8 +49,10 @@ class EnergyMeter:
     communication points are taken along the parabola through the last three; what that leaves is
     of third order in the step, so errors of a coupling up to its second order are resolved.
 
-    A `Law` has no state. It saw the motions at the communication points only, where they are true,
-    so at its bonds only the forces differ.
+    A displacement that a component is given differs from the true one, and where it jumps to that,
+    work is done as well. The force then differs by what it answers at once, which is read at the
+    communication points with inputs that deviate as they did. A `Law` has no state: it saw the
+    motions at the points only, where they are true, so at its bonds only the forces differ.
 
     Parameters
     ----------
@@ -77,6 +81,7 @@ class EnergyMeter:
 
     def __init__(self, system: System, bonds: Sequence[Bond]) -> None:
         self.bonds = tuple(bonds)
+        self._system = system
         self._interfaces = _interfaces(system, self.bonds)
         self._paths: list[list[_Path]] = [[] for _ in system.components]
         self._times: list[float] = []
@@ -93,7 +98,9 @@ class EnergyMeter:
                 times = np.array([p.time for p in recent])
                 outputs = np.array([p.outputs for p in recent])
                 for interface in self._interfaces:
-                    created[interface.bonds] = self._measure(interface, times, outputs)
+                    gained = self._pushed(interface, times, outputs)
+                    given = interface.take(self, interface, times, outputs)
+                    created[interface.bonds] = interface.signs * (gained - given)
             self._times.append(point.time)
             self._created.append(created)
             yield point
@@ -108,7 +115,8 @@ class EnergyMeter:
             ``energy_residual[SOURCE.EFFORT->TARGET]``, and by all together, ``energy_residual``.
             What one step created is the difference of two.
         """
-        total = np.cumsum(np.array(self._created).reshape(-1, len(self.bonds)), axis=0)
+        shape = len(self._created), len(self.bonds)
+        total = np.cumsum(np.array(self._created).reshape(shape), axis=0)
         names = [f"energy_residual[{bond.name}]" for bond in self.bonds]
         columns = {**dict(zip(names, total.T, strict=True)), "energy_residual": total.sum(axis=1)}
         attrs = {"units": "J", "long_name": "energy created by the coupling since the start"}
@@ -122,24 +130,72 @@ class EnergyMeter:
             paths.pop()
         paths.append(_Path(t, h, taylor))
 
-    def _measure(self, interface: _Interface, times: FloatArray, outputs: FloatArray) -> FloatArray:
-        """Energy created between the last two times at the bonds of one interface, J."""
-        effort, motion = outputs[:, interface.efforts], outputs[:, interface.motions]
-        rate = int(interface.work)
-        work = np.zeros(len(interface.bonds))
-        for t, h, taylor in self._since(interface.pushed, times[-2]):
-            given = _lagrange(times, t + h * _NODES, rate) @ motion
-            work += h * _WEIGHTS @ (_polynomial(taylor[:, interface.forces], h * _NODES) * given)
-        if interface.work:
-            t, h = times[-2], times[-1] - times[-2]
-            force, flow = (_lagrange(times, t + h * _NODES, n) for n in (0, 1))
-            work -= h * _WEIGHTS @ ((flow @ motion) * (force @ effort))
-        else:
-            for t, h, taylor in self._since(interface.moved, times[-2]):
-                given = _lagrange(times, t + h * _NODES, 0) @ effort
-                work -= h * _WEIGHTS @ (_polynomial(taylor[:, interface.moves], h * _NODES) * given)
-        created: FloatArray = interface.signs * work
-        return created
+    def _pushed(self, at: _Interface, times: FloatArray, outputs: FloatArray) -> FloatArray:
+        """Work of the inputs that are efforts, since the point before, J."""
+        work = np.zeros(len(at.bonds))
+        for t, h, taylor in self._since(at.pushed, times[-2]):
+            flow = _lagrange(times, t + h * _NODES, at.rate) @ outputs[:, at.motions]
+            work += h * _WEIGHTS @ (_polynomial(taylor[:, at.forces], h * _NODES) * flow)
+        return work
+
+    def _flow(self, at: _Interface, times: FloatArray, outputs: FloatArray) -> FloatArray:
+        """Work that inputs that are velocities take, J."""
+        work = np.zeros(len(at.bonds))
+        for t, h, taylor in self._since(at.moved, times[-2]):
+            effort = _lagrange(times, t + h * _NODES, 0) @ outputs[:, at.efforts]
+            work += h * _WEIGHTS @ (_polynomial(taylor[:, at.moves], h * _NODES) * effort)
+        return work
+
+    def _law(self, at: _Interface, times: FloatArray, outputs: FloatArray) -> FloatArray:
+        """Work that the true displacements take, J."""
+        t, h = times[-2], times[-1] - times[-2]
+        effort, flow = (_lagrange(times, t + h * _NODES, n) for n in (0, 1))
+        work: FloatArray = (
+            h * _WEIGHTS @ ((effort @ outputs[:, at.efforts]) * (flow @ outputs[:, at.motions]))
+        )
+        return work
+
+    def _displacement(self, at: _Interface, times: FloatArray, outputs: FloatArray) -> FloatArray:
+        """Work that inputs that are displacements take, also where they jump, J."""
+        sources = self._system.sources(at.moved)
+        fed = sources < outputs.shape[1]
+        paths = self._since(at.moved, times[-2])
+        work = np.zeros(len(at.bonds))
+
+        def true(time: FloatArray) -> FloatArray:
+            u = np.broadcast_to(paths[0].taylor[0], (len(time), len(sources))).copy()
+            u[:, fed] = _lagrange(times, time, 0) @ outputs[:, sources[fed]]
+            return u
+
+        def effort(time: FloatArray, u: FloatArray) -> FloatArray:
+            smooth = _lagrange(times, time, 0) @ outputs[:, at.efforts]
+            return self._answer(at, u - true(time)) + smooth
+
+        last = true(times[-2:-1])
+        for t, h, taylor in paths:
+            start, time = np.array([t]), t + h * _NODES
+            work += (effort(start, (last + taylor[:1]) / 2) * (taylor[:1] - last)[:, at.moves])[0]
+            u, rate = _polynomial(taylor, h * _NODES), _polynomial(_rates(taylor), h * _NODES)
+            work += h * _WEIGHTS @ (rate[:, at.moves] * effort(time, u))
+            last = _polynomial(taylor, np.array([h]))
+        end = true(times[-1:])
+        work += (effort(times[-1:], (last + end) / 2) * (end - last)[:, at.moves])[0]
+        return work
+
+    def _answer(self, at: _Interface, deviations: FloatArray) -> FloatArray:
+        """By how much the efforts answer at once to inputs that deviate, (n, n_inputs) of them."""
+        component = self._system.components[at.moved]
+        u, y = component.u.copy(), component.y.copy()
+        chosen = at.efforts - self._system.own_outputs(at.moved).start
+        answers = np.empty((len(deviations), len(chosen)))
+        for answer, deviation in zip(answers, deviations, strict=True):
+            component.u[:] = u + deviation
+            component.write_inputs()
+            component.read_outputs()
+            answer[:] = component.y[chosen] - y[chosen]
+        component.u[:], component.y[:] = u, y
+        component.write_inputs()
+        return answers
 
     def _since(self, k: int, t: float) -> list[_Path]:
         """How inputs of component `k` went since `t` (s)."""
@@ -151,11 +207,15 @@ class EnergyMeter:
 
 @dataclass(frozen=True)
 class _Interface:
-    """Bonds between the same components: indices of components, of their inputs, of outputs."""
+    """Bonds between the same components: indices of components, of their inputs, of outputs.
+
+    `take` measures the work on the side of the motions; `rate` is 1 for displacements, else 0.
+    """
 
     bonds: Slot
     signs: FloatArray
-    work: bool
+    take: Take
+    rate: int
     pushed: int
     forces: Slot
     efforts: Slot
@@ -175,8 +235,8 @@ def _interfaces(system: System, bonds: Sequence[Bond]) -> tuple[_Interface, ...]
         kind = kind_of(system, bond)
         if kind is None:
             raise CouplingError(
-                f"bond {bond.name}: {units[bond.effort]!r} times {units[bond.motion]!r} is no "
-                "power; a work will do only where a Law takes the displacement"
+                f"bond {bond.name}: {units[bond.effort]!r} times {units[bond.motion]!r} is neither "
+                "a power nor a work"
             )
         key = system.index(bond.effort.target), system.index(bond.motion.target), kind is WORK
         groups.setdefault(key, []).append(i)
@@ -186,9 +246,15 @@ def _interfaces(system: System, bonds: Sequence[Bond]) -> tuple[_Interface, ...]
         forces, efforts = _places(system, [bond.effort for bond in chosen])
         moves, motions = _places(system, [bond.motion for bond in chosen])
         signs = np.array([bond.sign for bond in chosen], dtype=float)
+        take = EnergyMeter._flow
+        if work:
+            law = isinstance(system.components[moved], Law)
+            take = EnergyMeter._law if law else EnergyMeter._displacement
         numbers = np.array(members)
         found.append(
-            _Interface(numbers, signs, work, pushed, forces, efforts, moved, moves, motions)
+            _Interface(
+                numbers, signs, take, int(work), pushed, forces, efforts, moved, moves, motions
+            )
         )
     return tuple(found)
 
@@ -223,3 +289,8 @@ def _polynomial(taylor: FloatArray, tau: FloatArray) -> FloatArray:
     powers = np.vander(tau, len(taylor), increasing=True) / factorial(np.arange(len(taylor)))
     values: FloatArray = powers @ taylor
     return values
+
+
+def _rates(taylor: FloatArray) -> FloatArray:
+    """Value and derivatives of the rate of a polynomial."""
+    return taylor[1:] if len(taylor) > 1 else np.zeros_like(taylor)
