@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from railcosim.master.fmu import FmuComponent
 from railcosim.master.schemes import Scheme
+from railcosim.track.irregularity import Profile
 
 from .pair import Journey, Load, open_pair
 from .recorded_run import OUTPUTS_ONLY, Course, Keeping, Progress, Stopped, recorded_run
@@ -61,6 +64,7 @@ def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
             "speed": journey.speed,
             "motion": "irregularity moves" if journey.held else "wheels roll",
             "irregularity": journey.profile.name,
+            "irregularity sha256": _digest(journey.profile),
             **{f"parameter {k}": float(v) for k, v in plan.parameters.items()},
         }
         for fmu in (pair.vehicle, pair.track):
@@ -73,3 +77,8 @@ def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
         return recorded_run(
             pair.system, course, progress, about, plan.keeping, against=(pair.vehicle.name,)
         )
+
+
+def _digest(profile: Profile) -> str:
+    """Of the numbers: one name may stand for several profiles, longer or of an edited file."""
+    return hashlib.sha256(np.stack([profile.x, profile.left, profile.right]).tobytes()).hexdigest()
