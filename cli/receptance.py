@@ -75,7 +75,7 @@ def receptance(
         ),
     ] = 1e-4,
     steps: Annotated[
-        int, typer.Option(help="After a pulse: until what lasts moves alone.")
+        int, typer.Option(min=500, help="After a pulse: until what lasts moves alone.")
     ] = 13_500,
     amplitude: Annotated[float, typer.Option(help="Pulse height, in the input's unit.")] = 1e4,
     plot: PlotFile = None,
@@ -84,6 +84,7 @@ def receptance(
     RESULTS.check(out)
     PICTURES.check(plot)
     positive("--step", step, "s")
+    positive("--amplitude", amplitude, "of the input's unit")
     frequency = frequencies_of(frequencies)
     omega = 2 * np.pi * frequency
     pulses = Pulses(amplitude=amplitude, step=step, steps=steps)
@@ -93,6 +94,11 @@ def receptance(
         Method.PULSES: pulses,
     }
     way = ways.get(method) or best_way(fmu, pulses)
+    if way is pulses and frequency.max() > 0.5 / step:
+        raise UsageError(
+            f"--frequencies up to {frequency.max():g} Hz: pulses with --step {step:g} show up to "
+            f"{0.5 / step:g} Hz; make the step smaller"
+        )
     with progress(f"linearising ({way.description})") as update:
         model = way(fmu, fmu.stem, Wanted(inputs=[input_], outputs=[output]), update)
     values = model.frequency_response(omega)[:, 0, 0]

@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from railcosim.master.component import Component, ComponentError, FloatArray, Hold, Variable
+from railcosim.master.doubts import Doubts
 from railcosim.master.linear_form import relative_difference
 from railcosim.master.pulse_response import PulseResponse, analyse
 from railcosim.master.pulses import CHECK_STEP, CHECK_STEPS, FINER, Bench, Records, record
 from railcosim.master.realisation import ComplexArray
 from railcosim.master.suggest import suggest
 
-DEAD = 1e-3
-"""What may be left at the end of the record over the tolerance, if that is not the trouble."""
 SHORTER = 0.9
 """Part of the record that the rougher model is made of."""
 
@@ -97,7 +96,7 @@ def linearise(
     tolerance: float = 1e-4,
     progress: Callable[[int, int], None] | None = None,
 ) -> LinearModel:
-    """Linear model of a component from the response to two pulses an input.
+    """Linear model of a component from the response to three pulses an input.
 
     Parameters
     ----------
@@ -147,12 +146,13 @@ def linearise(
     Notes
     -----
     A held input is the only one whose effect over a step is known exactly without looking inside.
-    A run without a pulse is subtracted, so the operating point may drift. A second, short pulse of
-    another height, recorded in finer steps, shows what happens between the first samples, and
-    whether the component is linear. Outputs of the same unit are weighted alike; what is a
-    thousandth of its like is known a thousand times worse. Between distant points observe the
-    acceleration, too: its response falls least steeply with frequency, and -1/omega^2 of it is the
-    receptance, to more digits than the displacement gives above 1 kHz.
+    A run without a pulse is subtracted, so the operating point may drift. A second record of a
+    pulse of another height, in finer steps, shows what happens between the first samples, and
+    whether the component is linear; a third, of a shorter pulse, whether that was all. Outputs of
+    the same unit are weighted alike; what is a thousandth of its like is known a thousand times
+    worse. Between distant points observe the acceleration, too: its response falls least steeply
+    with frequency, and -1/omega^2 of it is the receptance, to more digits than the displacement
+    gives above 1 kHz.
     """
     u = np.array(at, dtype=float)
     columns = _select(component.inputs, inputs, component.name)
@@ -241,70 +241,24 @@ def _model(
         advice=(),
     )
     best = replace(rougher, responses=tuple(one.response for one in found), rougher=rougher)
-    takes_part = np.abs(mixing) > 0.0
 
     def by_input(by_run: list[FloatArray]) -> FloatArray:
         runs = np.stack(by_run, axis=1)
-        inputs: FloatArray = np.stack([runs[:, part].max(axis=1) for part in takes_part.T], axis=1)
+        parts = (np.abs(mixing) > 0.0).T
+        inputs: FloatArray = np.stack([runs[:, part].max(axis=1) for part in parts], axis=1)
         return inputs
 
     omega = 2.0 * np.pi * np.geomspace(1.0 / (bench.steps * bench.step), 0.2 / bench.step, 100)
-    difference = relative_difference(best, rougher, omega)
-    disagreement = by_input([one.disagreement for one in found])
-    unforeseen = by_input([one.unforeseen for one in found])
-    at_end = by_input([one.at_end for one in found])
-    advice = [
-        sentence
-        for k, input_ in enumerate(best.inputs)
-        if (
-            sentence := _advice(
-                input_.name,
-                disagreement[:, k].max(),
-                difference[:, k].max(),
-                unforeseen[:, k].max(),
-                at_end[:, k].max(),
-                tolerance,
-            )
-        )
-    ]
+    doubts = Doubts(
+        disagreement=by_input([one.disagreement for one in found]),
+        difference=relative_difference(best, rougher, omega),
+        unforeseen=by_input([one.unforeseen for one in found]),
+        at_end=by_input([one.at_end for one in found]),
+    )
+    advice = doubts.advice(best.inputs, tolerance)
     for sentence in advice:
         warnings.warn(f"{component.name}: {sentence}", RuntimeWarning, stacklevel=3)
-    return replace(
-        best,
-        error_estimate=np.maximum.reduce([difference, disagreement, unforeseen]),
-        advice=tuple(advice),
-    )
-
-
-def _advice(
-    name: str,
-    disagreement: float,
-    difference: float,
-    unforeseen: float,
-    at_end: float,
-    tolerance: float,
-) -> str:
-    """A sentence if the response to an input is known poorly."""
-    if disagreement > tolerance:
-        return (
-            f"two pulses on {name} of other height and step give responses that differ by "
-            f"{disagreement:.0e} of the peak: it is not linear, or its solver errs as much; try a "
-            "tenth of the amplitude, then tighter solver tolerances, then half the step"
-        )
-    known = f"the response to {name} is known to {max(difference, unforeseen):.0e} only"
-    if unforeseen > tolerance:
-        return f"{known}: there is motion too fast for the step; try half the step"
-    if difference > tolerance and at_end > DEAD * tolerance:
-        return (
-            f"{known}, and {at_end:.0e} of its peak is left at the end of the record: motion that "
-            "has not died down; try more steps"
-        )
-    if difference > tolerance:
-        return (
-            f"{known}: there is motion too fast for the step, or the outputs are noisy; try half "
-            "the step, then a larger amplitude"
-        )
-    return ""
+    return replace(best, error_estimate=doubts.error, advice=advice)
 
 
 def _relative(error: FloatArray, scale: FloatArray) -> FloatArray:
