@@ -10,11 +10,14 @@ import pytest
 from railcosim.analysis.contact import FORCES, MOTIONS, WHEELS, WHEELSETS
 from railcosim.analysis.coupled_reference import compression_model, converged_forces
 from railcosim.analysis.pair import FADE_IN, Journey, open_pair
+from railcosim.master.bonds import find_bonds
 from railcosim.master.cosimulation import cosimulate
+from railcosim.master.energy import EnergyMeter
 from railcosim.master.schemes import ConvergenceError
 from railcosim.master.schemes.aitken import aitken
 from railcosim.master.schemes.iqn_ils import iqn_ils
 from railcosim.master.schemes.iteration import Until
+from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.schemes.nepce import nepce
 from railcosim.master.schemes.picard import picard
 from railcosim.track.irregularity import synthesise
@@ -126,6 +129,27 @@ def test_reuse_makes_it_two_evaluations(exported):
     run_ = partial(run, exported.folder, "track", step=1e-3)
     _, _, reports = run_(iqn_ils(reuse=4))
     assert np.mean([report.evaluations for report in reports[5:]]) <= 2.2
+
+
+@pytest.mark.parametrize("owner", ["track", "vehicle", "master"])
+def test_energy_at_the_wheels(exported, owner):
+    """Created at every wheel, half as much with half the step; and measuring changes no bit."""
+    scheme, total, forces = jacobi(degree=0), [], []
+    for step in (2e-5, 1e-5):
+        with opened(exported.folder, owner, K_H) as pair:
+            bonds = find_bonds(pair.system, against=["vehicle"])
+            meter = EnergyMeter(pair.system, bonds)
+            points = list(meter.watch(cosimulate(pair.system, scheme, step, 0.01)))
+            names = [name.partition(".")[2] for name in pair.system.names]
+        forces.append(np.array([p.outputs[[names.index(f) for f in FORCES]] for p in points]))
+        total.append(np.abs(meter.to_dataset()["energy_residual"]).max())
+    assert len(bonds) == (16 if owner == "master" else 8)
+    assert all(b.motion.output[:17] == b.effort.output[:17] for b in bonds)
+    # 0.1: asked for.
+    assert np.log2(total[0] / total[1]) == pytest.approx(scheme.order, abs=0.1)
+    np.testing.assert_array_equal(
+        run(exported.folder, owner, scheme, 1e-5, stop=0.01)[1], forces[1]
+    )
 
 
 def test_picard_diverges_where_the_others_do_not(exported):
