@@ -220,8 +220,8 @@ class IteratedStepper:
             f"{self._scheme.describe()} did not converge at t = {t:.9g} s: after {evaluations} "
             f"evaluations {self._system.names[place]} still changes by {residual[worst]:.3g} "
             f"{unit} (allowed: {weight[worst]:.3g} {unit}; residual {ratio[worst]:.3g} times that)."
-            " Try iqn-ils or aitken, the scheme interface-jacobian, a shorter step, larger tolerances"
-            " or max_evaluations; or accept=True to go on with what there is"
+            " Try iqn-ils or aitken, the scheme interface-jacobian, a shorter step, larger "
+            "tolerances or max_evaluations; or accept=True to go on with what there is"
         )
 
 
