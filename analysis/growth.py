@@ -46,7 +46,9 @@ class Kick:
     def __init__(self, height: float) -> None:
         self.height, self.duration = height, 0.0
 
-    def under(self, place: FloatArray, speed: float, fade_in: float) -> Callable[[float], FloatArray]:
+    def under(
+        self, place: FloatArray, speed: float, fade_in: float
+    ) -> Callable[[float], FloatArray]:
         """Heights under the wheels at a time."""
         return lambda t: PATTERN * (self.height if 0.0 < t <= self.duration else 0.0)
 
@@ -103,9 +105,8 @@ class Bench:
     def limit(self, scheme: Scheme, guess: float) -> float:
         """Find the largest stable step (s) near a guess.
 
-        Growth is measured at two steps beyond it and extrapolated to `RATE`. Where that does not
-        lead to a step a little shorter, as where another motion takes over or the scheme fails
-        rather than grows, steps are halved in between.
+        Growth is measured at two steps beyond the guess and extrapolated to none. Where that leads
+        far, or the scheme fails rather than grows, intervals are halved instead.
 
         Returns
         -------
@@ -119,7 +120,11 @@ class Bench:
         slow, fast = self.growth(scheme, near), self.growth(scheme, far)
         if self._rate < slow < fast < math.inf:
             found = near - (slow - self._rate) * (far - near) / (fast - slow)
-            if BELOW * guess < found and self.growth(scheme, BELOW * found, 2 * SHORT) <= self._rate:
+            # Not farther than what was measured: another motion may take over on the way.
+            if (
+                near - found <= far - near
+                and self.growth(scheme, BELOW * found, 2 * SHORT) <= self._rate
+            ):
                 return found
         return self._halved(scheme, guess)
 

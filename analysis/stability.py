@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from railcosim.master.amplification import Amplifier
-from railcosim.master.component import ComponentError, FloatArray
+from railcosim.master.component import ComponentError
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.interface_jacobian import InterfaceJacobian
 from railcosim.track.irregularity import flat

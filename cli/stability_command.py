@@ -31,7 +31,6 @@ from .options import (
     console,
     contact_parameters,
     progress,
-    stiffness_of,
 )
 
 Found = dict[tuple[str, Owner], list[Limit]]
@@ -88,7 +87,9 @@ def schemes_of(text: str) -> list[str]:
     for word in text.split(","):
         matching = [name for name in names if name.startswith(word)] if word else []
         if not matching:
-            raise UsageError(f"--schemes {text}: no scheme is {word!r}; there are {', '.join(names)}")
+            raise UsageError(
+                f"--schemes {text}: no scheme is {word!r}; there are {', '.join(names)}"
+            )
         chosen |= dict.fromkeys([word] if word in names else matching)
     return list(chosen)
 

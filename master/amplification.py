@@ -167,7 +167,7 @@ class Open(Component):
             self._answers[key] = 2.0 * (self._seen(after, is_rate) @ self.model.sampled(h)[1]).real
         return self._answers[key]
 
-    def _seen(self, tick: int, is_rate: bool) -> ComplexArray:  # noqa: FBT001 (a key of `free`)
+    def _seen(self, tick: int, is_rate: bool) -> ComplexArray:
         """What the modes at the beginning do to the outputs, or their rates, at a time."""
         assert self.model is not None
         model = self.model
@@ -343,7 +343,9 @@ class Amplifier:
             self.evaluations = max(self.evaluations, report.evaluations)
             after = list(_arrays((system.save_state(), stepper.memory)))
             if [a.size for a in after] != sizes:
-                raise NotLinear(f"{scheme.describe()}: its memory changes its form from step to step")
+                raise NotLinear(
+                    f"{scheme.describe()}: its memory changes its form from step to step"
+                )
             fed = [taylor.ravel() for c in self._open for _, _, taylor in c.fed if c.inputs]
             return (
                 np.concatenate([a.ravel() for a in after]) / PROBE,

@@ -183,7 +183,11 @@ def modes_of(model: StateSpace) -> Modal:
         b = np.linalg.solve(V, model.B[states].astype(complex))
         c = model.C[:, states].transpose(1, 0, 2) @ V
         parts.append(
-            (poles.ravel(), b.reshape(-1, b.shape[2]), c.transpose(1, 0, 2).reshape(len(model.C), -1))
+            (
+                poles.ravel(),
+                b.reshape(-1, b.shape[2]),
+                c.transpose(1, 0, 2).reshape(len(model.C), -1),
+            )
         )
     poles = np.concatenate([p for p, _, _ in parts])
     B = np.concatenate([b for _, b, _ in parts])

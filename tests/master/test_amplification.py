@@ -1,0 +1,125 @@
+"""One step as a linear map: roots counted around a circle against eigenvalues of whole matrices."""
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array
+
+from railcosim.master.amplification import Amplifier, Open
+from railcosim.master.component import Variable
+from railcosim.master.connections import connect_by_name
+from railcosim.master.law import Law
+from railcosim.master.linear_component import LinearComponent
+from railcosim.master.modal import modal, modes_of
+from railcosim.master.schemes.gauss_seidel import gauss_seidel
+from railcosim.master.schemes.interface_jacobian import interface_jacobian
+from railcosim.master.schemes.jacobi import jacobi
+from railcosim.master.schemes.nepce import nepce
+from railcosim.master.schemes.variants import VARIANTS
+from railcosim.master.state_space import StateSpace
+from railcosim.master.system import System
+
+N = 2  # contacts
+K = 3e6  # N/m
+FORCE = [Variable(name=f"force[{i}]", unit="N", nominal=1e3) for i in range(N)]
+WHEEL = [Variable(name=f"wheel[{i}]", unit="m", nominal=1e-3) for i in range(N)]
+RAIL = [Variable(name=f"rail[{i}]", unit="m", nominal=1e-3) for i in range(N)]
+
+
+class Stiff:
+    """Linear springs, as a law."""
+
+    def force(self, compression):
+        return K * compression
+
+    def stiffness(self, compression):
+        return np.full_like(compression, K)
+
+
+def beam(modes=30):
+    """A., B, C of a beam's modes, 1 to 20 Hz times k squared, 1 % damped, met at two places."""
+    k = np.arange(1, modes + 1)
+    omega, shape = 20.0 * k**1.3, np.sin(np.outer(k, [0.9, 1.7])) / np.sqrt(200.0)
+    A = np.zeros((2 * modes, 2 * modes))
+    i = 2 * np.arange(modes)
+    A[i, i + 1], A[i + 1, i], A[i + 1, i + 1] = 1.0, -(omega**2), -0.02 * omega
+    B, C = np.zeros((2 * modes, N)), np.zeros((N, 2 * modes))
+    B[i + 1], C[:, i] = shape, shape.T
+    return A, B, C
+
+
+def make_system(*, opened):
+    """Masses on springs, met by a beam, the springs in the master."""
+    m, c, k = 300.0, 2e3, 1e5
+    A = np.kron(np.eye(N), [[0.0, 1.0], [-k / m, -c / m]])
+    B, C = np.kron(np.eye(N), [[0.0], [-1.0 / m]]), np.kron(np.eye(N), [[1.0, 0.0]])
+    D = np.zeros((N, N))
+    wheel = LinearComponent("wheel", A=A, B=B, C=C, D=D, inputs=FORCE, outputs=WHEEL)
+    A, B, C = beam()
+    if opened:
+        rail = Open("rail", FORCE, RAIL, modal("rail", A, B, C, D, tuple(FORCE), tuple(RAIL)))
+    else:
+        rail = LinearComponent("rail", A=A, B=B, C=C, D=D, inputs=FORCE, outputs=RAIL)
+    S = np.hstack([np.eye(N), -np.eye(N)])
+    parts = [wheel, Law("contact", Stiff(), [*WHEEL, *RAIL], FORCE, S), rail]
+    return System(parts, connect_by_name(parts))
+
+
+SCHEMES = {
+    **{f"jacobi {d}": jacobi(degree=d) for d in range(3)},
+    **{f"gauss-seidel {d}": gauss_seidel(first="rail", degree=d) for d in range(3)},
+    "nepce": nepce(),
+    # A tolerance so fine that every step is corrected: then it is a linear map.
+    **{n: interface_jacobian(variant=v, tolerance=1e-10) for n, v in VARIANTS.items()},
+}
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_count_is_that_of_the_whole_matrix(name) -> None:
+    whole, opened = (Amplifier(make_system(opened=o), SCHEMES[name]) for o in (False, True))
+    for h in (1e-4, 1e-3, 3e-3, 1e-2):
+        eigenvalues = np.abs(np.linalg.eigvals(whole.at(h).N))
+        one = opened.at(h)
+        for rate in (0.5, 5.0, 50.0):
+            edge = np.exp(rate * h)
+            assert np.abs(eigenvalues - edge).min() > 1e-9  # else either number would be right
+            assert one.growing(rate) == (eigenvalues > edge).sum()
+
+
+def test_something_grows_with_long_steps_and_nothing_with_short_ones() -> None:
+    amplifier = Amplifier(make_system(opened=True), jacobi(degree=1))
+    assert amplifier.at(1e-4).growing(0.5) == 0
+    assert amplifier.at(1e-2).growing(0.5) > 0
+
+
+def test_an_open_map_has_no_spectral_radius() -> None:
+    with pytest.raises(ValueError, match="left open"):
+        Amplifier(make_system(opened=True), jacobi()).at(1e-3).spectral_radius()
+
+
+def test_modes_and_fewer_modes_have_the_same_response() -> None:
+    A, B, C = beam()
+    model = StateSpace(
+        name="rail", A=csc_array(A), B=B, C=C, D=np.zeros((N, N)),
+        inputs=tuple(FORCE), outputs=tuple(RAIL),
+    )  # fmt: skip
+    omega = np.geomspace(1.0, 3e3, 500)
+    G = model.frequency_response(omega)
+    modes = modes_of(model)
+    top = np.abs(G).max()
+    assert np.abs(modes.response(1j * omega) - G).max() < 1e-12 * top  # rounding
+    fewer = modes.condensed(1e-3)
+    assert len(fewer.poles) < len(modes.poles)
+    # Twice the sum of the singular values left out, each below 1e-3 of the largest, which is at
+    # most half the peak; there are less than twenty.
+    assert np.abs(fewer.response(1j * omega) - G).max() < 20 * 1e-3 * top
+
+
+def test_springs_on_the_outputs_are_those_of_the_frequency_domain() -> None:
+    A, B, C = beam()
+    modes = modal("rail", A, B, C, np.zeros((N, N)), tuple(FORCE), tuple(RAIL))
+    omega = np.geomspace(1.0, 3e3, 50)
+    G = modes.response(1j * omega)
+    k = np.array([K, 2 * K])
+    expected = np.linalg.inv(np.diag(1.0 / k) + G)  # force = (1/k + G)^-1 motion
+    found = modes.sprung(k, tuple(WHEEL), tuple(FORCE)).response(1j * omega)
+    assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()  # rounding
