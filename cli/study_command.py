@@ -44,7 +44,7 @@ from .options import (
 )
 
 Results = list[tuple[Point, Measurement]]
-WIDTH = 110  # of the table, characters
+WIDTH = 120  # of the table, characters
 
 
 class StudyFailedError(ArithmeticError):
@@ -190,7 +190,7 @@ def order_table(table: xr.Dataset) -> Table:
         box=SIMPLE,
     )
     shown.add_column("scheme, owner of the contact", no_wrap=True)
-    for name in (*(f"{1e3 * step:g}" for step in steps), "order", "observed", "evaluations"):
+    for name in (*(f"{1e3 * step:g}" for step in steps), "order", "observed", "evals"):
         shown.add_column(name, justify="right", no_wrap=True)
     for owner, scheme in itertools.product(table["owner"].values, table["scheme"].values):
         row = table.sel(scheme=scheme, owner=owner)

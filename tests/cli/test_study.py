@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -122,6 +123,7 @@ def test_mistakes_in_one_line(folder, arguments, status, says, monkeypatch, capf
     (folder / "other").mkdir(exist_ok=True)
     (folder / "other/study.json").write_text('{"time": 1.0}')
     monkeypatch.chdir(folder)
+    monkeypatch.setattr("warnings.showwarning", warnings.showwarning)  # `run` sets its own
     monkeypatch.setattr("sys.argv", ["railcosim", "study", *arguments])
     monkeypatch.setattr("railcosim.analysis.cluster.PATIENCE", 0.5)  # s; nobody will ever answer
     with pytest.raises(SystemExit) as stopped:
