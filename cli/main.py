@@ -23,6 +23,7 @@ from railcosim.master.cosimulation import Divergence
 from railcosim.parameters import ParameterError
 
 from . import (
+    advise_command,
     compare,
     demo,
     export,
@@ -63,6 +64,7 @@ app.command("track-receptance")(receptance.track_receptance)
 app.command("compare")(compare.compare)
 app.command("map")(map_command.map_command)
 app.command("ride")(ride_command.ride_command)
+app.command("advise")(advise_command.advise)
 app.command("stability")(stability_command.stability)
 app.command("study")(study_command.study)
 app.command("irregularity")(irregularity.irregularity)

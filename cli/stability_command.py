@@ -82,7 +82,7 @@ def stability(
 
 
 def schemes_of(text: str) -> list[str]:
-    """Names of the catalogue's schemes that are one of several words, or begin with it."""
+    """Names of the catalogue's schemes that begin with one of several words."""
     names, chosen = list(members()), dict[str, None]()
     for word in text.split(","):
         matching = [name for name in names if name.startswith(word)] if word else []

@@ -58,3 +58,33 @@ def _families(curves: tuple[Curve, ...]) -> list[tuple[str, tuple[Curve, ...]]]:
     others = tuple(c for c in curves if c not in explicit)
     named = [("one evaluation a step", explicit), ("several", others)]
     return [(title, part) for title, part in named if part]
+
+
+def advice_chart(advice: xr.Dataset) -> Chart:
+    """Predicted error over the step, of six of the cheapest ways to couple.
+
+    Parameters
+    ----------
+    advice : Dataset
+        ``errors`` over ``option``, cheapest first, and ``tried`` (s).
+    """
+    steps = 1e3 * np.asarray(advice["tried"])
+    accuracy = float(advice.attrs["accuracy"])
+    curves = [
+        Curve(name=str(name), x=steps[np.isfinite(errors)], y=errors[np.isfinite(errors)])
+        for name, errors in zip(
+            np.asarray(advice["option"]).tolist()[:6],
+            np.asarray(advice["errors"])[:6],
+            strict=True,
+        )
+    ]
+    asked = Curve(name="asked for", x=steps[[0, -1]], y=np.full(2, accuracy), dashed=True)
+    panel = Panel(
+        x_label="step (ms)",
+        y_label="relative error of contact forces",
+        curves=(*curves, asked),
+        x_log=True,
+        y_log=True,
+        y_range=(accuracy / 10, max(1.0, 100 * accuracy)),
+    )
+    return Chart(title="Predicted error, cheapest ways to couple", rows=((panel,),))

@@ -1,0 +1,197 @@
+"""railcosim advise."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+import xarray as xr
+from rich.table import Table
+
+from railcosim.analysis.advise import STEPS, Excitation, Option, Progress, excitation, options
+from railcosim.analysis.catalogue import Owner, members
+from railcosim.analysis.frequency import wheelset_positions
+from railcosim.analysis.linear_pair import Part, linear_parts
+from railcosim.analysis.parallel import Task, Workers
+from railcosim.analysis.stability import Contact, Coupling
+from railcosim.master.files import save
+from railcosim.plots.picture import save_picture
+from railcosim.plots.stability import advice_chart
+from railcosim.track.irregularity import QUALITIES
+from railcosim.track.irregularity.synthesis import quality
+
+from .export import fmus_of
+from .options import (
+    PICTURES,
+    PlotFile,
+    Speed,
+    Suffixes,
+    TrackFmu,
+    UsageError,
+    VehicleFmu,
+    console,
+    contact_parameters,
+    positive,
+    progress,
+)
+from .stability_command import USUAL, in_ms, schemes_of, stiffness, warn_of_growth
+
+NETCDF = Suffixes("--out", (".nc",))
+SHOWN = 8
+"""Lines of the table."""
+TOGETHER = 4
+"""Schemes of one task."""
+
+
+def advise(
+    accuracy: Annotated[
+        float, typer.Option(help="Error allowed: RMS of the contact force's, relative.")
+    ] = 1e-3,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Result as well: .nc.", metavar="FILE")
+    ] = None,
+    vehicle_fmu: VehicleFmu = None,
+    track_fmu: TrackFmu = None,
+    contact_stiffness: Annotated[
+        str, typer.Option("--contact-stiffness", help="N/m, or hertz at the static load.")
+    ] = "hertz",
+    schemes: Annotated[
+        str, typer.Option(help="Schemes, or how their names begin; several with commas.")
+    ] = USUAL,
+    speed: Speed = 250.0,
+    irregularity: Annotated[
+        str, typer.Option("--class", help=f"Class of the track: {', '.join(QUALITIES)}.")
+    ] = "german-low",
+    plot: PlotFile = None,
+) -> None:
+    """Name owner, scheme and step that reach an accuracy at the least cost, before running.
+
+    The error is predicted from the linear models of both FMUs, which must take contact forces, for
+    a random irregularity under wheels that are held. Cost is how often the FMUs are stepped.
+    """
+    NETCDF.check(out)
+    PICTURES.check(plot)
+    positive("--accuracy", accuracy, "")
+    v, chosen = positive("--speed", speed, "km/h") / 3.6, schemes_of(schemes)
+    parameters = contact_parameters(contact_stiffness)
+    spectrum = quality(irregularity).vertical
+    with fmus_of(vehicle_fmu, track_fmu, "Vehicle", "Track") as (vehicle, track):
+        source = excitation(spectrum, v, wheelset_positions(vehicle))
+        k_H = stiffness(vehicle, track, parameters)
+        with progress("linearising") as update:
+            parts = linear_parts(vehicle, track, update)
+    with progress("predicting errors") as update, Workers(update) as workers:
+        tasks = _tasks(parts, k_H, chosen, accuracy, source)
+        total = sum(task.cost for task in tasks)
+        found = [o for _, part in workers.completed(tasks, total) for o in part]
+    found.sort(key=lambda option: option.cost)
+    warn_of_growth(parts, k_H, contact_stiffness)
+    if not found:
+        raise UsageError(
+            f"--accuracy {accuracy:g}: no scheme reaches it with steps of 0.01 ms or more; ask for "
+            "less, or for other --schemes"
+        )
+    with progress("looking for limits") as update:
+        limits = [_limit(parts, k_H, o, i, update) for i, o in enumerate(found[:SHOWN])]
+    console.print(_table(found, limits, accuracy, contact_stiffness))
+    best = found[0]
+    console.print(
+        f"Use [bold]{best.scheme}[/bold] with the contact in the [bold]{best.owner.value}[/bold] "
+        f"and a step of [bold]{1e3 * best.step:g} ms[/bold]: predicted error {best.error:.1e}, "
+        f"{_margin(limits[0], best.step)}.",
+        highlight=False, soft_wrap=True,
+    )  # fmt: skip
+    result = _dataset(found, limits, accuracy, k_H, v)
+    if out is not None:
+        save(result, out)
+        console.print(str(out), highlight=False)
+    if plot is not None:
+        save_picture(advice_chart(result), plot)
+        console.print(str(plot), highlight=False)
+
+
+def _tasks(
+    parts: tuple[Part, ...], k_H: float, names: list[str], accuracy: float, source: Excitation
+) -> list[Task]:
+    """Some schemes of one owner each."""
+    catalogue = members()
+    tasks = []
+    for owner in Owner:
+        suiting = [name for name in names if owner in catalogue[name].owners]
+        for i in range(0, len(suiting), TOGETHER):
+            some = {name: catalogue[name].scheme for name in suiting[i : i + TOGETHER]}
+            tasks.append(
+                Task(
+                    name=f"{owner.value} {i}",
+                    function=options,
+                    arguments=(parts, owner, k_H, some, accuracy, source),
+                    cost=float(len(some)),
+                )
+            )
+    return tasks
+
+
+def _limit(
+    parts: tuple[Part, ...], k_H: float, option: Option, i: int, update: Progress
+) -> float:
+    """Largest stable step of an option, s."""
+    coupling = Coupling(Contact(parts, option.owner, k_H), members()[option.scheme].scheme)
+    step = coupling.limit().step
+    update(i + 1, SHOWN)
+    return step
+
+
+def _margin(limit: float, step: float) -> str:
+    if math.isinf(limit):
+        return "stable up to the end of the scan at 10 ms"
+    if limit < step:  # a window of stability beyond the first unstable step
+        return f"stable there, but not with all shorter steps, from {in_ms(limit)} ms on"
+    return f"stable up to {in_ms(limit)} ms, {limit / step:.2g} times that"
+
+
+def _table(found: list[Option], limits: list[float], accuracy: float, contact: str) -> Table:
+    table = Table(title=f"Error below {accuracy:g} at contact stiffness {contact}, cheapest first")
+    for heading in ("scheme", "contact in", "step, ms", "evaluations", "a second", "error",
+                    "stable to, ms"):  # fmt: skip
+        table.add_column(heading, justify="left" if heading in ("scheme", "contact in") else "right")
+    for option, limit in zip(found, limits, strict=False):
+        table.add_row(
+            option.scheme, option.owner.value, f"{1e3 * option.step:g}", str(option.evaluations),
+            f"{option.cost:.0f}", f"{option.error:.1e}", in_ms(limit),
+        )  # fmt: skip
+    return table
+
+
+def _dataset(
+    found: list[Option], limits: list[float], accuracy: float, k_H: float, speed: float
+) -> xr.Dataset:
+    """Columns over the options, cheapest first."""
+    padded = np.full(len(found), np.nan)
+    padded[: len(limits)] = limits
+    columns = {
+        "step": ([o.step for o in found], "s", "longest step that reaches the accuracy"),
+        "evaluations": ([o.evaluations for o in found], "1", "evaluations a step"),
+        "cost": ([o.cost for o in found], "1/s", "evaluations a second of time simulated"),
+        "error": ([o.error for o in found], "1", "predicted relative RMS error of contact forces"),
+        "stable_to": (padded, "s", "largest stable step, of the cheapest"),
+    }
+    variables = {
+        name: ("option", np.array(values, dtype=float), {"units": unit, "long_name": text})
+        for name, (values, unit, text) in columns.items()
+    }
+    variables["errors"] = (
+        ("option", "tried"),
+        np.array([o.errors for o in found]),
+        {"units": "1", "long_name": "predicted relative RMS error at the steps tried"},
+    )
+    return xr.Dataset(
+        variables,
+        coords={
+            "option": [f"{o.scheme}, contact in {o.owner.value}" for o in found],
+            "tried": ("tried", STEPS, {"units": "s", "long_name": "step"}),
+        },
+        attrs={"accuracy": accuracy, "contact_stiffness": k_H, "speed": speed},
+    )
