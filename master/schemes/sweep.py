@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.master.component import FloatArray, Hold
+from railcosim.master.component import FloatArray
 from railcosim.master.law import Law
 from railcosim.master.schemes.polynomials import continued, paths
 from railcosim.master.schemes.variants import Variant
@@ -63,6 +63,8 @@ class Sweep:
     ----------
     samples : array, shape (n_points + 1, n_outputs)
         All outputs at the beginning and at the points of the last sweep.
+    fallbacks : tuple of str
+        A sentence for every component that has to do with less than a polynomial.
 
     Raises
     ------
@@ -75,13 +77,18 @@ class Sweep:
         component = system.components[law]
         assert isinstance(component, Law)
         self._S = component.S
-        self.fallbacks: tuple[str, ...] = ()
         others = [k for k in range(len(system.components)) if k != law]
         self._signals = [k for k in others if not system.components[k].inputs]
         own, n = system.own_outputs(law), len(system.outputs)
         self._riders = [
             _rider(system, k, own, variant) for k in others if system.components[k].inputs
         ]
+        self.fallbacks = tuple(
+            f"{system.components[rider.k].name} takes no derivatives of its inputs: those that are "
+            "no forces of the law are held at their mean, and the coupling is of order 2 at most"
+            for rider in self._riders
+            if len(rider.fed) and not rider.degree
+        )
         self._tau = np.array([0.0, *variant.points])
         sources = system.sources(law)
         ridden = np.zeros(n, dtype=bool)
@@ -261,6 +268,6 @@ def _rider(system: System, k: int, own: slice, variant: Variant) -> _Rider:
             f"{component.name} does not know the rates of its outputs, which the variant "
             f"{variant.name} needs: use another variant, or an FMU with maxOutputDerivativeOrder"
         )
-    component.set_hold(Hold.CONSTANT)
     degree = max(wanted, min(able, len(variant.points), 2)) if len(fed) else wanted
+    system.set_continuation(k, degree, at_end=True)
     return _Rider(k, forced, sources[forced] - own.start, fed, sources[fed], degree)

@@ -7,7 +7,7 @@ from scipy.linalg import expm
 
 from railcosim.master.component import Variable
 from railcosim.master.connections import Connection, connect_by_name
-from railcosim.master.cosimulation import cosimulate
+from railcosim.master.cosimulation import FallbackWarning, cosimulate
 from railcosim.master.law import Law
 from railcosim.master.linear_component import LinearComponent
 from railcosim.master.schemes import ConvergenceError
@@ -336,8 +336,18 @@ def test_what_else_is_exchanged_keeps_up(variant, order, follower_first) -> None
     assert observed_order(errors) > order - 0.1
 
 
-def chased(variant, step, follower_first):
-    follower = LinearComponent(
+def test_inputs_of_a_component_without_derivatives_are_held_at_their_mean() -> None:
+    """Of second order still, and the user is told."""
+    errors = []
+    for step in (0.02, 0.01):
+        with pytest.warns(FallbackWarning, match=r"takes no derivatives.*at their mean"):
+            y = chased(AVERAGE_HOLD, step, False, kind=Untold)
+        errors.append(np.abs(y - chased_exactly()).max())
+    assert observed_order(errors) > 1.9
+
+
+def chased(variant, step, follower_first, kind=LinearComponent):
+    follower = kind(
         "follower",
         A=[[-1.0]],
         B=[[1.0]],
@@ -346,7 +356,7 @@ def chased(variant, step, follower_first):
         inputs=[Variable(name="z left")],
         outputs=[Variable(name="f")],
     )
-    left = body("left", -1, START[:2])
+    left = body("left", -1, START[:2], kind)
     parts = [left, body("right", 1, START[2:]), spring(LinearContact(k_H=K_C))]
     parts = [follower, *parts] if follower_first else [*parts, follower]
     connections = [*connect_by_name(parts), Connection("follower", "f", "left", "weight left")]
