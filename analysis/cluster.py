@@ -5,6 +5,7 @@ Needs dask.distributed, the extra ``railcosim[study]``.
 
 from __future__ import annotations
 
+import logging
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -57,6 +58,9 @@ def connect(address: str | None) -> Iterator[Client]:
     ClusterError
         If nobody answers, nobody works, or workers have another version of railcosim.
     """
+    # What goes wrong is said in one line, and not in dask's log of tracebacks as well.
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     if address is None:
         # No limit of memory: dask would stop workers on machines that are small, or full of others.
         with (

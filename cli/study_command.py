@@ -158,11 +158,12 @@ def run(
                 else:
                     failed.append(f"{point}: {' '.join(str(result).split())}")
     except (KeyboardInterrupt, OSError):
-        errors.print(
-            f"{len(found)} of {len(points)} points are finished and kept in {folder.path}; "
-            "the same command goes on from there",
-            highlight=False,
-        )
+        if found:
+            errors.print(
+                f"{len(found)} of {len(points)} points are finished and kept in {folder.path}; "
+                "the same command goes on from there",
+                highlight=False,
+            )
         raise
     return found, failed
 
