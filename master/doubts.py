@@ -25,6 +25,8 @@ class Doubts:
         Difference of the frequency response to a rougher model's.
     unforeseen : ndarray
         Error in foreseeing the response to a third, short pulse in short steps.
+    changed : ndarray
+        Difference of the response to that pulse at the beginning and the end of the record.
     at_end : ndarray
         What is left of the record at its end beside the lasting poles.
     """
@@ -32,15 +34,19 @@ class Doubts:
     disagreement: FloatArray
     difference: FloatArray
     unforeseen: FloatArray
+    changed: FloatArray
     at_end: FloatArray
+
+    @property
+    def floor(self) -> FloatArray:
+        """What the checks say, whatever the frequency."""
+        largest: FloatArray = np.maximum.reduce([self.disagreement, self.unforeseen, self.changed])
+        return largest
 
     @property
     def error(self) -> FloatArray:
         """Estimate of the error."""
-        largest: FloatArray = np.maximum.reduce(
-            [self.disagreement, self.difference, self.unforeseen]
-        )
-        return largest
+        return np.maximum(self.floor, self.difference)
 
     def advice(self, inputs: Sequence[Variable], tolerance: float) -> tuple[str, ...]:
         """A sentence for each input whose responses are known less well than `tolerance`."""
@@ -52,6 +58,11 @@ class Doubts:
 
     def _why(self, k: int, tolerance: float) -> str:
         """The likely reason, and what to try."""
+        if self.changed[:, k].max() > tolerance:
+            return (
+                "it does not stand still, and answers differently where it has moved to; start it "
+                "where it is at rest"
+            )
         if self.disagreement[:, k].max() > tolerance:
             return (
                 "pulses of other height and step give other responses, so it is not linear, or its "

@@ -31,12 +31,16 @@ class LinearForm(Protocol):
     def rougher(self) -> Self | None:
         """The same, known less exactly; None if the model is exact but for rounding."""
 
+    @property
+    def error_floor(self) -> FloatArray:
+        """Relative error at any frequency, beside the difference to the rougher model."""
+
     def frequency_response(self, omega: ArrayLike) -> ComplexArray:
         """Response to harmonic inputs of unit amplitude, shape (n_omega, n_outputs, n_inputs)."""
 
 
 def error_estimate(model: LinearForm, omega: ArrayLike) -> FloatArray:
-    """Error of the frequency response, from what a rougher model says.
+    """Error of the frequency response, from a rougher model and from the checks of this one.
 
     Parameters
     ----------
@@ -52,8 +56,8 @@ def error_estimate(model: LinearForm, omega: ArrayLike) -> FloatArray:
         same input at the same frequency. 0 where all of these are 0.
     """
     if model.rougher is None:
-        return np.zeros((len(model.outputs), len(model.inputs)))
-    return relative_difference(model, model.rougher, omega)
+        return model.error_floor
+    return np.maximum(model.error_floor, relative_difference(model, model.rougher, omega))
 
 
 def relative_difference(model: LinearForm, other: LinearForm, omega: ArrayLike) -> FloatArray:

@@ -40,12 +40,15 @@ class LinearModel:
         How the responses to the pulses add up to the response to each input.
     rougher : LinearModel or None
         The same from less: nine tenths of the record, and its beginning in steps twice as long.
+    error_floor : ndarray, shape (n_outputs, n_inputs)
+        What the checks say, whatever the frequency, over the largest peak of the same unit: the
+        largest difference between the records of two pulses of other height in steps of other
+        length; the error in foreseeing the response to a third, short pulse; and the difference
+        between that response at the beginning and at the end of the record.
     error_estimate : ndarray, shape (n_outputs, n_inputs)
         The difference to the rougher model over the largest response of the same unit at the same
         frequency, the worst from one over the length of the record to a fifth of one over the
-        step; or, if one is more, over the largest peak of the same unit: the largest difference
-        between the records of two pulses of other height in steps of other length, and the error of
-        the model in foreseeing the response to a third, short pulse in short steps.
+        step; or `error_floor` if that is more. See `linear_form.error_estimate` for others.
     steps : int
         Number of steps the component made for it.
     advice : tuple of str
@@ -58,6 +61,7 @@ class LinearModel:
     responses: tuple[PulseResponse, ...]
     mixing: FloatArray
     rougher: LinearModel | None
+    error_floor: FloatArray
     error_estimate: FloatArray
     steps: int
     advice: tuple[str, ...]
@@ -148,11 +152,11 @@ def linearise(
     A held input is the only one whose effect over a step is known exactly without looking inside.
     A run without a pulse is subtracted, so the operating point may drift. A second record of a
     pulse of another height, in finer steps, shows what happens between the first samples, and
-    whether the component is linear; a third, of a shorter pulse, whether that was all. Outputs of
-    the same unit are weighted alike; what is a thousandth of its like is known a thousand times
-    worse. Between distant points observe the acceleration, too: its response falls least steeply
-    with frequency, and -1/omega^2 of it is the receptance, to more digits than the displacement
-    gives above 1 kHz.
+    whether the component is linear; a third, of a shorter pulse, whether that was all, and whether
+    the component answers later as it did before. Outputs of the same unit are weighted alike; what
+    is a thousandth of its like is known a thousand times worse. Between distant points observe the
+    acceleration, too: its response falls least steeply with frequency, and -1/omega^2 of it is the
+    receptance, to more digits than the displacement gives above 1 kHz.
     """
     u = np.array(at, dtype=float)
     columns = _select(component.inputs, inputs, component.name)
@@ -196,6 +200,8 @@ class _Identified:
     """Of the records of both pulses, relative, shape (n_outputs,)."""
     unforeseen: FloatArray
     """Error of the response that is foreseen to a third, short pulse, relative, (n_outputs,)."""
+    changed: FloatArray
+    """Difference of the response to that pulse at the end of the record, relative, (n_outputs,)."""
     at_end: FloatArray
     """What is left of the record at its end beside the lasting poles, relative, (n_outputs,)."""
 
@@ -215,6 +221,7 @@ def _identify(records: Records, step: float) -> _Identified:
         disagreement=_relative(common - whole[1 : len(common) + 1], scale),
         # A shorter pulse has less of a response.
         unforeseen=_relative(records.check[1:] - foreseen, scale * short / step),
+        changed=_relative(records.later - records.check, scale * short / step),
         at_end=_relative(response.rest[-len(response.rest) // 10 :], scale),
     )
 
@@ -236,6 +243,7 @@ def _model(
         responses=tuple(one.rougher for one in found),
         mixing=mixing,
         rougher=None,
+        error_floor=np.zeros((len(observed), len(columns))),
         error_estimate=np.zeros((len(observed), len(columns))),
         steps=bench.done,
         advice=(),
@@ -253,12 +261,13 @@ def _model(
         disagreement=by_input([one.disagreement for one in found]),
         difference=relative_difference(best, rougher, omega),
         unforeseen=by_input([one.unforeseen for one in found]),
+        changed=by_input([one.changed for one in found]),
         at_end=by_input([one.at_end for one in found]),
     )
     advice = doubts.advice(best.inputs, tolerance)
     for sentence in advice:
         warnings.warn(f"{component.name}: {sentence}", RuntimeWarning, stacklevel=3)
-    return replace(best, error_estimate=doubts.error, advice=advice)
+    return replace(best, error_floor=doubts.floor, error_estimate=doubts.error, advice=advice)
 
 
 def _relative(error: FloatArray, scale: FloatArray) -> FloatArray:

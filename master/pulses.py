@@ -38,11 +38,13 @@ class Bench:
     n_pulses: int
     progress: Callable[[int, int], None] | None
     done: int = 0
+    end: Any = None
+    """State after the whole record without a pulse, if it is another."""
 
     @property
     def total(self) -> int:
         """Steps if the component does not stand still."""
-        each = self.steps + FINER + FINER_STEPS + 1 + CHECK_STEPS
+        each = self.steps + FINER + FINER_STEPS + 2 * (1 + CHECK_STEPS)
         return (self.n_pulses + 1) * each
 
     def rewind(self) -> None:
@@ -59,6 +61,12 @@ class Bench:
         """Outputs at the beginning and after each step, with a pulse over the first."""
         return self._run(self.step, 1, self.steps, pulse)
 
+    def without_pulse(self) -> FloatArray:
+        """The same without a pulse; where that leads is kept."""
+        record = self.whole(np.zeros_like(self.u))
+        self.end = self.component.save_state()
+        return record
+
     def beginning(self, pulse: FloatArray) -> FloatArray:
         """The same in finer steps, for a short while."""
         return self._run(self.step / FINER, FINER, FINER + FINER_STEPS, SECOND_PULSE * pulse)
@@ -68,15 +76,26 @@ class Bench:
         step = CHECK_STEP * self.step / FINER
         return self._run(step, 1, 1 + CHECK_STEPS, SECOND_PULSE * pulse)
 
-    def _run(self, step: float, held: int, steps: int, pulse: FloatArray) -> FloatArray:
+    def later_check(self, pulse: FloatArray) -> FloatArray:
+        """The same at the end of the record without a pulse."""
+        step = CHECK_STEP * self.step / FINER
+        return self._run(step, 1, 1 + CHECK_STEPS, SECOND_PULSE * pulse, later=True)
+
+    def _run(
+        self, step: float, held: int, steps: int, pulse: FloatArray, *, later: bool = False
+    ) -> FloatArray:
         component = self.component
         self.rewind()
+        time = self.time
+        if later:
+            component.restore_state(self.end)
+            time += self.steps * self.step
         component.set_inputs(self.u + pulse)
         record = np.empty((steps + 1, len(self.rows)))
         component.read_outputs()
         record[0] = component.y[self.rows]
         for k in range(steps):
-            component.do_step(self.time + k * step, step)
+            component.do_step(time + k * step, step)
             if k == held - 1:  # before the outputs are read: they may depend on the input at once
                 component.set_inputs(self.u)
             component.read_outputs()
@@ -104,6 +123,8 @@ class Records:
         The same in steps of 1 / `FINER`, to another pulse, scaled to the height of the first.
     check : ndarray, shape (CHECK_STEPS + 2, n_outputs)
         The same in steps of `CHECK_STEP` / `FINER`, with a pulse of that length.
+    later : ndarray, shape (CHECK_STEPS + 2, n_outputs)
+        The same at the end of the whole record, if the component moves without a pulse.
     scale : ndarray, shape (n_outputs,)
         Largest response among the outputs of the same unit; 0 where it is rounding alone.
     """
@@ -111,6 +132,7 @@ class Records:
     whole: FloatArray
     finer: FloatArray
     check: FloatArray
+    later: FloatArray
     scale: FloatArray
 
 
@@ -125,14 +147,18 @@ def record(bench: Bench, pulses: FloatArray, observed: Sequence[Variable]) -> It
             # Whoever has not stirred in 1200 steps is at rest, and will stay there.
             scale = _scale(whole - still[:1], observed)
             stirs = np.ptp(still, axis=0) > STILL * scale
-            rest = bench.whole(nothing) if np.any(stirs & (scale > 0.0)) else still[:1]
+            rest = bench.without_pulse() if np.any(stirs & (scale > 0.0)) else still[:1]
+            still_later = still_check if bench.end is None else bench.later_check(nothing)
         whole = whole - rest
         finer = (bench.beginning(pulse) - still) / SECOND_PULSE
         check = (bench.check(pulse) - still_check) / SECOND_PULSE
+        later = check
+        if bench.end is not None:
+            later = (bench.later_check(pulse) - still_later) / SECOND_PULSE
         scale = _scale(whole, observed)
-        for one in (whole[1:], finer, check):
+        for one in (whole[1:], finer, check, later):
             one[:, scale == 0.0] = 0.0
-        yield Records(whole, finer, check, scale)
+        yield Records(whole, finer, check, later, scale)
 
 
 def _scale(record: FloatArray, outputs: Sequence[Variable]) -> FloatArray:

@@ -61,6 +61,11 @@ class StateSpace:
         if found != wanted:
             raise ValueError(f"{self.name}: shapes are {found}; they must be {wanted}")
 
+    @property
+    def error_floor(self) -> FloatArray:
+        """Relative error beside the difference to `rougher`: none."""
+        return np.zeros(self.D.shape)
+
     def blocks(self) -> list[IndexArray]:
         """States that act on each other, apart from all others.
 

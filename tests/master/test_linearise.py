@@ -323,6 +323,23 @@ def test_nonlinearity_is_noticed() -> None:
     assert not linearise(fake, at=[0.0], amplitude=1.0, step=1e-3, steps=1000).advice
 
 
+def test_moving_away_is_noticed() -> None:
+    """A hardening spring that is let go far from rest: small pulses see another stiffness later."""
+
+    class Hardening(Fake):
+        def read_outputs(self) -> None:
+            super().read_outputs()
+            self.y[2] -= 1e3 * self.x[0] ** 3
+
+    linear = mechanical(*oscillator(20.0))
+    fake = Hardening(linear.A, linear.B, linear.C, linear.D, ("m", "m/s", "m/s2"))
+    settings: dict[str, Any] = {"at": [0.0], "amplitude": 1e-3, "step": 1e-3, "steps": 1000}
+    assert not linearise(fake, **settings).advice
+    fake.x = np.array([3.0, 0.0])
+    with pytest.warns(RuntimeWarning, match="start it where it is at rest"):
+        linearise(fake, **settings)
+
+
 def test_component_is_left_as_it_was() -> None:
     fake = mechanical(*oscillator(20.0))
     fake.x = np.array([1e-3, 2e-3])

@@ -41,6 +41,7 @@ def oscillator_model() -> LinearModel:
         ),
         mixing=np.eye(2),
         rougher=None,
+        error_floor=np.zeros((2, 2)),
         error_estimate=np.zeros((2, 2)),
         steps=0,
         advice=(),
