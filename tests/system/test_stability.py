@@ -1,0 +1,106 @@
+"""Predicted largest stable steps and errors against runs of the FMUs; a ring of six cells."""
+
+import math
+
+import numpy as np
+import pytest
+
+from railcosim.analysis.advise import STEPS, excitation, options
+from railcosim.analysis.catalogue import FMUS, Owner, members
+from railcosim.analysis.frequency import wheelset_positions
+from railcosim.analysis.growth import Bench, Kick
+from railcosim.analysis.linear_pair import linear_parts
+from railcosim.analysis.pair import FADE_IN, Journey, open_pair
+from railcosim.analysis.stability import RATE, Contact, Coupling, static_stiffness
+from railcosim.master.cosimulation import cosimulate
+from railcosim.track.irregularity import QUALITIES, synthesise
+
+SPEED = 250 / 3.6  # m/s
+LINEAR = {"contact.nonlinear": False, "contact.stiffness": 1e9}
+HERTZ = {"contact.nonlinear": True}
+INTERNAL = {"internal_step": 2e-5}  # s: the owner of the contact nearly integrates it exactly
+
+
+@pytest.fixture(scope="module")
+def parts(exported):
+    folder = exported.folder
+    return linear_parts(folder / "Vehicle.fmu", folder / "Track.fmu", lambda done, total: None)
+
+
+def files(exported, owner):
+    return [exported.folder / f"{name}.fmu" for name in FMUS[owner]]
+
+
+def stiffness(exported, parameters):
+    if not parameters["contact.nonlinear"]:
+        return parameters["contact.stiffness"]
+    return static_stiffness(*files(exported, Owner.MASTER), parameters)
+
+
+def test_left_and_right_are_two_problems(parts) -> None:
+    assert [part.name for part in parts] == ["both wheels alike", "wheels against each other"]
+    # Wheels of one wheelset cannot move against each other, the rails can.
+    omega = np.array([100.0])
+    assert not parts[1].vehicle.frequency_response(omega).any()
+    assert np.abs(parts[1].track.response(1j * omega)).max() > 1e-9
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "parameters", "tolerance"),
+    [  # 1 % for linear springs and 5 % for Hertz are what is promised
+        (Owner.VEHICLE, "jacobi-linear", LINEAR, 0.01),
+        (Owner.TRACK, "jacobi-quadratic", LINEAR, 0.01),
+        (Owner.MASTER, "gauss-seidel-linear-track-first", LINEAR, 0.01),
+        (Owner.VEHICLE, "jacobi-quadratic", HERTZ, 0.05),
+        (Owner.MASTER, "jacobi-quadratic", HERTZ, 0.05),
+    ],
+)
+def test_predicted_limit_is_that_of_runs(exported, parts, owner, name, parameters, tolerance):
+    contact = Contact(parts, owner, stiffness(exported, parameters))
+    assert contact.rate == RATE  # coupled exactly, nothing grows
+    scheme = members()[name].scheme
+    predicted = Coupling(contact, scheme).limit().step
+    nonlinear = parameters["contact.nonlinear"]
+    kick = Kick(1e-8 if nonlinear else 1e-6)  # m; Hertz's law is linear for 10 N to 1e4 N
+    journey = Journey(speed=SPEED, held=True, profile=kick)
+    with open_pair(*files(exported, owner), {**parameters, **INTERNAL}, journey) as pair:
+        found = Bench(pair, kick, 1e3 if nonlinear else 1e6).limit(scheme, predicted)
+    assert found == pytest.approx(predicted, rel=tolerance)
+
+
+def test_law_solved_in_the_master_is_stable_at_every_step(parts) -> None:
+    scheme = members()["interface-jacobian"].scheme
+    limit = Coupling(Contact(parts, Owner.MASTER, 1e9), scheme).limit()
+    assert math.isinf(limit.step)
+    assert limit.evaluations == 2
+
+
+@pytest.mark.parametrize(
+    ("owner", "name"), [(Owner.TRACK, "jacobi-quadratic"), (Owner.MASTER, "interface-jacobian")]
+)
+def test_predicted_error_is_that_of_a_run(exported, parts, owner, name) -> None:
+    k_H, accuracy, duration = LINEAR["contact.stiffness"], 3e-3, 0.5
+    source = excitation(
+        QUALITIES["german-low"].vertical, SPEED, wheelset_positions(exported.folder / "Vehicle.fmu")
+    )
+    scheme = members()[name].scheme
+    (option,) = options(
+        parts, owner, k_H, {name: scheme}, accuracy, source, lambda done, total: None
+    )
+    assert option.error <= accuracy < option.errors[np.searchsorted(STEPS, 1.1 * option.step)]
+
+    def run(owner, scheme, step):
+        profile = synthesise("german-low", SPEED * duration + FADE_IN)
+        journey = Journey(speed=SPEED, held=True, profile=profile)
+        with open_pair(*files(exported, owner), {**LINEAR, **INTERNAL}, journey) as pair:
+            where = [i for i, n in enumerate(pair.system.names) if n.endswith(".force_z")]
+            points = cosimulate(pair.system, scheme, step, duration)
+            return np.array([point.outputs[where] for point in points])
+
+    # Of fourth order: with half the step its own error is a thousandth of the one to be seen.
+    exact = run(Owner.MASTER, members()["interface-jacobian-conserving-4"].scheme, option.step / 2)
+    error = run(owner, scheme, option.step) - exact[::2]
+    begun = len(error) // 3  # the irregularity fades in over 10 m
+    measured = np.sqrt((error[begun:] ** 2).mean() / ((exact[::2] - exact[0])[begun:] ** 2).mean())
+    # Half a second is one draw of a random process, dominated by two or three resonances.
+    assert measured == pytest.approx(option.error, rel=0.35)
