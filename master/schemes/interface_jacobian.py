@@ -25,7 +25,9 @@ from railcosim.master.system import System
 _ENOUGH = 4
 """Evaluations of a step; if one takes more, the compliance is measured again."""
 _SAME = 1e-9
-"""Relative difference of steps that is rounding: the compliance stays."""
+"""Relative difference of steps that is rounding."""
+_KEPT = 4
+"""Step lengths whose compliance is kept: a step, its halves, and the step before it was changed."""
 _TRIAL = 1e-3
 """Change of a force to measure by, of its size: far above rounding, and small for a component that
 is not linear."""
@@ -110,14 +112,14 @@ class _Memory(NamedTuple):
         Legendre coefficients of the forces, N.
     samples : array
         See `Sweep`.
-    compliance : array or None
-        See `solve_forces`; None if it is to be measured again.
+    compliances : tuple of (float, array)
+        Lengths of steps (s) and what was found for them, see `solve_forces`; the latest first.
     """
 
     h: float
     force: FloatArray
     samples: FloatArray
-    compliance: FloatArray | None
+    compliances: tuple[tuple[float, FloatArray], ...]
 
 
 class InterfaceJacobianStepper:
@@ -165,9 +167,17 @@ class InterfaceJacobianStepper:
             force, found = better, answer
             better = self._solve(G, given, found, force)
             residual = float(np.abs(better - force).max()) / self._scale(better)
-        self._memory = _Memory(h, force, sweep.samples, G if evaluations <= _ENOUGH else None)
+        self._memory = _Memory(h, force, sweep.samples, self._kept(h, G, evaluations))
         self._system.exchange()
         return StepReport(evaluations + trials, residual, converged=True)
+
+    def _kept(
+        self, h: float, G: FloatArray, evaluations: int
+    ) -> tuple[tuple[float, FloatArray], ...]:
+        """Compliances to remember after a step."""
+        known = self._memory.compliances if self._memory else ()
+        others = tuple((length, other) for length, other in known if not _same(length, h))
+        return ((h, G), *others)[:_KEPT] if evaluations <= _ENOUGH else others
 
     def _solve(
         self, G: FloatArray, given: FloatArray, found: FloatArray, force: FloatArray
@@ -199,7 +209,7 @@ class InterfaceJacobianStepper:
         # far too much where it is not: after a blow, or in steps too long for the contact.
         force = np.zeros_like(memory.force)
         force[0] = memory.force[0]
-        return force, memory.compliance if abs(ratio - 1.0) <= _SAME else None
+        return force, next((G for length, G in memory.compliances if _same(length, h)), None)
 
     def _measure(
         self, t: float, h: float, states: Any, force: FloatArray, found: FloatArray
@@ -231,6 +241,11 @@ class InterfaceJacobianStepper:
     def _scale(self, force: FloatArray) -> float:
         """Yardstick for forces, N."""
         return max(float(np.abs(force).max()), self._nominal)
+
+
+def _same(length: float, h: float) -> bool:
+    """Whether two steps differ by rounding only."""
+    return abs(length - h) <= _SAME * h
 
 
 def _find_law(system: System) -> tuple[Law, int]:

@@ -255,8 +255,8 @@ def test_a_wrong_compliance_is_put_right(variant, factor) -> None:
         system.begin(0.0)
         stepper = scheme.start(system)
         stepper.step(0.0, 2e-3)
-        h, force, samples, G = stepper.memory
-        stepper.memory = (h, force, samples, wrong * G)
+        h, force, samples, ((_, G),) = stepper.memory
+        stepper.memory = (h, force, samples, ((h, wrong * G),))
         evaluations.append(stepper.step(2e-3, 2e-3).evaluations)
         results.append(system.outputs.copy())
         forces = system.outputs[-3:]
@@ -273,8 +273,8 @@ def test_giving_up_is_an_error() -> None:
     system.begin(0.0)
     stepper = interface_jacobian(tolerance=1e-12, max_evaluations=2).start(system)
     stepper.step(0.0, 2e-3)
-    h, force, samples, G = stepper.memory
-    stepper.memory = (h, force, samples, 2.0 * G)
+    h, force, samples, ((_, G),) = stepper.memory
+    stepper.memory = (h, force, samples, ((h, 2.0 * G),))
     with pytest.raises(ConvergenceError, match=r"spring still change by .* shorter step"):
         stepper.step(2e-3, 2e-3)
 
@@ -307,6 +307,20 @@ def test_a_new_step_length_measures_again() -> None:
     assert times[-1] == 1.0
     assert evaluations[-1] > 2
     assert outputs[-1, 0] == pytest.approx(exact(times)[-1], abs=1e-7)
+
+
+def test_the_compliance_of_some_step_lengths_is_kept() -> None:
+    """A step repeated in halves, as control of its error does, measures each length once."""
+    system = joined()
+    system.begin(0.0)
+    stepper = interface_jacobian(variant=CONSERVING_6).start(system)
+    evaluations = []
+    for i in range(3):
+        t = 0.1 * i
+        for begin, h in ((t, 0.05), (t + 0.05, 0.025), (t + 0.075, 0.025)):
+            evaluations.append(stepper.step(begin, h).evaluations)
+    assert evaluations[0] == evaluations[1] == 2 + 4  # three coefficients of one force
+    assert set(evaluations[2:]) == {2}
 
 
 @every_variant
