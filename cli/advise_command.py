@@ -134,9 +134,7 @@ def _tasks(
     return tasks
 
 
-def _limit(
-    parts: tuple[Part, ...], k_H: float, option: Option, i: int, update: Progress
-) -> float:
+def _limit(parts: tuple[Part, ...], k_H: float, option: Option, i: int, update: Progress) -> float:
     """Largest stable step of an option, s."""
     coupling = Coupling(Contact(parts, option.owner, k_H), members()[option.scheme].scheme)
     step = coupling.limit().step
@@ -156,7 +154,9 @@ def _table(found: list[Option], limits: list[float], accuracy: float, contact: s
     table = Table(title=f"Error below {accuracy:g} at contact stiffness {contact}, cheapest first")
     for heading in ("scheme", "contact in", "step, ms", "evaluations", "a second", "error",
                     "stable to, ms"):  # fmt: skip
-        table.add_column(heading, justify="left" if heading in ("scheme", "contact in") else "right")
+        table.add_column(
+            heading, justify="left" if heading in ("scheme", "contact in") else "right"
+        )
     for option, limit in zip(found, limits, strict=False):
         table.add_row(
             option.scheme, option.owner.value, f"{1e3 * option.step:g}", str(option.evaluations),

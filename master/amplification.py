@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.linalg
@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.modal import Modal, fractions
 from railcosim.master.schemes import Scheme
-from railcosim.master.state_space import ComplexArray
+from railcosim.master.state_space import ComplexArray, IndexArray
 from railcosim.master.system import System
 
 PROBE = 1e9
@@ -175,6 +175,10 @@ class Open(Component):
         return seen * model.poles if is_rate else seen
 
 
+Column: TypeAlias = tuple[FloatArray, FloatArray]
+"""Memory after a step, and what was fed in it, by one number before it."""
+
+
 @dataclass(frozen=True)
 class _Wrapped:
     """Something in a snapshot that is not memory."""
@@ -215,7 +219,7 @@ class Amplification:
     poles: ComplexArray
     loop: Callable[[ComplexArray], ComplexArray]
     signals: FloatArray
-    outputs: NDArray[np.intp]
+    outputs: IndexArray
 
     def spectral_radius(self) -> float:
         """Largest eigenvalue of the map, if nothing is left open: growth a step."""
@@ -296,15 +300,21 @@ class Amplifier:
         Of linear components at rest: `LinearComponent`, `Law` of a linear law, `Open`.
     scheme : Scheme
         Which to observe.
+
+    Attributes
+    ----------
+    system
+        As given.
+    evaluations : int
+        How often each component was stepped in a step, at the most, so far.
     """
 
     def __init__(self, system: System, scheme: Scheme) -> None:
         self.system = system
-        self._scheme = scheme
-        self._open = [c for c in system.components if isinstance(c, Open)]
-        self._rest = system.save_state()
-        self._used: NDArray[np.bool_] | None = None
         self.evaluations = 0
+        self._scheme = scheme
+        self._rest = system.save_state()
+        self._used: IndexArray | None = None
 
     def at(self, h: float) -> Amplification:
         """Observe a step of length `h` (s).
@@ -316,114 +326,149 @@ class Amplifier:
         Exception
             Whatever the scheme raises if it cannot make the step.
         """
-        system, scheme = self.system, self._scheme
-        system.restore_state(self._rest)
-        for component in self._open:
-            component.free.clear()
-            component.begin()
-        stepper = scheme.start(system)
-        system.begin(0.0)
-        for k in range(_WARM_UP):
-            report = stepper.step(k * h, h)
-            for component in self._open:
-                component.begin()
-        self.evaluations = report.evaluations
-        rest = system.save_state(), stepper.memory
-        arrays = list(_arrays(rest))
-        # What is not zero at rest is no motion but a setting, such as a compliance.
-        moves = [not a.any() for a in arrays]
-        sizes = [a.size for a in arrays]
-        offset = np.concatenate([[0], np.cumsum(sizes)])
-
-        def step_from(values: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
-            state, memory = _rebuilt(rest, iter(values))
-            system.restore_state(state)
-            stepper.memory = memory
-            report = stepper.step(_WARM_UP * h, h)
-            self.evaluations = max(self.evaluations, report.evaluations)
-            after = list(_arrays((system.save_state(), stepper.memory)))
-            if [a.size for a in after] != sizes:
-                raise NotLinear(
-                    f"{scheme.describe()}: its memory changes its form from step to step"
-                )
-            fed = [taylor.ravel() for c in self._open for _, _, taylor in c.fed if c.inputs]
-            return (
-                np.concatenate([a.ravel() for a in after]) / PROBE,
-                np.concatenate([np.zeros(0), *fed]) / PROBE,
-            )
-
-        step_from(arrays)  # so that all times asked for are known
-        fed_when = [[(b, h_) for b, h_, _ in c.fed] for c in self._open]
-        n = int(offset[-1])
-        which = np.repeat(moves, sizes)
-        columns: dict[int, tuple[FloatArray, FloatArray]] = {}
-        for k in np.flatnonzero(which if self._used is None else self._used):
-            i = int(np.searchsorted(offset, k, side="right")) - 1
-            changed = arrays[i].copy()
-            changed.flat[k - offset[i]] = PROBE
-            columns[int(k)] = step_from([*arrays[:i], changed, *arrays[i + 1 :]])
-        # What changes nothing is no memory.
-        used = np.array([k for k, (m, w) in columns.items() if m[which].any() or w.any()], int)
-        if self._used is None:
-            self._used = np.zeros(n, dtype=bool)
-            self._used[used] = True
-        first = next(i for i, a in enumerate(arrays) if a is rest[0][2])
-        own = np.arange(offset[first], offset[first + 1])
-        kept = np.union1d(used, own)
-        dead = np.zeros(n), np.zeros_like(columns[int(used[0])][1]) if used.size else np.zeros(0)
-        maps = [columns.get(int(k), dead) for k in kept]
-        opened = [self._probe(c, step_from, arrays) for c in self._open]
-        inputs = [p for c, p in zip(self._open, opened, strict=True) if c.model is not None]
-        signals = [p for c, p in zip(self._open, opened, strict=True) if c.model is None]
-        free = [column for part in inputs for column in part]
-        given = [column for part in signals for column in part]
-        N, Q = (np.array([m[j] for m in maps]).T for j in (0, 1))
-        R, P = _stacked(free, n, len(Q))
-        W, V = _stacked(given, n, len(Q))
-        heard = (Q != 0).any(1) | (P != 0).any(1) | (V != 0).any(1) if Q.size else np.zeros(0, bool)
-        loops = [
-            (c, when) for c, when in zip(self._open, fed_when, strict=True) if c.model is not None
-        ]
-        poles = [np.exp(c.model.poles * h) for c, _ in loops if c.model is not None]
-
-        def loop(z: ComplexArray) -> ComplexArray:
-            blocks = [c.loop(h, z, when) for c, when in loops]
-            rows, width = sum(b.shape[1] for b in blocks), sum(b.shape[2] for b in blocks)
-            whole = np.zeros((len(z), rows, width), dtype=complex)
-            i = j = 0
-            for b in blocks:
-                whole[:, i : i + b.shape[1], j : j + b.shape[2]] = b
-                i, j = i + b.shape[1], j + b.shape[2]
-            return whole[:, :, heard]
-
-        ticks = [tick for c in self._open if c.model is None for tick, _ in c.free]
+        self.system.restore_state(self._rest)
+        step = _ObservedStep(self.system, self._scheme, h)
+        places = step.memory if self._used is None else self._used
+        columns = [step.by_memory(k) for k in places]
+        N, Q = _stacked(columns, step)
+        # What is never seen in an output is no memory: it need not be tried at other steps.
+        self._used = places[_seen(N, Q, places, step.outputs)]
+        kept = np.union1d(self._used, step.outputs)
+        N, Q = (_spread(part, places, kept) for part in (N, Q))
+        models = [c for c in step.opened if c.model is not None]
+        signals = [c for c in step.opened if c.model is None]
+        R, P = _stacked([column for c in models for column in step.by_free_motion(c)], step)
+        W, V = _stacked([column for c in signals for column in step.by_free_motion(c)], step)
+        heard = (Q != 0).any(1) | (P != 0).any(1) | (V != 0).any(1)
+        self.evaluations = max(self.evaluations, step.evaluations)
+        poles = [np.exp(c.model.poles * h) for c in models if c.model is not None]
         return Amplification(
             h=h, N=N[kept], R=R[kept], Q=Q[heard], P=P[heard], W=W[kept], V=V[heard],
-            poles=np.concatenate([np.zeros(0, complex), *poles]), loop=loop,
-            signals=_TICK * np.array(ticks), outputs=np.searchsorted(kept, own),
+            poles=np.concatenate([np.zeros(0, complex), *poles]),
+            loop=_Loop(h, [(c, step.when[c.name]) for c in models], heard),
+            signals=_TICK * np.array([tick for c in signals for tick, _ in c.free]),
+            outputs=np.searchsorted(kept, step.outputs),
         )  # fmt: skip
 
-    @staticmethod
-    def _probe(
-        component: Open, step_from: Callable[..., Any], rest: list[FloatArray]
-    ) -> list[tuple[FloatArray, FloatArray]]:
-        """Columns by the free motion of one component."""
+
+class _ObservedStep:
+    """One step of a scheme on a system at rest, made again and again from other memories.
+
+    Attributes
+    ----------
+    memory : array of int
+        Places of the numbers that may decide the future.
+    outputs : array of int
+        Places of the system's outputs.
+    when : dict of str to list
+        By component: beginning (ticks) and length (s) of the steps it makes.
+    """
+
+    def __init__(self, system: System, scheme: Scheme, h: float) -> None:
+        self._system, self._scheme, self._h = system, scheme, h
+        self.opened = [c for c in system.components if isinstance(c, Open)]
+        self.evaluations = 0
+        for component in self.opened:
+            component.free.clear()
+            component.begin()
+        self._stepper = scheme.start(system)
+        system.begin(0.0)
+        for k in range(_WARM_UP):
+            self._stepper.step(k * h, h)
+            for component in self.opened:
+                component.begin()
+        self._rest = system.save_state(), self._stepper.memory
+        self._arrays = list(_arrays(self._rest))
+        self._sizes = [a.size for a in self._arrays]
+        self._offset = np.concatenate([[0], np.cumsum(self._sizes)])
+        # What is not zero at rest is no motion but a setting, such as a compliance.
+        moves = np.repeat([not a.any() for a in self._arrays], self._sizes)
+        self.memory = np.flatnonzero(moves)
+        own = next(i for i, a in enumerate(self._arrays) if a is self._rest[0][2])
+        self.outputs = np.arange(self._offset[own], self._offset[own + 1])
+        self._make(self._arrays)  # so that all times asked for are known
+        self.when = {c.name: [(begin, length) for begin, length, _ in c.fed] for c in self.opened}
+        self.n_fed = sum(3 * len(c.inputs) * len(c.fed) for c in self.opened)
+        self.size = int(self._offset[-1])
+
+    def by_memory(self, k: int) -> Column:
+        """What one number of the memory does to all of it, and to what is fed."""
+        i = int(np.searchsorted(self._offset, k, side="right")) - 1
+        changed = self._arrays[i].copy()
+        changed.flat[k - self._offset[i]] = PROBE
+        return self._make([*self._arrays[:i], changed, *self._arrays[i + 1 :]])
+
+    def by_free_motion(self, component: Open) -> list[Column]:
+        """What the free motion of one component does, an output and time after the other."""
         columns = []
         for values in component.free.values():
             for j in range(values.size):
                 values[j] = PROBE
-                columns.append(step_from(rest))
+                columns.append(self._make(self._arrays))
                 values[j] = 0.0
         return columns
 
+    def _make(self, arrays: list[FloatArray]) -> Column:
+        """Make the step."""
+        state, memory = _rebuilt(self._rest, iter(arrays))
+        self._system.restore_state(state)
+        self._stepper.memory = memory
+        report = self._stepper.step(_WARM_UP * self._h, self._h)
+        self.evaluations = max(self.evaluations, report.evaluations)
+        after = list(_arrays((self._system.save_state(), self._stepper.memory)))
+        if [a.size for a in after] != self._sizes:
+            raise NotLinear(f"{self._scheme.describe()}: its memory changes its form")
+        fed = [taylor.ravel() for c in self.opened for _, _, taylor in c.fed]
+        return (
+            np.concatenate([a.ravel() for a in after]) / PROBE,
+            np.concatenate([np.zeros(0), *fed]) / PROBE,
+        )
 
-def _stacked(
-    columns: list[tuple[FloatArray, FloatArray]], n: int, n_fed: int
-) -> tuple[FloatArray, FloatArray]:
-    """Columns side by side."""
-    if not columns:
-        return np.zeros((n, 0)), np.zeros((n_fed, 0))
-    return np.array([m for m, _ in columns]).T, np.array([w for _, w in columns]).T
+
+@dataclass(frozen=True)
+class _Loop:
+    """From z to what the open components make of what is fed; see `Amplification.loop`."""
+
+    h: float
+    parts: list[tuple[Open, list[tuple[int, float]]]]
+    heard: NDArray[np.bool_]
+
+    def __call__(self, z: ComplexArray) -> ComplexArray:
+        blocks = [component.loop(self.h, z, when) for component, when in self.parts]
+        shape = sum(b.shape[1] for b in blocks), sum(b.shape[2] for b in blocks)
+        whole: ComplexArray = np.zeros((len(z), *shape), dtype=complex)
+        i = j = 0
+        for block in blocks:
+            whole[:, i : i + block.shape[1], j : j + block.shape[2]] = block
+            i, j = i + block.shape[1], j + block.shape[2]
+        return whole[:, :, self.heard]
+
+
+def _stacked(columns: list[Column], step: _ObservedStep) -> tuple[FloatArray, FloatArray]:
+    """Columns side by side: what they do to the memory, and to what is fed."""
+    one, two = np.zeros((step.size, len(columns))), np.zeros((step.n_fed, len(columns)))
+    for k, (memory, fed) in enumerate(columns):
+        one[:, k], two[:, k] = memory, fed
+    return one, two
+
+
+def _seen(N: FloatArray, Q: FloatArray, places: IndexArray, outputs: IndexArray) -> Any:
+    """Which columns, numbers of the memory at `places`, show in outputs or in what is fed, ever."""
+    influence = N != 0
+    seen = influence[outputs].any(axis=0) | (Q != 0).any(axis=0)
+    while True:
+        more = seen | influence[places[seen]].any(axis=0)
+        if (more == seen).all():
+            return seen
+        seen = more
+
+
+def _spread(part: FloatArray, places: IndexArray, kept: IndexArray) -> FloatArray:
+    """Columns for `kept`, zero where they are not among `places`."""
+    wide = np.zeros((len(part), len(kept)))
+    _, here, there = np.intersect1d(kept, places, return_indices=True)
+    wide[:, here] = part[:, there]
+    return wide
 
 
 def _arrays(state: Any) -> Iterator[FloatArray]:

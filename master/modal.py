@@ -68,7 +68,7 @@ class Modal:
     def sprung(
         self, k: FloatArray, motions: tuple[Variable, ...], forces: tuple[Variable, ...]
     ) -> Modal:
-        """The same body with a spring on every output, from the springs' other ends to their forces.
+        """The same body with a spring on every output: from the springs' other ends to forces.
 
         Parameters
         ----------
