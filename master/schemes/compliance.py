@@ -47,18 +47,20 @@ def solve_forces(
     ComponentError
         If there is none, or Newton's method does not find it.
     """
-    slope = np.tensordot(variant.answers, G, 1)  # (n_nodes, n_springs, degree + 1, n_springs)
+    # Matrices, by which products are several times faster than by tensors: compressions at all
+    # nodes by all coefficients.
+    slope = (variant.answers @ G.reshape(len(G), -1)).reshape(start.size, force.size)
     eye = np.eye(force.size)
 
     def imbalance(change: FloatArray) -> tuple[FloatArray, FloatArray]:
-        delta = start + np.tensordot(slope, change, 2)
+        delta = start + (slope @ change.ravel()).reshape(start.shape)
         return delta, force + change - variant.project @ law.force(delta)
 
     change = np.zeros_like(force)
     delta, residual = imbalance(change)
     for _ in range(MAX_ITERATIONS):
-        tangent = law.stiffness(delta)[:, :, None, None] * slope
-        J = eye - np.tensordot(variant.project, tangent, 1).reshape(eye.shape)
+        tangent = law.stiffness(delta).reshape(-1, 1) * slope
+        J = eye - (variant.project @ tangent.reshape(len(start), -1)).reshape(eye.shape)
         correction = np.linalg.solve(J, residual.ravel()).reshape(force.shape)
         size = float(np.abs(correction).max())
         largest = max(float(np.abs(force).max()), float(np.abs(force + change).max()))
