@@ -126,9 +126,9 @@ def options(
     contact = Contact(parts, owner, k_H)
     # Both rails are alike, so only the first of the parts moves; but all have to be stable.
     part = parts[0]
-    heights = np.tile(source.heights, (1, len(part.wheels) // 4))
+    heights = np.asarray(np.tile(source.heights, (1, len(part.wheels) // 4)), dtype=np.complex128)
     flexible = part.compliance(source.omega) + np.eye(len(part.wheels)) / k_H
-    exact = np.linalg.solve(flexible, -heights[:, :, None])[:, :, 0]
+    exact: ComplexArray = np.linalg.solve(flexible, -heights[:, :, None])[:, :, 0]
     found = []
     for i, (name, scheme) in enumerate(schemes.items()):
         coupling = Coupling(contact, scheme)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -178,7 +178,7 @@ def _dataset(
         "error": ([o.error for o in found], "1", "predicted relative RMS error of contact forces"),
         "stable_to": (padded, "s", "largest stable step, of the cheapest"),
     }
-    variables = {
+    variables: dict[str, Any] = {
         name: ("option", np.array(values, dtype=float), {"units": unit, "long_name": text})
         for name, (values, unit, text) in columns.items()
     }

@@ -83,7 +83,8 @@ class Open(Component):
         """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
         if self.model is None:
             return np.ones((len(self.outputs), 0), dtype=bool)
-        return self.model.D != 0.0
+        through: NDArray[np.bool_] = self.model.D != 0.0
+        return through
 
     def begin(self) -> None:
         """Forget the steps made: the free motion is counted from now on."""
@@ -257,7 +258,9 @@ class Amplification:
         # so it has as many more zeros than poles outside as it turns backwards around the circle.
         return outside - _windings(turn, np.concatenate([own, self.poles]))
 
-    def response(self, omega: FloatArray, signal: FloatArray, outputs: Sequence[int]) -> Any:
+    def response(
+        self, omega: FloatArray, signal: ComplexArray, outputs: Sequence[int]
+    ) -> ComplexArray:
         """Outputs at communication points while the signals are exp(i omega t) times `signal`.
 
         Parameters
@@ -288,7 +291,8 @@ class Amplification:
             (driven @ self.Q.T + g @ self.V.T)[:, :, None],
         )
         m = (free @ (loop @ w))[:, :, 0] + driven
-        return m[:, self.outputs[list(outputs)]]
+        asked: ComplexArray = m[:, self.outputs[list(outputs)]]
+        return asked
 
 
 class Amplifier:
