@@ -238,9 +238,8 @@ class Amplification:
         """
         radius = math.exp(rate * self.h)
         # Forces and motions differ by the stiffness: balanced, slow motions keep their digits.
-        balanced, scaling = scipy.linalg.matrix_balance(self.N, permute=False)
+        balanced, _, _, scale, _ = scipy.linalg.lapack.dgebal(self.N, scale=1, permute=0)
         T, U = scipy.linalg.schur(balanced, output="complex")
-        scale = np.diag(scaling)
         own = np.diag(T)
         outside = int((np.abs(own) > radius).sum())
         if not self.Q.size or not self.poles.size:
