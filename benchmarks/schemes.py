@@ -2,7 +2,7 @@
 
 Orders: wheels held, linear contacts of 1 GN/m in the master; errors of the contact forces against
 both linear models and the contacts solved as one system. The orders are those of the last halving
-that is well above the reference's own error.
+that is well above the reference's own error and rounding.
 
 Long steps: eight rolling wheels with flats deep enough to leave the rail, Hertz, steps of 1 ms.
 "Late" is what is left of the forces' deviation 0.4 s after the last flat: the passing fastenings'
@@ -41,7 +41,8 @@ SPEED = 250 / 3.6  # m/s
 K_H = 1e9  # N/m
 STOP = 0.04  # s
 STEPS = (2e-4, 1e-4, 5e-5, 2.5e-5, 1.25e-5, 6.25e-6)  # s
-ABOVE = 10  # times the reference's own error: what an order is read from
+ABOVE = 10  # times the reference's own error, and
+CLEAR = 5e-10  # ten times what rounding in the FMUs leaves: errors that an order is read from
 LONG, UNTIL, LATE = 1e-3, 1.0, 100  # s, s, steps
 STIFFNESSES = (1e8, 1e9, 8e9)  # N/m at the static load
 
@@ -129,7 +130,7 @@ def orders(folder: Path) -> None:
             for key, variant in VARIANTS.items():
                 status.update(f"{name}, {key}")
                 errors = errors_of(folder, variant, profile, reference, STEPS)
-                clear = errors[errors > ABOVE * reference.error]
+                clear = errors[errors > max(ABOVE * reference.error, CLEAR)]
                 order = np.log2(clear[-2] / clear[-1]) if len(clear) > 1 else np.nan
                 cells = (f"{e:.1e}" for e in errors)
                 table.add_row(key, *cells, f"{order:.2f}", str(variant.order))

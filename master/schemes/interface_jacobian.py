@@ -73,8 +73,9 @@ def interface_jacobian(
     tolerance : float, optional
         A step is evaluated twice, and again while a further evaluation would change a force by
         more than this, in the largest force or its nominal value. Where the compliance is right
-        the change is rounding. While wheels roll it is off by a few per cent, and so is what the
-        first correction leaves of a blow; a tighter tolerance takes a third evaluation there.
+        the change is rounding. While wheels roll it is off by a few per cent, and so is what is
+        left of a blow after the first correction; a tighter tolerance takes a third evaluation
+        there. On our pair that makes no difference to the error below steps of 0.5 ms.
     max_evaluations : int, optional
         So many evaluations of one step without reaching the tolerance are an error.
 
