@@ -6,7 +6,6 @@ import hashlib
 import itertools
 import json
 import os
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from importlib.metadata import version
@@ -118,22 +117,8 @@ def settings_of(ride: Ride, fmus: Mapping[str, Path]) -> dict[str, Any]:
         "speed": ride.speed,
         "internal_step": INTERNAL_STEP,
         "irregularity": f"{profile.name}, sha256 {_digest(heights.tobytes())}",
-        **{f"{name}.fmu": f"sha256 {_content(path)}" for name, path in fmus.items()},
+        **{f"{name}.fmu": f"sha256 {_digest(path.read_bytes())}" for name, path in fmus.items()},
     }
-
-
-def _content(path: Path) -> str:
-    """Hash of what an FMU holds, whatever the day on which it was packed."""
-    digest = hashlib.sha256()
-    with zipfile.ZipFile(path) as archive:
-        for name in sorted(archive.namelist()):
-            digest.update(f"{name}\n{_digest(_undated(archive.read(name)))}\n".encode())
-    return digest.hexdigest()[:16]
-
-
-def _undated(content: bytes) -> bytes:
-    before, mark, after = content.partition(b'generationDateAndTime="')
-    return before + after.partition(b'"')[2] if mark else content
 
 
 def _digest(content: bytes) -> str:
