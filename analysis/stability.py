@@ -24,9 +24,9 @@ from .pair import Journey, open_pair
 RATE = 1.0
 """What grows slower than exp(RATE t), in 1/s, counts as stable: the rail's pinned-pinned mode has
 no damping of its own, and any scheme of finite order drives it a little."""
-SHORTEST, LONGEST = 1e-6, 1e-2
+SHORTEST, LONGEST = 2e-6, 1e-2
 """Range of steps that is scanned, s."""
-PER_DECADE = 6
+PER_DECADE = 5
 """Steps scanned in a factor of ten."""
 RESOLUTION = 2e-3
 """Relative, of the largest stable step."""

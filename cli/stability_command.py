@@ -88,9 +88,9 @@ def schemes_of(text: str) -> list[str]:
         matching = [name for name in names if name.startswith(word)] if word else []
         if not matching:
             raise UsageError(
-                f"--schemes {text}: no scheme is {word!r}; there are {', '.join(names)}"
+                f"--schemes {text}: no scheme begins with {word!r}; there are {', '.join(names)}"
             )
-        chosen |= dict.fromkeys([word] if word in names else matching)
+        chosen |= dict.fromkeys(matching)
     return list(chosen)
 
 

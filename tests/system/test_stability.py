@@ -1,6 +1,9 @@
 """Predicted largest stable steps and errors against runs of the FMUs; a ring of six cells."""
 
 import math
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -13,6 +16,7 @@ from railcosim.analysis.linear_pair import linear_parts
 from railcosim.analysis.pair import FADE_IN, Journey, open_pair
 from railcosim.analysis.stability import RATE, Contact, Coupling, static_stiffness
 from railcosim.master.cosimulation import cosimulate
+from railcosim.master.files import load
 from railcosim.track.irregularity import QUALITIES, synthesise
 
 SPEED = 250 / 3.6  # m/s
@@ -104,3 +108,43 @@ def test_predicted_error_is_that_of_a_run(exported, parts, owner, name) -> None:
     measured = np.sqrt((error[begun:] ** 2).mean() / ((exact[::2] - exact[0])[begun:] ** 2).mean())
     # Half a second is one draw of a random process, dominated by two or three resonances.
     assert measured == pytest.approx(option.error, rel=0.35)
+
+
+def command(exported, *arguments, folder):
+    both = ("--vehicle-fmu", exported.folder / "Vehicle.fmu",
+            "--track-fmu", exported.folder / "Track.fmu")  # fmt: skip
+    return subprocess.run(
+        [sys.executable, "-c", "from railcosim.cli.main import run; run()",
+         *(str(a) for a in (arguments[0], *both, *arguments[1:]))],
+        cwd=folder, env={**os.environ, "COLUMNS": "200", "OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+
+
+def test_stability_on_the_command_line(exported, tmp_path) -> None:
+    options = ("--contact-stiffness", "1e9,hertz", "--schemes", "jacobi-quadratic",
+               "--out", "limits.nc", "--plot", "limits.png")  # fmt: skip
+    done = command(exported, "stability", *options, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    limits = load(tmp_path / "limits.nc")
+    assert limits["k_H"].size == 2
+    assert f"{1e3 * limits['jacobi-quadratic.track'].min():.3g}" in done.stdout
+    assert (tmp_path / "limits.png").stat().st_size > 5000
+    wrong = command(exported, "stability", "--schemes", "jakobi", folder=tmp_path)
+    assert wrong.returncode == 2
+    assert "no scheme begins with 'jakobi'" in wrong.stderr
+
+
+def test_advice_on_the_command_line(exported, tmp_path) -> None:
+    options = ("--accuracy", "1e-2", "--schemes", "jacobi", "--out", "a.nc", "--plot", "a.png")
+    done = command(exported, "advise", *options, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    advice = load(tmp_path / "a.nc")
+    assert f"a step of {1e3 * float(advice['step'][0]):g} ms" in done.stdout
+    assert float(advice["error"].max()) <= 1e-2
+    assert (np.diff(advice["cost"]) >= 0).all()  # cheapest first
+    assert (tmp_path / "a.png").stat().st_size > 5000
+    wrong = command(exported, "advise", "--accuracy", "1e-30", "--schemes", "jacobi-constant",
+                    folder=tmp_path)  # fmt: skip
+    assert wrong.returncode == 2
+    assert "no scheme reaches it" in wrong.stderr
