@@ -1,7 +1,7 @@
 """What the chain from finite elements to coupled frequency response loses, as four tables.
 
 The linear model that Track.fmu shows for Model Exchange, against the reduced model in it and
-against the finite elements; the FMU identified from pulses, against the reduced model; the reduced
+against the finite elements; what the master finds of it, against the reduced model; the reduced
 model against the finite elements; the coupled response of the linearised FMUs against the
 monolithic direct solve. Worst relative errors of magnitude and phase; but for the first table
 outside 1 % of antiresonances.
