@@ -96,7 +96,6 @@ class Sweep:
             ridden[system.own_outputs(rider.k)] = True
         moves = np.array([s < n and bool(ridden[s]) for s in sources])
         self._moving, self._motions = np.flatnonzero(moves), sources[moves]
-        self._given = np.flatnonzero(~moves)
         self._law = law
         self.samples: FloatArray = np.zeros((len(self._tau), n))
 
