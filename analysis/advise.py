@@ -128,7 +128,8 @@ def options(
     part = parts[0]
     heights = np.asarray(np.tile(source.heights, (1, len(part.wheels) // 4)), dtype=np.complex128)
     flexible = part.compliance(source.omega) + np.eye(len(part.wheels)) / k_H
-    exact: ComplexArray = np.linalg.solve(flexible, -heights[:, :, None])[:, :, 0]
+    solved = np.linalg.solve(flexible, -heights[:, :, None])[:, :, 0]
+    exact = np.asarray(solved, dtype=np.complex128)
     found = []
     for i, (name, scheme) in enumerate(schemes.items()):
         coupling = Coupling(contact, scheme)

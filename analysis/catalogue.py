@@ -15,7 +15,14 @@ from railcosim.master.schemes.iqn_ils import iqn_ils
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.schemes.nepce import nepce
 from railcosim.master.schemes.picard import picard
-from railcosim.master.schemes.variants import AVERAGE_HOLD, VARIANTS, Variant
+from railcosim.master.schemes.variants import (
+    AVERAGE_HOLD,
+    CONSERVING_4,
+    CONSERVING_6,
+    HERMITE,
+    RADAU_2,
+    Variant,
+)
 
 
 class Owner(StrEnum):
@@ -65,22 +72,38 @@ def _solved(variant: Variant) -> Family:
     )
 
 
+class SchemeName(StrEnum):
+    """Families of schemes."""
+
+    JACOBI = "jacobi"
+    GAUSS_SEIDEL = "gauss-seidel"
+    NEPCE = "nepce"
+    PICARD = "picard"
+    AITKEN = "aitken"
+    IQN_ILS = "iqn-ils"
+    INTERFACE_JACOBIAN = "interface-jacobian"
+    INTERFACE_JACOBIAN_RADAU_2 = "interface-jacobian-radau-2"
+    INTERFACE_JACOBIAN_HERMITE = "interface-jacobian-hermite"
+    INTERFACE_JACOBIAN_CONSERVING_4 = "interface-jacobian-conserving-4"
+    INTERFACE_JACOBIAN_CONSERVING_6 = "interface-jacobian-conserving-6"
+
+
 FAMILIES: dict[str, Family] = {
-    "jacobi": Family(make=lambda degree, first: jacobi(degree=degree)),
-    "gauss-seidel": Family(
+    SchemeName.JACOBI: Family(make=lambda degree, first: jacobi(degree=degree)),
+    SchemeName.GAUSS_SEIDEL: Family(
         make=lambda degree, first: gauss_seidel(first=first, degree=degree), sequential=True
     ),
-    "nepce": Family(make=lambda degree, first: nepce(), degrees=(0,)),
-    "picard": Family(make=lambda degree, first: picard(degree=degree)),
-    "aitken": Family(make=lambda degree, first: aitken(degree=degree)),
-    "iqn-ils": Family(make=lambda degree, first: iqn_ils(degree=degree)),
-    "interface-jacobian": _solved(AVERAGE_HOLD),
-    **{
-        f"interface-jacobian-{name}": _solved(variant)
-        for name, variant in VARIANTS.items()
-        if variant is not AVERAGE_HOLD
-    },
+    SchemeName.NEPCE: Family(make=lambda degree, first: nepce(), degrees=(0,)),
+    SchemeName.PICARD: Family(make=lambda degree, first: picard(degree=degree)),
+    SchemeName.AITKEN: Family(make=lambda degree, first: aitken(degree=degree)),
+    SchemeName.IQN_ILS: Family(make=lambda degree, first: iqn_ils(degree=degree)),
+    SchemeName.INTERFACE_JACOBIAN: _solved(AVERAGE_HOLD),
+    SchemeName.INTERFACE_JACOBIAN_RADAU_2: _solved(RADAU_2),
+    SchemeName.INTERFACE_JACOBIAN_HERMITE: _solved(HERMITE),
+    SchemeName.INTERFACE_JACOBIAN_CONSERVING_4: _solved(CONSERVING_4),
+    SchemeName.INTERFACE_JACOBIAN_CONSERVING_6: _solved(CONSERVING_6),
 }
+"""By the values of `SchemeName`."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ import numpy as np
 import typer
 import xarray as xr
 
-from railcosim.analysis.catalogue import FAMILIES, FMUS, Owner
+from railcosim.analysis.catalogue import FAMILIES, FMUS, Owner, SchemeName
 from railcosim.analysis.pair import FADE_IN, FORCES, Journey, owner_in
 from railcosim.analysis.system_run import run_ssp
 from railcosim.analysis.time_run import Plan, Stopped, run_pair
@@ -51,7 +51,6 @@ from .options import (
 from .scheme_options import (
     ContactOption,
     InputsOption,
-    SchemeName,
     SchemeOption,
     choice_of,
     scheme_of,

@@ -7,14 +7,20 @@ from typing import Annotated
 
 import typer
 
-from railcosim.analysis.catalogue import FAMILIES, Owner
+from railcosim.analysis.catalogue import FAMILIES, Owner, SchemeName
 from railcosim.master.continuation import NAMES
 from railcosim.master.schemes import Scheme
 
 from .options import UsageError
 
-SchemeName = StrEnum("SchemeName", {name.upper().replace("-", "_"): name for name in FAMILIES})
-Inputs = StrEnum("Inputs", {name.upper(): name for name in NAMES})
+
+class Inputs(StrEnum):
+    """How inputs go on between communication points."""
+
+    CONSTANT = NAMES[0]
+    LINEAR = NAMES[1]
+    QUADRATIC = NAMES[2]
+
 
 SchemeOption = Annotated[
     SchemeName | None,

@@ -72,7 +72,8 @@ class Law(Component):
     @property
     def feedthrough(self) -> NDArray[np.bool_]:
         """A force depends at once on the motions of its own spring."""
-        return self.S != 0.0
+        depends: NDArray[np.bool_] = self.S != 0.0
+        return depends
 
     def write_inputs(self) -> None:
         """Do nothing: `u` is all there is."""

@@ -72,7 +72,8 @@ class LinearComponent(Component):
     @property
     def feedthrough(self) -> NDArray[np.bool_]:
         """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
-        return self.D != 0.0
+        depends: NDArray[np.bool_] = self.D != 0.0
+        return depends
 
     def write_inputs(self) -> None:
         """Make `u` the inputs at the present time."""

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from railcosim.analysis.catalogue import SchemeName
 from railcosim.cli.options import UsageError
 from railcosim.cli.run_command import run
-from railcosim.cli.scheme_options import Inputs, SchemeName
+from railcosim.cli.scheme_options import Inputs
 from railcosim.master.cosimulation import Divergence
 from railcosim.master.files import load
 
