@@ -14,177 +14,21 @@ principle, so no resonance is too sharp and no matrix too large.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from railcosim.master.component import Component, FloatArray, Variable
-from railcosim.master.modal import Modal, fractions
+from railcosim.master.argument_principle import solve_triangular, windings
+from railcosim.master.component import FloatArray
+from railcosim.master.observed_step import Column, ObservedStep
+from railcosim.master.open_component import TICK, Open
 from railcosim.master.schemes import Scheme
 from railcosim.master.state_space import ComplexArray, IndexArray
 from railcosim.master.system import System
-
-PROBE = 1e9
-"""What the one number is, in its unit: large against every absolute tolerance of a scheme."""
-_WARM_UP = 4
-"""Steps at rest before the one observed: schemes reach back three at most."""
-_TICK = 1e-15
-"""Unit of time inside a step, s: times are told apart by whole numbers of it."""
-_TURN = 1.0
-"""Largest turn of the determinant between points of the circle, rad: half a turn would be lost."""
-_NEAR = 1e-4
-"""Of the distance between points, for a derivative by a difference."""
-_ROUNDS = 60
-"""Halvings between points: then their distance is rounding, and a root is on the circle."""
-
-
-class NotLinear(ValueError):  # noqa: N818 (it says what is wrong)
-    """A scheme whose step is no linear map; the message says why."""
-
-
-class Open(Component):
-    """A component whose free motion is given from outside.
-
-    Attributes
-    ----------
-    free : dict of (int, bool) to array, shape (n_outputs,)
-        The outputs, or their rates if True, if nothing were fed; by time after the beginning of
-        the step, in ticks. These are what a scheme has asked for so far.
-    fed : tuple of (int, float, array)
-        Beginning in ticks and length (s) of each step made, and value and derivatives of the
-        inputs then, shape (3, n_inputs).
-    """
-
-    can_rollback = True
-    max_input_derivative = 2
-
-    def __init__(
-        self,
-        name: str,
-        inputs: Sequence[Variable],
-        outputs: Sequence[Variable],
-        model: Modal | None = None,
-    ) -> None:
-        super().__init__(name, inputs, outputs)
-        self.model = model
-        self.free: dict[tuple[int, bool], FloatArray] = {}
-        self.fed: tuple[tuple[int, float, FloatArray], ...] = ()
-        self._now = 0
-        self._inputs = self.u.copy()
-        self._derivatives: FloatArray = np.zeros((2, len(self.inputs)))
-        self._answers: dict[tuple[int, float, bool], FloatArray] = {}
-
-    @property
-    def feedthrough(self) -> NDArray[np.bool_]:
-        """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
-        if self.model is None:
-            return np.ones((len(self.outputs), 0), dtype=bool)
-        through: NDArray[np.bool_] = self.model.D != 0.0
-        return through
-
-    def begin(self) -> None:
-        """Forget the steps made: the free motion is counted from now on."""
-        self._now, self.fed = 0, ()
-
-    def write_inputs(self) -> None:
-        """Make `u` the inputs at the present time."""
-        self._inputs = self.u.copy()
-
-    def set_input_derivatives(self, derivatives: FloatArray) -> None:
-        """Give derivatives of the inputs for the next step; see `Component`."""
-        self._derivatives = np.zeros((2, len(self.inputs)))
-        self._derivatives[: len(derivatives)] = derivatives
-
-    def do_step(self, t: float, h: float) -> None:
-        """Take note of the step."""
-        taylor = np.concatenate([self._inputs[None], self._derivatives])
-        self.fed = (*self.fed, (self._now, h, taylor))
-        self._derivatives = np.zeros((2, len(self.inputs)))
-        self._now += round(h / _TICK)
-
-    def read_outputs(self) -> None:
-        """Put the free motion and the answer to what was fed into `y`."""
-        self.y[:] = self._observed(is_rate=False)
-        if self.model is not None:
-            self.y += self.model.D @ self._inputs
-
-    def output_rates(self) -> FloatArray | None:
-        """Rates of the outputs at the present time; see `Component`."""
-        if self.model is None:
-            return None
-        rates = self._observed(is_rate=True)
-        rates += 2.0 * (self.model.C @ self.model.B).real @ self._inputs
-        rates += self.model.D @ self._derivatives[0]
-        return rates
-
-    def step_derivative(self) -> FloatArray | None:
-        """Change of the outputs per change of an input held over the last step."""
-        if self.model is None or not self.fed:
-            return None
-        return self._answer(0, self.fed[-1][1], is_rate=False)[:, : len(self.inputs)] + self.model.D
-
-    def save_state(self) -> Any:
-        """Snapshot; what was fed in this step is not memory, so it is wrapped up."""
-        return _Wrapped((self._now, self.fed)), self._inputs, self._derivatives
-
-    def restore_state(self, state: Any) -> None:
-        """Go back to a snapshot."""
-        wrapped, self._inputs, self._derivatives = state
-        self._now, self.fed = wrapped.content
-
-    def loop(self, h: float, z: ComplexArray, fed: Sequence[tuple[int, float]]) -> ComplexArray:
-        """Free motion at the times asked for, by what was fed: (n_z, all outputs, all inputs)."""
-        assert self.model is not None
-        model, poles = self.model, self.model.poles
-        C = np.concatenate([self._seen(*asked) for asked in self.free])
-        G = np.concatenate(
-            [
-                np.exp(poles * (h - begin * _TICK - length))[:, None] * model.sampled(length)[1]
-                for begin, length in fed
-            ],
-            axis=1,
-        )
-        return fractions(z, np.exp(poles * h), G, C)
-
-    def _observed(self, *, is_rate: bool) -> FloatArray:
-        """Outputs or their rates now, without what the present inputs add."""
-        asked = self._now, is_rate
-        total = self.free.setdefault(asked, np.zeros(len(self.outputs))).copy()
-        if self.model is not None:
-            for begin, h, taylor in self.fed:
-                after = self._now - begin - round(h / _TICK)
-                total += self._answer(after, h, is_rate=is_rate) @ taylor.ravel()
-        return total
-
-    def _answer(self, after: int, h: float, *, is_rate: bool) -> FloatArray:
-        """Outputs some ticks after a step of length `h`, by value and derivatives of the inputs."""
-        assert self.model is not None
-        key = after, h, is_rate
-        if key not in self._answers:
-            self._answers[key] = 2.0 * (self._seen(after, is_rate) @ self.model.sampled(h)[1]).real
-        return self._answers[key]
-
-    def _seen(self, tick: int, is_rate: bool) -> ComplexArray:
-        """What the modes at the beginning do to the outputs, or their rates, at a time."""
-        assert self.model is not None
-        model = self.model
-        seen: ComplexArray = model.C * np.exp(model.poles * (tick * _TICK))
-        return seen * model.poles if is_rate else seen
-
-
-Column: TypeAlias = tuple[FloatArray, FloatArray]
-"""Memory after a step, and what was fed in it, by one number before it."""
-
-
-@dataclass(frozen=True)
-class _Wrapped:
-    """Something in a snapshot that is not memory."""
-
-    content: Any
 
 
 @dataclass(frozen=True)
@@ -248,14 +92,14 @@ class Amplification:
 
         def turn(phi: FloatArray) -> ComplexArray:
             z = radius * np.exp(1j * phi)
-            H = outputs @ _solve_triangular(T, inputs, z) + self.P
+            H = outputs @ solve_triangular(T, inputs, z) + self.P
             matrix = np.eye(len(self.Q)) - H @ self.loop(z)
             sign, size = np.linalg.slogdet(matrix)
             return np.asarray(size + 1j * np.angle(sign))
 
         # det(z - everything) = det(z - N) det(z - open modes) turn(z), and turn is 1 at infinity:
         # so it has as many more zeros than poles outside as it turns backwards around the circle.
-        return outside - _windings(turn, np.concatenate([own, self.poles]))
+        return outside - windings(turn, np.concatenate([own, self.poles]))
 
     def response(
         self, omega: FloatArray, signal: ComplexArray, outputs: Sequence[int]
@@ -330,7 +174,7 @@ class Amplifier:
             Whatever the scheme raises if it cannot make the step.
         """
         self.system.restore_state(self._rest)
-        step = _ObservedStep(self.system, self._scheme, h)
+        step = ObservedStep(self.system, self._scheme, h)
         places = step.memory if self._used is None else self._used
         columns = [step.by_memory(k) for k in places]
         N, Q = _stacked(columns, step)
@@ -349,83 +193,9 @@ class Amplifier:
             h=h, N=N[kept], R=R[kept], Q=Q[heard], P=P[heard], W=W[kept], V=V[heard],
             poles=np.concatenate([np.zeros(0, complex), *poles]),
             loop=_Loop(h, [(c, step.when[c.name]) for c in models], heard),
-            signals=_TICK * np.array([tick for c in signals for tick, _ in c.free]),
+            signals=TICK * np.array([tick for c in signals for tick, _ in c.free]),
             outputs=np.searchsorted(kept, step.outputs),
         )  # fmt: skip
-
-
-class _ObservedStep:
-    """One step of a scheme on a system at rest, made again and again from other memories.
-
-    Attributes
-    ----------
-    memory : array of int
-        Places of the numbers that may decide the future.
-    outputs : array of int
-        Places of the system's outputs.
-    when : dict of str to list
-        By component: beginning (ticks) and length (s) of the steps it makes.
-    """
-
-    def __init__(self, system: System, scheme: Scheme, h: float) -> None:
-        self._system, self._scheme, self._h = system, scheme, h
-        self.opened = [c for c in system.components if isinstance(c, Open)]
-        self.evaluations = 0
-        for component in self.opened:
-            component.free.clear()
-            component.begin()
-        self._stepper = scheme.start(system)
-        system.begin(0.0)
-        for k in range(_WARM_UP):
-            self._stepper.step(k * h, h)
-            for component in self.opened:
-                component.begin()
-        self._rest = system.save_state(), self._stepper.memory
-        self._arrays = list(_arrays(self._rest))
-        self._sizes = [a.size for a in self._arrays]
-        self._offset = np.concatenate([[0], np.cumsum(self._sizes)])
-        # What is not zero at rest is no motion but a setting, such as a compliance.
-        moves = np.repeat([not a.any() for a in self._arrays], self._sizes)
-        self.memory = np.flatnonzero(moves)
-        own = next(i for i, a in enumerate(self._arrays) if a is self._rest[0][2])
-        self.outputs = np.arange(self._offset[own], self._offset[own + 1])
-        self._make(self._arrays)  # so that all times asked for are known
-        self.when = {c.name: [(begin, length) for begin, length, _ in c.fed] for c in self.opened}
-        self.n_fed = sum(3 * len(c.inputs) * len(c.fed) for c in self.opened)
-        self.size = int(self._offset[-1])
-
-    def by_memory(self, k: int) -> Column:
-        """What one number of the memory does to all of it, and to what is fed."""
-        i = int(np.searchsorted(self._offset, k, side="right")) - 1
-        changed = self._arrays[i].copy()
-        changed.flat[k - self._offset[i]] = PROBE
-        return self._make([*self._arrays[:i], changed, *self._arrays[i + 1 :]])
-
-    def by_free_motion(self, component: Open) -> list[Column]:
-        """What the free motion of one component does, an output and time after the other."""
-        columns = []
-        for values in component.free.values():
-            for j in range(values.size):
-                values[j] = PROBE
-                columns.append(self._make(self._arrays))
-                values[j] = 0.0
-        return columns
-
-    def _make(self, arrays: list[FloatArray]) -> Column:
-        """Make the step."""
-        state, memory = _rebuilt(self._rest, iter(arrays))
-        self._system.restore_state(state)
-        self._stepper.memory = memory
-        report = self._stepper.step(_WARM_UP * self._h, self._h)
-        self.evaluations = max(self.evaluations, report.evaluations)
-        after = list(_arrays((self._system.save_state(), self._stepper.memory)))
-        if [a.size for a in after] != self._sizes:
-            raise NotLinear(f"{self._scheme.describe()}: its memory changes its form")
-        fed = [taylor.ravel() for c in self.opened for _, _, taylor in c.fed]
-        return (
-            np.concatenate([a.ravel() for a in after]) / PROBE,
-            np.concatenate([np.zeros(0), *fed]) / PROBE,
-        )
 
 
 @dataclass(frozen=True)
@@ -447,7 +217,7 @@ class _Loop:
         return whole[:, :, self.heard]
 
 
-def _stacked(columns: list[Column], step: _ObservedStep) -> tuple[FloatArray, FloatArray]:
+def _stacked(columns: list[Column], step: ObservedStep) -> tuple[FloatArray, FloatArray]:
     """Columns side by side: what they do to the memory, and to what is fed."""
     one, two = np.zeros((step.size, len(columns))), np.zeros((step.n_fed, len(columns)))
     for k, (memory, fed) in enumerate(columns):
@@ -472,78 +242,3 @@ def _spread(part: FloatArray, places: IndexArray, kept: IndexArray) -> FloatArra
     _, here, there = np.intersect1d(kept, places, return_indices=True)
     wide[:, here] = part[:, there]
     return wide
-
-
-def _arrays(state: Any) -> Iterator[FloatArray]:
-    """Arrays of numbers in nested tuples and lists."""
-    if isinstance(state, np.ndarray) and state.dtype == np.float64:
-        yield state
-    elif isinstance(state, tuple | list):
-        for part in state:
-            yield from _arrays(part)
-
-
-def _rebuilt(state: Any, arrays: Iterator[FloatArray]) -> Any:
-    """The same nest with other arrays."""
-    if isinstance(state, np.ndarray) and state.dtype == np.float64:
-        return next(arrays)
-    if isinstance(state, tuple | list):
-        parts = [_rebuilt(part, arrays) for part in state]
-        return type(state)(*parts) if hasattr(state, "_fields") else type(state)(parts)
-    return state
-
-
-def _solve_triangular(T: ComplexArray, B: ComplexArray, z: ComplexArray) -> ComplexArray:
-    """(z - T)^-1 B for every z, shape (n_z, n, n_columns)."""
-    n, m = B.shape
-    x = np.zeros((n, len(z), m), dtype=complex)
-    for i in range(n)[::-1]:
-        known = (T[i, i + 1 :] @ x[i + 1 :].reshape(n - 1 - i, len(z) * m)).reshape(len(z), m)
-        x[i] = (known + B[i]) / (z - T[i, i])[:, None]
-    return x.transpose(1, 0, 2)
-
-
-def _windings(turn: Callable[[FloatArray], ComplexArray], poles: ComplexArray) -> int:
-    """How often a function, real on the real axis, turns around zero along the circle.
-
-    `turn` gives its logarithm, with any multiple of 2 pi i.
-    """
-    # It turns fast near its poles: one point opposite to each.
-    opposite = np.abs(np.angle(poles))
-    phi = np.unique(np.concatenate([[0.0, math.pi], opposite]))
-    value, slope = _with_slope(turn, phi)
-    for _ in range(_ROUNDS):
-        # Roots and poles come in clusters, one for each wheel, and may turn it fully between two
-        # points. But they are seen in the slope from as far as they are many times over.
-        length = np.diff(phi)
-        fast = length * np.maximum(np.abs(slope[1:]), np.abs(slope[:-1])) > _TURN
-        wide = np.flatnonzero(fast | (np.abs(_difference(value).imag) > _TURN))
-        if not wide.size:
-            break
-        middle = phi[wide] + 0.5 * length[wide]
-        new = _with_slope(turn, middle, 0.5 * length[wide])
-        phi, value, slope = (
-            np.insert(old, wide + 1, more)
-            for old, more in zip((phi, value, slope), (middle, *new), strict=True)
-        )
-    total = float(_difference(value).imag.sum())
-    return round(total / math.pi)  # the lower half turns as much as the upper one
-
-
-def _with_slope(
-    turn: Callable[[FloatArray], ComplexArray], phi: FloatArray, room: FloatArray | None = None
-) -> tuple[ComplexArray, ComplexArray]:
-    """A logarithm and its derivative, from a difference that is short against the room there is."""
-    if room is None:
-        room = np.diff(phi, append=2.0 * phi[-1] - phi[-2])
-    step = _NEAR * room
-    both = turn(np.concatenate([phi, phi + step]))
-    value, ahead = both[: len(phi)], both[len(phi) :]
-    return value, _difference(np.stack([value, ahead]))[0] / step
-
-
-def _difference(logarithm: ComplexArray) -> ComplexArray:
-    """Of neighbours, the imaginary part within half a turn."""
-    change = np.diff(logarithm, axis=0)
-    turned: ComplexArray = change.real + 1j * np.angle(np.exp(1j * change.imag))
-    return turned

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
-from railcosim.master.amplification import Amplifier, Open
+from railcosim.master.amplification import Amplifier
 from railcosim.master.component import Variable
 from railcosim.master.connections import connect_by_name
 from railcosim.master.law import Law
 from railcosim.master.linear_component import LinearComponent
 from railcosim.master.modal import modal, modes_of
+from railcosim.master.open_component import Open
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.jacobi import jacobi
