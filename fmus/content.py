@@ -70,7 +70,7 @@ def track_arrays(track: ReducedTrack) -> Arrays:
         "table": np.stack([track.w, track.theta], axis=1)[:-1].astype(np.complex64),
         "phi": np.array(track.phi),
         "residual_pole": np.array(track.residual_pole),
-        "residual_compliance": track.residual_compliance,
+        "residual_shape": track.residual_shape,
         "cell_length": np.array(track.cell_length),
         "length": np.array(track.length),
     }

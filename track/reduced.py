@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import minimum_filter1d
 
 from .cell import EVEN, ODD, Cell, build_cell
 from .parameters import Track
@@ -20,9 +21,9 @@ ComplexArray = NDArray[np.complex128]
 
 FADE_FROM = 0.6  # of the highest frequency kept; modes below count in full
 FIT_FROM, FIT_TO = 0.1, 0.4  # of it: where the residual's inertia shows
-FIT_PLACES = (0.0, 0.25, 0.5)  # of the spacing from a railseat
 LEAST_DAMPING, MOST_DAMPING = 1e-3, 0.9  # ratio of the residual's pole, whatever the fit finds
 HIGHEST_POLE = 10.0  # of the residual, in highest frequencies kept
+OTHERS, APART = 3, 1.5  # other wheelsets, and m to the next one; bogies have 1.8 m or more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,8 +49,9 @@ class ReducedTrack:
         Shear parameter of the elements between the nodes.
     residual_pole : complex
         Pole of the local flexibility of the modes left out, rad/s.
-    residual_compliance : array, shape (n_nodes,)
-        Its static value at the nodes, m/N, for the force on the same rail at the same place.
+    residual_shape : array, shape (n_nodes,)
+        u at the nodes: ds/dt = pole s + u f, deflection Re(u s), for the force f on the same rail
+        at the same place.
     cell_length, length : float
         Of a cell and of the ring, m.
     """
@@ -63,7 +65,7 @@ class ReducedTrack:
     theta: ComplexArray
     phi: float
     residual_pole: complex
-    residual_compliance: FloatArray
+    residual_shape: ComplexArray
     cell_length: float
     length: float
 
@@ -75,7 +77,8 @@ def reduce_track(track: Track) -> ReducedTrack:
     the rail as slowly fading ripples that outweigh the true response 10 m away; faded out, it is
     local: the flexibility of short waves of the rail, hardly dependent on the place. It becomes one
     oscillator under every wheel, which keeps the rail's deflection a state: no force passes
-    straight through, and no algebraic loop closes over a stiff contact.
+    straight through, and no algebraic loop closes over a stiff contact. With it the model is
+    passive: at no frequency do wheels draw power from the track, however stiff their contacts.
 
     Parameters
     ----------
@@ -90,8 +93,7 @@ def reduce_track(track: Track) -> ReducedTrack:
     top = track.mesh.highest_frequency
     modes = [_faded(ring_modes(cell, top), 2 * np.pi * top) for cell in cells]
     nodes = cells[0].nodes
-    compliance = _residual_compliance(track, cells, modes)
-    pole = _residual_pole(track, cells, modes)
+    pole, residual_shape = _residual(track, cells, modes)
     sizes = [m.poles.size for m in modes]
     # A force on one rail is half an even and half an odd one: sqrt(1/2) into shapes that are
     # used twice, receiving the force and giving the deflection.
@@ -109,7 +111,7 @@ def reduce_track(track: Track) -> ReducedTrack:
         theta=shapes[1::2],
         phi=12 * track.rail.bending_stiffness / (track.rail.shear_stiffness * element**2),
         residual_pole=pole,
-        residual_compliance=compliance,
+        residual_shape=residual_shape,
         cell_length=track.cell_length,
         length=track.length,
     )
@@ -121,45 +123,73 @@ def _faded(modes: RingModes, top: float) -> RingModes:
     return modes.weighted(np.cos(0.5 * np.pi * part) ** 2)
 
 
-def _residual_compliance(track: Track, cells: list[Cell], modes: list[RingModes]) -> FloatArray:
-    """Static flexibility of what the modes leave out, at every node of the cell, (n_nodes,)."""
-    points = [Point(x=float(x)) for x in cells[0].nodes]
-    total = np.diagonal(direct_receptance(track, np.zeros(1), points, points, viscous=True)[0]).real
-    by_modes = np.zeros_like(total)
-    for cell, ring in zip(cells, modes, strict=True):
-        w = ring.shapes[0 : cell.rail_size : 2]
-        by_modes += 0.5 * (w * w[:, ring.partner] @ (-1 / ring.poles)).real
-    residual: FloatArray = total - by_modes
-    return residual
+def _residual(
+    track: Track, cells: list[Cell], modes: list[RingModes]
+) -> tuple[complex, ComplexArray]:
+    """Pole of the residual, and its shape at every node of the cell, (n_nodes,).
 
+    What is left out is nearly (R0 + tau s) / (1 + d s + s^2 / omega_r^2). R0 and tau differ from
+    place to place; omega_r, by least squares, and d do not.
 
-def _residual_pole(track: Track, cells: list[Cell], modes: list[RingModes]) -> complex:
-    """Pole of the residual, from how what is left out changes with frequency.
-
-    Fits R0 / R(omega) = 1 + i omega d - (omega / omega_r)^2 by least squares.
+    Complete, a track answers an impulse with a deflection that begins at 0. Some of its complex
+    modes alone begin with a jump, and at a damped railseat against the force: above their
+    frequencies the rail would give power to what rests on it. The residual jumps by
+    tau omega_r^2, which must make up for it. And it must take no less power than what is left out:
+    where waves run between wheels undamped, their powers nearly cancel. The d taken is the least
+    that allows both.
     """
-    seat = track.fastening.spacing / 2
     top = 2 * np.pi * track.mesh.highest_frequency
     omega = np.concatenate([[0.0], np.linspace(FIT_FROM, FIT_TO, 8) * top])
-    residual = np.empty((omega.size, len(FIT_PLACES)), dtype=complex)
-    for k, place in enumerate(FIT_PLACES):
-        x = seat + place * track.fastening.spacing
-        point = Point(x=x)
-        total = direct_receptance(track, omega, [point], [point], viscous=True)[:, 0, 0]
-        residual[:, k] = total - _modal_receptance(cells, modes, omega, x)
-    R0, R, w = residual[0].real, residual[1:], omega[1:, None]
+    left_out = _left_out(track, cells, modes, omega)
+    R0, R, w = left_out[0].real, left_out[1:], omega[1:, None]
     inertia = np.vdot(R * w**2, R - R0).real / np.vdot(R * w**2, R * w**2).real
-    lossy = np.vdot(1j * R * w, R0 - R).real / np.vdot(R * w, R * w).real
     omega_r = 1 / np.sqrt(max(inertia, 1 / (HIGHEST_POLE * top) ** 2))
-    zeta = np.clip(0.5 * lossy * omega_r, LEAST_DAMPING, MOST_DAMPING)
-    return complex(-zeta * omega_r, omega_r * np.sqrt(1 - zeta**2))
+    # With tau below d R0 - loss, the residual takes no less power than what is left out.
+    loss = np.max(-R.imag / w * (1 - (w / omega_r) ** 2), axis=0)
+    needed = -_least_jump(track, cells, modes) / omega_r**2
+    d = np.max(needed + loss) / np.max(R0)
+    zeta = np.clip(0.5 * d * omega_r, LEAST_DAMPING, MOST_DAMPING)
+    tau = np.maximum(2 * zeta / omega_r * R0 - loss, needed)
+    pole = omega_r * complex(-zeta, np.sqrt(1 - zeta**2))
+    # Re(u^2 / (s - pole)) has the jump Re(u^2) and the static value -Re(u^2 / pole).
+    jump = tau * omega_r**2
+    shape: ComplexArray = np.sqrt(jump - 1j * (R0 * omega_r**2 + jump * pole.real) / pole.imag)
+    return pole, shape
 
 
-def _modal_receptance(
-    cells: list[Cell], modes: list[RingModes], omega: FloatArray, x: float
+def _left_out(
+    track: Track, cells: list[Cell], modes: list[RingModes], omega: FloatArray
 ) -> ComplexArray:
-    out = np.zeros(omega.size, dtype=complex)
+    """Finite elements less modes, at every node for the force there, (n_omega, n_nodes)."""
+    points = [Point(x=float(x)) for x in cells[0].nodes]
+    total = direct_receptance(track, omega, points, points, viscous=True)
+    left_out: ComplexArray = np.diagonal(total, axis1=1, axis2=2).copy()
+    s = 1j * omega[:, None]
     for cell, ring in zip(cells, modes, strict=True):
-        shape = (cell.rail_row(x) @ ring.shapes)[None, :]
-        out += 0.5 * ring.receptance(omega, shape, shape)[:, 0, 0]
-    return out
+        w = ring.shapes[0 : cell.rail_size : 2]
+        residue = w * w[:, ring.partner]
+        for p, r in ((ring.poles, residue), (ring.poles.conj(), residue.conj())):
+            left_out -= 0.25 * (1 / (s - p)) @ r.T
+    return left_out
+
+
+def _least_jump(track: Track, cells: list[Cell], modes: list[RingModes]) -> FloatArray:
+    """Deflection of the modes at once after an impulse, at every node, (n_nodes,), m/(N s).
+
+    The least eigenvalue (Gershgorin) for all wheels of a vehicle, one being at the node, the others
+    where they answer most; the two of a wheelset are pushed alike or oppositely.
+    """
+    nodes = cells[0].nodes
+    places = np.linspace(0, track.cell_length, 2 * nodes.size - 1)
+    own, others = np.empty((2, places.size)), np.zeros((2, places.size))
+    for k, (cell, ring) in enumerate(zip(cells, modes, strict=True)):
+        w = ring.shapes[0 : cell.rail_size : 2]
+        along = np.array([cell.rail_row(x) for x in places]) @ ring.shapes
+        own[k] = np.sum(along * along[:, ring.partner], axis=1).real
+        for c in (-1, 0, 1):  # ripples of the modes fade with distance
+            J = ((along * np.exp(1j * ring.mu * c)) @ w[:, ring.partner].T).real
+            far = np.abs(places[:, None] + c * track.cell_length - nodes) > APART
+            others[k] = np.maximum(others[k], np.max(np.abs(J) * far, axis=1))
+    least = np.min(own - OTHERS * others, axis=0)
+    around: FloatArray = minimum_filter1d(least, 3, mode="nearest")[::2]
+    return around

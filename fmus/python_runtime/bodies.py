@@ -61,9 +61,7 @@ class TrackBody:
     def __init__(self, arrays: Arrays) -> None:
         residual = complex(arrays["residual_pole"])
         self.poles: ComplexArray = np.concatenate([arrays["poles"], np.full(8, residual)])
-        # Re(u s) with s' = lambda s + u f is the oscillator R |lambda|^2 / (...) if u^2 is this:
-        squared = arrays["residual_compliance"] * abs(residual) ** 2 / (1j * residual.imag)
-        self.local_table: ComplexArray = np.sqrt(squared)  # (nodes,)
+        self.local_table: ComplexArray = arrays["residual_shape"]  # (nodes,)
         self.partner: NDArray[np.intp] = arrays["partner"]
         self.even = int((arrays["parity"] > 0).sum())  # even modes first, then odd ones
         # (nodes, 2, n): w and theta; contiguous, for `shapes` reads neighbours as one block. The

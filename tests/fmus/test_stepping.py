@@ -343,9 +343,10 @@ def test_track_contact_is_second_order_in_the_internal_step(track):
         return track.motion(shapes, Mover(track, own, step).step(rest, begin, end, 4e-3))
 
     exact = after(4e-3 / 4096)
-    errors = [np.abs(after(4e-3 / n) - exact).max() for n in (128, 256, 512)]
+    errors = [np.abs(after(4e-3 / n) - exact).max() for n in (256, 512, 1024)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
-    # Measured 2.0; coarser steps have too few to a swing of the residual, 0.4 ms.
+    # Measured 1.99 and 2.06: the reference's own error adds 0.02 and 0.07;
+    # with coarser steps errors of higher order cancel some.
     assert orders.min() > 1.9, orders
 
 

@@ -61,15 +61,14 @@ def relative_error(found, exact):
 
 @pytest.mark.parametrize("x", [SEAT, QUARTER, MIDSPAN])
 def test_default_reduction_to_1500_hz(default_body, grid, direct, x):
-    # Measured 1.8e-3 at 1.5 kHz, 1.0e-3 in the antiresonance at 1073 Hz: what is left of modes that
-    # fade out below 5 kHz is one oscillator.
-    assert relative_error(driving_point(default_body, grid, x), direct[x]) < 2.5e-3
+    # Measured 7e-4: what is left of modes that fade out below 5 kHz is one oscillator.
+    assert relative_error(driving_point(default_body, grid, x), direct[x]) < 1e-3
 
 
 @pytest.mark.parametrize("x", [SEAT, QUARTER, MIDSPAN])
 def test_reduction_with_more_modes_is_better(finer_body, grid, direct, x):
-    # Measured 6e-5, at railseats 2.6e-4: their dampers reach the highest modes.
-    assert relative_error(driving_point(finer_body, grid, x), direct[x]) < 1e-3
+    # Measured 8e-6: what is left out grows as the square of frequency over that of the modes.
+    assert relative_error(driving_point(finer_body, grid, x), direct[x]) < 3e-5
 
 
 @pytest.fixture(scope="module")
@@ -99,9 +98,9 @@ def test_transfer_between_wheels(default_track, default_body, grid):
     exact = direct_receptance(default_track, some, loads, observed)[:, :, 0]
     found = modal_receptance(default_body, some, position, load=5)
     error = (np.abs(found - exact) / np.abs(exact[:, [5]])).max(axis=0)
-    # Relative to the driving point: 1.0e-3 there, 1.5e-5 at the next wheel: what is left out is
+    # Relative to the driving point: 4e-4 there, 1.5e-5 at the next wheel: what is left out is
     # local.
-    assert error[5] < 2.5e-3
+    assert error[5] < 1e-3
     assert np.delete(error, 5).max() < 5e-5
 
 
@@ -115,9 +114,9 @@ def without_slab(**fastening):
 
 @pytest.mark.parametrize(
     ("damping", "tolerance"),
-    # Measured 2.0e-3, 4.8e-2, 1.3e-3. Dampers of 2.5e5 N s/m on a rail node bring real poles just
+    # Measured 4e-4, 2.4e-2, 1.4e-3. Dampers of 2.5e5 N s/m on a rail node bring real poles just
     # where modes fade out, at 4 kHz; a residual oscillator is not made for them.
-    [(2.5e4, 3e-3), (2.5e5, 6e-2), (2.5e6, 2e-3)],
+    [(2.5e4, 1e-3), (2.5e5, 3e-2), (2.5e6, 2e-3)],
 )
 def test_overdamped_modes(damping, tolerance):
     """Fastenings so damped that the rail creeps: real poles, of standing and travelling waves."""
