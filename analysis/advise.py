@@ -14,9 +14,9 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from railcosim.master.component import ComponentError, FloatArray
-from railcosim.master.receptance import lag
+from railcosim.master.linear.receptance import lag
+from railcosim.master.linear.state_space import ComplexArray
 from railcosim.master.schemes import Scheme
-from railcosim.master.state_space import ComplexArray
 from railcosim.track.irregularity import Spectrum
 
 from .catalogue import Owner

@@ -20,8 +20,8 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import BarycentricInterpolator
 
 from railcosim.master.component import FloatArray, Variable
-from railcosim.master.model_exchange import linear_model
-from railcosim.master.state_space import IndexArray, StateSpace
+from railcosim.master.linear.model_exchange import linear_model
+from railcosim.master.linear.state_space import IndexArray, StateSpace
 from railcosim.vehicle.contact import ContactLaw
 
 from .contact import FORCES, WHEELS

@@ -10,9 +10,9 @@ from railcosim.fmus.at_rest import heights_at_rest
 from railcosim.fmus.content import contents
 from railcosim.fmus.description.about import Description
 from railcosim.fmus.export import NATIVE, Runtime, pack
-from railcosim.master.archive import unpack
 from railcosim.master.connections import Connection
-from railcosim.master.description import FmuDescription, read_description
+from railcosim.master.fmi.archive import unpack
+from railcosim.master.fmi.description import FmuDescription, read_description
 from railcosim.master.ssp import Part, write_ssp
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle

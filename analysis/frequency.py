@@ -11,13 +11,13 @@ import xarray as xr
 
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
-from railcosim.master.description import FmuDescription
-from railcosim.master.fmu import FmuComponent
-from railcosim.master.linear_fmu import Pulses, Wanted, best_way
-from railcosim.master.linear_form import LinearForm
-from railcosim.master.realisation import ComplexArray
-from railcosim.master.receptance import FrequencyResponse, frequency_response, lag
-from railcosim.master.substructuring import Joint, couple
+from railcosim.master.fmi.description import FmuDescription
+from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.linear.linear_fmu import Pulses, Wanted, best_way
+from railcosim.master.linear.linear_form import LinearForm
+from railcosim.master.linear.realisation import ComplexArray
+from railcosim.master.linear.receptance import FrequencyResponse, frequency_response, lag
+from railcosim.master.linear.substructuring import Joint, couple
 
 from .pair import FORCES, WHEELS, WHEELSETS
 

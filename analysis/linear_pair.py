@@ -15,11 +15,11 @@ import numpy as np
 from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import CouplingError, connect_by_name
 from railcosim.master.law import Law
+from railcosim.master.linear.modal import Modal, modes_of
+from railcosim.master.linear.model_exchange import linear_model
+from railcosim.master.linear.state_space import ComplexArray, StateSpace
 from railcosim.master.linear_component import LinearComponent
-from railcosim.master.modal import Modal, modes_of
-from railcosim.master.model_exchange import linear_model
 from railcosim.master.open_component import Open
-from railcosim.master.state_space import ComplexArray, StateSpace
 from railcosim.master.system import System
 
 from .catalogue import Owner

@@ -13,12 +13,12 @@ from typing import TypeAlias
 import numpy as np
 from scipy.optimize import root
 
-from railcosim.master.archive import unpack
 from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import CouplingError, connect_by_name
-from railcosim.master.description import read_description
-from railcosim.master.fmu import FmuComponent
-from railcosim.master.loaded_fmu import LoadedFmu
+from railcosim.master.fmi.archive import unpack
+from railcosim.master.fmi.description import read_description
+from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
 from railcosim.track.irregularity import Profile

@@ -11,8 +11,8 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 
 from railcosim.master.component import FloatArray
-from railcosim.master.realisation import ComplexArray
-from railcosim.master.receptance import FrequencyResponse
+from railcosim.master.linear.realisation import ComplexArray
+from railcosim.master.linear.receptance import FrequencyResponse
 
 from .pair import WHEELSETS
 

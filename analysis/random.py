@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from railcosim.master.component import FloatArray
-from railcosim.master.receptance import FrequencyResponse, lag
+from railcosim.master.linear.receptance import FrequencyResponse, lag
 
 from .pair import WHEELS
 

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from railcosim.master.component import FloatArray
-from railcosim.master.receptance import FrequencyResponse
+from railcosim.master.linear.receptance import FrequencyResponse
 from railcosim.track.irregularity import Quality
 
 from .comfort import reaction, sperling, weighted_acceleration

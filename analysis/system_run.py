@@ -8,8 +8,8 @@ from pathlib import Path
 
 import xarray as xr
 
-from railcosim.master.archive import FmuError
-from railcosim.master.fmu import FmuComponent
+from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.schemes import Scheme
 from railcosim.master.ssp import LoadedSystem, initialise, open_ssp
 from railcosim.master.system import System

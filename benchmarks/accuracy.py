@@ -27,7 +27,7 @@ from railcosim.fmus.content import track_arrays
 from railcosim.fmus.export import export
 from railcosim.fmus.python_runtime.bodies import TrackBody
 from railcosim.fmus.python_runtime.stepping import State
-from railcosim.master.receptance import frequency_response
+from railcosim.master.linear.receptance import frequency_response
 from railcosim.reference.agreement import near
 from railcosim.reference.monolithic import assemble
 from railcosim.track.cell import railseats

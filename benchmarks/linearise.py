@@ -30,12 +30,12 @@ from railcosim.analysis.frequency import PULSES, Models, coupled, wheelset_posit
 from railcosim.analysis.pair import FORCES, WHEELS, WHEELSETS
 from railcosim.fmus.export import export
 from railcosim.master.component import FloatArray
-from railcosim.master.fmu import FmuComponent
-from railcosim.master.linear_fmu import DIFFERENCES, EXACT, Wanted, Way
-from railcosim.master.linear_form import LinearForm, alike, error_estimate
-from railcosim.master.operating_point import OperatingPoint
-from railcosim.master.realisation import ComplexArray
-from railcosim.master.state_space import StateSpace
+from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT, Wanted, Way
+from railcosim.master.linear.linear_form import LinearForm, alike, error_estimate
+from railcosim.master.linear.operating_point import OperatingPoint
+from railcosim.master.linear.realisation import ComplexArray
+from railcosim.master.linear.state_space import StateSpace
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 

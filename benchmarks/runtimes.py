@@ -18,7 +18,7 @@ from railcosim.analysis.pair import FADE_IN, Journey, open_pair
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, Runtime, export
 from railcosim.master.component import Hold
 from railcosim.master.cosimulation import cosimulate
-from railcosim.master.fmu import FmuComponent
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.recording import Recorder
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.track.irregularity import synthesise

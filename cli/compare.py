@@ -17,7 +17,7 @@ from railcosim.analysis.frequency import Models, coupled, linear_models, respons
 from railcosim.analysis.pair import FADE_IN, FORCES, Journey
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.master.component import FloatArray
-from railcosim.master.realisation import ComplexArray
+from railcosim.master.linear.realisation import ComplexArray
 from railcosim.reference.agreement import near, relative_rms
 from railcosim.reference.monolithic import Monolithic, assemble, frequency_response
 from railcosim.reference.newmark import newmark

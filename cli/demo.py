@@ -22,8 +22,8 @@ from railcosim.analysis.frequency import (
 from railcosim.analysis.pair import FADE_IN, Journey
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.master.files import save
-from railcosim.master.realisation import ComplexArray
-from railcosim.master.receptance import FrequencyResponse
+from railcosim.master.linear.realisation import ComplexArray
+from railcosim.master.linear.receptance import FrequencyResponse
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.paper.figure import RAIL, WHEEL
 from railcosim.paper.finding import Finding

@@ -10,8 +10,8 @@ import typer
 from railcosim.analysis.pair import Load
 from railcosim.analysis.recorded_run import Keeping
 from railcosim.master.checkpoint import Checkpoints
-from railcosim.master.fmu import FmuComponent
-from railcosim.master.isolation import IsolatedComponent
+from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.fmi.isolation import IsolatedComponent
 
 from .options import UsageError, positive
 

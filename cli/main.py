@@ -15,11 +15,11 @@ import typer
 
 from railcosim.fmus.native_runtime.compile import CompilationFailed, CompilerMissing
 from railcosim.fmus.native_runtime.platforms import UnknownPlatform
-from railcosim.master.archive import FmuError
 from railcosim.master.checkpoint import CheckpointError
 from railcosim.master.component import ComponentError
 from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import Divergence
+from railcosim.master.fmi.archive import FmuError
 from railcosim.parameters import ParameterError
 
 from . import (

@@ -12,8 +12,8 @@ import typer
 import xarray as xr
 
 from railcosim.master.files import save
-from railcosim.master.linear_fmu import DIFFERENCES, EXACT, Pulses, Wanted, Way, best_way
-from railcosim.master.linear_form import error_estimate
+from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT, Pulses, Wanted, Way, best_way
+from railcosim.master.linear.linear_form import error_estimate
 from railcosim.plots.picture import save_picture
 from railcosim.plots.results import receptance_chart
 from railcosim.track.cell import railseats

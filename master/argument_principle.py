@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from railcosim.master.component import FloatArray
-from railcosim.master.state_space import ComplexArray
+from railcosim.master.linear.state_space import ComplexArray
 
 _TURN = 1.0
 """Largest turn of the determinant between points of the circle, rad: half a turn would be lost."""

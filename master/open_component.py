@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.master.component import Component, FloatArray, Variable
-from railcosim.master.modal import Modal, fractions
-from railcosim.master.state_space import ComplexArray
+from railcosim.master.linear.modal import Modal, fractions
+from railcosim.master.linear.state_space import ComplexArray
 
 TICK = 1e-15
 """Unit of time inside a step, s: times are told apart by whole numbers of it."""

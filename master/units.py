@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
-from railcosim.master.archive import DESCRIPTION, FmuError, parse_xml
+from railcosim.master.fmi.archive import DESCRIPTION, FmuError, parse_xml
 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 

@@ -11,7 +11,7 @@ from scipy.signal import find_peaks
 from railcosim.analysis.frequency import response
 from railcosim.analysis.resonance import resonance
 from railcosim.master.component import FloatArray
-from railcosim.master.receptance import FrequencyResponse
+from railcosim.master.linear.receptance import FrequencyResponse
 from railcosim.plots.chart import Chart
 
 from .finding import Finding

@@ -26,7 +26,7 @@ from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.fmus.export import export
 from railcosim.master.component import FloatArray
 from railcosim.master.files import load, save
-from railcosim.master.receptance import FrequencyResponse
+from railcosim.master.linear.receptance import FrequencyResponse
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.track.irregularity import synthesise
 from railcosim.track.parameters import Track

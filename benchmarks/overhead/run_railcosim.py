@@ -7,7 +7,7 @@ from rounds import connections, job, serve
 
 from railcosim.master.connections import Connection
 from railcosim.master.cosimulation import cosimulate
-from railcosim.master.fmu import FmuComponent
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.recording import Recorder
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.system import System

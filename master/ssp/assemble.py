@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from railcosim.master.archive import FmuError
 from railcosim.master.component import Component, Variable
 from railcosim.master.connections import Connection
-from railcosim.master.loaded_fmu import LoadedFmu
+from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.mapped_inputs import MappedInputs
 from railcosim.master.ssp.structure import Scalar, Structure, Wire
 from railcosim.master.suggest import suggest

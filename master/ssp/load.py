@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from railcosim.master.archive import MAX_TOTAL_SIZE, FmuError, unpack_archive, unpacked_size
-from railcosim.master.fmu import FmuComponent
-from railcosim.master.loaded_fmu import LoadedFmu
+from railcosim.master.fmi.archive import MAX_TOTAL_SIZE, FmuError, unpack_archive, unpacked_size
+from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.ssp.assemble import LoadedSystem, assemble
 from railcosim.master.ssp.package import Package, check_structure
 from railcosim.master.ssp.read import read_structure

@@ -7,7 +7,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 from xml.etree.ElementTree import Element
 
-from railcosim.master.archive import FmuError, parse_xml
+from railcosim.master.fmi.archive import FmuError, parse_xml
 from railcosim.master.ssp.structure import MAIN, SSC, SSD
 from railcosim.master.suggest import suggest
 from railcosim.master.units import IDENTITY, Linear, Units

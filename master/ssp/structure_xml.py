@@ -10,7 +10,7 @@ from urllib.parse import quote
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from railcosim.master.connections import Connection
-from railcosim.master.description import FmuDescription
+from railcosim.master.fmi.description import FmuDescription
 from railcosim.master.ssp.structure import FMU, NAMESPACE, Scalar
 from railcosim.master.units import BASE_UNITS, IDENTITY, Linear, Unit, Units, fmu_units
 

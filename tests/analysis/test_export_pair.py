@@ -11,7 +11,7 @@ from fmpy.ssp import ssd as fmpy_ssd
 from lxml import etree
 
 from railcosim.master.connections import connect_by_name
-from railcosim.master.fmu import FmuComponent
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.system import System
 from railcosim.vehicle.parameters import Vehicle
 

@@ -7,7 +7,7 @@ from railcosim.analysis.critical import bogie_distance, critical_points
 from railcosim.analysis.pair import WHEELS
 from railcosim.analysis.plane import plane, transfer
 from railcosim.analysis.resonance import resonance
-from railcosim.master.receptance import FrequencyResponse
+from railcosim.master.linear.receptance import FrequencyResponse
 
 POSITIONS = np.array([18.2, 15.7, 2.5, 0.0])
 F_N, ZETA = 30.0, 1e-3  # a resonance 0.06 Hz wide

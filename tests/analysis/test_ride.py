@@ -5,7 +5,7 @@ import pytest
 
 from railcosim.analysis.comfort import sperling
 from railcosim.analysis.ride import CENTRE, FLOOR, PITCH, _with_floor
-from railcosim.master.receptance import FrequencyResponse
+from railcosim.master.linear.receptance import FrequencyResponse
 
 
 def test_floor_is_ahead_of_the_centre() -> None:

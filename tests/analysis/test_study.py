@@ -20,7 +20,7 @@ from railcosim.analysis.study_table import DIMS, observed_order, save_table, tab
 from railcosim.fmus.export import export
 from railcosim.master.component import Variable
 from railcosim.master.files import load
-from railcosim.master.state_space import StateSpace
+from railcosim.master.linear.state_space import StateSpace
 from railcosim.track.irregularity import Profile, synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.contact import HertzContact, LinearContact

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.system_run import run_ssp
-from railcosim.master.archive import FmuError
 from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import Divergence
+from railcosim.master.fmi.archive import FmuError
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.plots.outputs import MOST, outputs_chart

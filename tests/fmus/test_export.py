@@ -17,7 +17,7 @@ from railcosim.fmus.export import NativeRuntime, PythonRuntime, export
 from railcosim.fmus.python_runtime.bodies import TrackBody, VehicleBody
 from railcosim.fmus.python_runtime.motion import FromOutside, Inputs, Mover, OwnContact
 from railcosim.master.component import ComponentError, Hold
-from railcosim.master.fmu import FmuComponent
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.vehicle.contact import HertzContact, LinearContact
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle

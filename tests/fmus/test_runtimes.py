@@ -5,7 +5,7 @@ import pytest
 
 from railcosim.fmus.export import PythonRuntime, export
 from railcosim.master.component import Hold
-from railcosim.master.fmu import FmuComponent
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.vehicle.parameters import Vehicle
 
 STEP, STEPS, SPEED = 1e-4, 80, 70.0  # s, -, m/s

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from railcosim.master.component import Variable
 from railcosim.master.connections import Connection, connect_by_name
 from railcosim.master.cosimulation import cosimulate
-from railcosim.master.fmu import FmuComponent
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi

@@ -10,7 +10,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from railcosim.master.component import Component
-from railcosim.master.fmu import FmuComponent
+from railcosim.master.fmi.fmu import FmuComponent
 
 STEP = 1e-4  # s
 SPEED = 250 / 3.6  # m/s, the vehicle's default

@@ -12,12 +12,12 @@ import fmpy
 import numpy as np
 import pytest
 
-from railcosim.master import archive
-from railcosim.master.archive import FmuError, unpack
 from railcosim.master.component import Hold
-from railcosim.master.description import read_description
-from railcosim.master.fmu import FmuComponent
-from railcosim.master.fmu_parameters import parameter_call
+from railcosim.master.fmi import archive
+from railcosim.master.fmi.archive import FmuError, unpack
+from railcosim.master.fmi.description import read_description
+from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.fmi.fmu_parameters import parameter_call
 
 XML = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Contact" guid="{{abc}}" generationTool="hand">

@@ -104,7 +104,7 @@ import numpy as np
 from railcosim.master.component import Hold, Variable
 from railcosim.master.connections import connect_by_name
 from railcosim.master.cosimulation import cosimulate
-from railcosim.master.fmu import FmuComponent
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
@@ -142,7 +142,7 @@ def test_rollback(fmu):
         import gc, json, sys
         import numpy as np
         from railcosim.master.component import Hold
-        from railcosim.master.fmu import FmuComponent, FmuError
+        from railcosim.master.fmi.fmu import FmuComponent, FmuError
 
         a, b = (FmuComponent.load(sys.argv[1], name=n) for n in "ab")
         for fmu in (a, b):
@@ -205,7 +205,7 @@ def test_misuse_and_refusals(fmu):
         import json, sys
         import numpy as np
         from railcosim.master.component import ComponentError
-        from railcosim.master.fmu import FmuComponent, FmuError
+        from railcosim.master.fmi.fmu import FmuComponent, FmuError
 
         messages = []
 
@@ -266,7 +266,7 @@ def test_without_state_there_is_no_rollback(fmu, tmp_path):
     able, message = run(
         """
         import json, sys
-        from railcosim.master.fmu import FmuComponent
+        from railcosim.master.fmi.fmu import FmuComponent
         with FmuComponent.load(sys.argv[1]) as fmu:
             try:
                 fmu.save_state()

@@ -16,8 +16,8 @@ import pytest
 
 from railcosim.master.component import ComponentError
 from railcosim.master.cosimulation import cosimulate
-from railcosim.master.fmu import FmuComponent, FmuError
-from railcosim.master.isolation import IsolatedComponent
+from railcosim.master.fmi.fmu import FmuComponent, FmuError
+from railcosim.master.fmi.isolation import IsolatedComponent
 from railcosim.master.recording import Recorder, record
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
@@ -191,7 +191,7 @@ def start(script, *arguments, **options):
 
 STEPPING = """
     import json, sys
-    from railcosim.master.isolation import IsolatedComponent
+    from railcosim.master.fmi.isolation import IsolatedComponent
     with IsolatedComponent.load(sys.argv[1], name="mass") as mass:
         mass.enter_initialization(0.0)
         mass.exit_initialization()

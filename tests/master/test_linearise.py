@@ -10,8 +10,8 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from railcosim.master.component import Component, ComponentError, FloatArray, Hold, Variable
-from railcosim.master.linear_form import error_estimate
-from railcosim.master.linearise import linearise
+from railcosim.master.linear.linear_form import error_estimate
+from railcosim.master.linear.linearise import linearise
 
 FREQUENCY = np.geomspace(0.3, 2000.0, 2000)
 OMEGA = 2.0 * np.pi * FREQUENCY

@@ -12,11 +12,11 @@ import fmpy
 import numpy as np
 import pytest
 
-from railcosim.master.archive import FmuError
 from railcosim.master.component import ComponentError
-from railcosim.master.linear_fmu import DIFFERENCES, EXACT, Pulses, best_way
-from railcosim.master.linear_form import error_estimate
-from railcosim.master.model_exchange import exact, linear_model
+from railcosim.master.fmi.archive import FmuError
+from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT, Pulses, best_way
+from railcosim.master.linear.linear_form import error_estimate
+from railcosim.master.linear.model_exchange import exact, linear_model
 
 G, LENGTH, DAMPING, INERTIA = 9.81, 0.5, 0.3, 2.0 * 0.25
 PULSES = Pulses(amplitude=1.0, step=1e-3, steps=1000)

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railcosim.master.archive import FmuError
 from railcosim.master.component import Variable
 from railcosim.master.connections import Connection
 from railcosim.master.cosimulation import Divergence, cosimulate
-from railcosim.master.fmu import FmuComponent
+from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.signals import Signal

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from railcosim.master.component import Variable
-from railcosim.master.linearise import LinearModel
-from railcosim.master.pulse_response import PulseResponse
-from railcosim.master.realisation import Realisation
-from railcosim.master.receptance import FrequencyResponse, frequency_response, lag
+from railcosim.master.linear.linearise import LinearModel
+from railcosim.master.linear.pulse_response import PulseResponse
+from railcosim.master.linear.realisation import Realisation
+from railcosim.master.linear.receptance import FrequencyResponse, frequency_response, lag
 
 OMEGA = np.linspace(1.0, 300.0, 50)
 

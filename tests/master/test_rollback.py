@@ -8,10 +8,10 @@ import pytest
 from railcosim.master.checkpoint import CheckpointError, Checkpoints
 from railcosim.master.component import Variable
 from railcosim.master.cosimulation import cosimulate
-from railcosim.master.fmu import FmuComponent
-from railcosim.master.isolation import IsolatedComponent
+from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.fmi.isolation import IsolatedComponent
+from railcosim.master.fmi.rollback import rollback_fault
 from railcosim.master.recording import Recorder
-from railcosim.master.rollback import rollback_fault
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.schemes.picard import picard
 from railcosim.master.signals import Signal

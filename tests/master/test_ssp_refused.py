@@ -13,9 +13,9 @@ import zipfile
 
 import pytest
 
-from railcosim.master import archive
-from railcosim.master.archive import FmuError
 from railcosim.master.connections import CouplingError
+from railcosim.master.fmi import archive
+from railcosim.master.fmi.archive import FmuError
 from railcosim.master.ssp import load, open_ssp
 from railcosim.master.system import System
 

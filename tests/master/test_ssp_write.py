@@ -11,7 +11,7 @@ from fmpy.ssp import ssd as fmpy_ssd
 from lxml import etree
 
 from railcosim.master.connections import Connection, CouplingError
-from railcosim.master.fmu import FmuComponent
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.ssp import Part, open_ssp, write_ssp
 
 from .plant import STEP, loop, make_fmu, real, run, values

@@ -7,8 +7,8 @@ import pytest
 from scipy.sparse import block_diag, csc_array
 
 from railcosim.master.component import Variable
-from railcosim.master.linear_form import error_estimate
-from railcosim.master.state_space import StateSpace
+from railcosim.master.linear.linear_form import error_estimate
+from railcosim.master.linear.state_space import StateSpace
 
 
 def model(A, B, C, D=None, **more) -> StateSpace:
@@ -66,7 +66,7 @@ def test_more_than_one_chunk(monkeypatch) -> None:
     m = model(random.standard_normal((4, 4)), np.ones((4, 1)), np.ones((1, 4)))
     omega = np.linspace(0.1, 5.0, 23)
     whole = m.frequency_response(omega)
-    monkeypatch.setattr("railcosim.master.state_space.CHUNK", 9)
+    monkeypatch.setattr("railcosim.master.linear.state_space.CHUNK", 9)
     np.testing.assert_allclose(m.frequency_response(omega), whole, rtol=1e-13)
 
 

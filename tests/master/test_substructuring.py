@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
-from railcosim.master.receptance import FrequencyResponse
-from railcosim.master.substructuring import Joint, couple
+from railcosim.master.linear.receptance import FrequencyResponse
+from railcosim.master.linear.substructuring import Joint, couple
 
 OMEGA = np.geomspace(0.1, 30.0, 200)
 M1, M2 = np.diag([2.0, 1.0, 3.0]), np.diag([1.0, 0.5])

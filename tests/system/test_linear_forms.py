@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.frequency import PULSES, Models, wheelset_positions
-from railcosim.master.linear_fmu import DIFFERENCES, EXACT
-from railcosim.master.linear_form import error_estimate
-from railcosim.master.model_exchange import linear_model
+from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT
+from railcosim.master.linear.linear_form import error_estimate
+from railcosim.master.linear.model_exchange import linear_model
 
 SCRIPT = SimpleNamespace(
     **runpy.run_path(str(Path(__file__).parents[2] / "benchmarks" / "linearise.py"))

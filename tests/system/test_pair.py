@@ -10,7 +10,7 @@ from railcosim.analysis.frequency import linear_models
 from railcosim.analysis.pair import FADE_IN, FORCES, WHEELS, Journey, open_pair
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.cli.compare import frequency_errors, newmark_forces
-from railcosim.master.receptance import frequency_response
+from railcosim.master.linear.receptance import frequency_response
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.reference.agreement import near, relative_rms

@@ -17,9 +17,9 @@ from collections import deque
 from pathlib import Path
 from typing import Any, NoReturn
 
-from railcosim.master.archive import FmuError
-from railcosim.master.channel import FAILED, Channel
 from railcosim.master.component import ComponentError
+from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.channel import FAILED, Channel
 
 _START_LIMIT = 60.0
 """Seconds in which Python starts, on a busy machine too, and the FMU is instantiated."""
@@ -59,7 +59,7 @@ class FmuProcess:
         self._line, theirs = socket.socketpair()
         self._line.settimeout(self._limit)
         self._channel = Channel(self._line)
-        module = "railcosim.master.isolated_process"
+        module = "railcosim.master.fmi.isolated_process"
         with theirs:
             self._child = subprocess.Popen(
                 [sys.executable, "-P", "-m", module, str(theirs.fileno()), name, file, folder],

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from railcosim.master.archive import FmuError
-from railcosim.master.description import FmuDescription, Parameter
+from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.description import FmuDescription, Parameter
 from railcosim.master.suggest import suggest
 
 

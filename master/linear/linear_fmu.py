@@ -11,12 +11,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from railcosim.master.archive import FmuError, unpack
-from railcosim.master.description import read_raw
-from railcosim.master.fmu import FmuComponent
-from railcosim.master.linear_form import LinearForm
-from railcosim.master.linearise import linearise
-from railcosim.master.model_exchange import Slope, differences, exact, linear_model
+from railcosim.master.fmi.archive import FmuError, unpack
+from railcosim.master.fmi.description import read_raw
+from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.linear.linear_form import LinearForm
+from railcosim.master.linear.linearise import linearise
+from railcosim.master.linear.model_exchange import Slope, differences, exact, linear_model
 from railcosim.master.suggest import suggest
 
 Progress = Callable[[float, float], None]

@@ -13,13 +13,13 @@ from typing import Any, Self
 
 import numpy as np
 
-from railcosim.master.archive import FmuError, unpack
 from railcosim.master.component import ComponentError, FloatArray, Hold
-from railcosim.master.description import HOLD_PARAMETER, FmuDescription, read_description
-from railcosim.master.fmu_instance import WARNING, FmuInstance, FmuState, PreparedCall
-from railcosim.master.fmu_parameters import parameter_call
-from railcosim.master.loaded_fmu import LoadedFmu
-from railcosim.master.rollback import rollback_fault
+from railcosim.master.fmi.archive import FmuError, unpack
+from railcosim.master.fmi.description import HOLD_PARAMETER, FmuDescription, read_description
+from railcosim.master.fmi.fmu_instance import WARNING, FmuInstance, FmuState, PreparedCall
+from railcosim.master.fmi.fmu_parameters import parameter_call
+from railcosim.master.fmi.loaded_fmu import LoadedFmu
+from railcosim.master.fmi.rollback import rollback_fault
 
 __all__ = ["FmuComponent", "FmuError", "FmuState"]
 

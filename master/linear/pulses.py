@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from railcosim.master.component import Component, ComponentError, FloatArray, Variable
-from railcosim.master.linear_form import alike
+from railcosim.master.linear.linear_form import alike
 
 FINER = 8
 """Steps of the second record in one step of the first."""

@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray
-from railcosim.master.description import FmuDescription
-from railcosim.master.isolation import IsolatedComponent, IsolatedState
+from railcosim.master.fmi.description import FmuDescription
+from railcosim.master.fmi.isolation import IsolatedComponent, IsolatedState
 
 _STEP = 1e-3  # s, where the FMU names no step
 _BEFORE, _AFTER = 2, 3

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from railcosim.master.realisation import ComplexArray
-from railcosim.master.receptance import FrequencyResponse
+from railcosim.master.linear.realisation import ComplexArray
+from railcosim.master.linear.receptance import FrequencyResponse
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.csgraph import connected_components
 
 from railcosim.master.component import FloatArray, Variable
-from railcosim.master.realisation import ComplexArray
+from railcosim.master.linear.realisation import ComplexArray
 
 __all__ = ["ComplexArray", "IndexArray", "StateSpace"]
 

@@ -12,8 +12,8 @@ import fmpy.model_description
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.master.archive import FmuError
 from railcosim.master.component import Variable
+from railcosim.master.fmi.archive import FmuError
 
 HOLD_PARAMETER = "input_hold"
 """Integer parameter by which an FMU lets its master choose a `Hold`."""

@@ -17,11 +17,11 @@ from typing import Self
 
 import numpy as np
 
-from railcosim.master.archive import FmuError, unpack
 from railcosim.master.component import ComponentError, FloatArray, Hold
-from railcosim.master.description import FmuDescription, read_description
-from railcosim.master.fmu_process import FmuProcess
-from railcosim.master.loaded_fmu import LoadedFmu
+from railcosim.master.fmi.archive import FmuError, unpack
+from railcosim.master.fmi.description import FmuDescription, read_description
+from railcosim.master.fmi.fmu_process import FmuProcess
+from railcosim.master.fmi.loaded_fmu import LoadedFmu
 
 LIMIT = 60.0
 """Seconds that a call may take unless told otherwise."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from railcosim.master.component import FloatArray, Variable
-from railcosim.master.realisation import ComplexArray
+from railcosim.master.linear.realisation import ComplexArray
 
 
 class LinearForm(Protocol):

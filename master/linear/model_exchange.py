@@ -10,11 +10,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.sparse import csc_array
 
-from railcosim.master.archive import FmuError
 from railcosim.master.component import FloatArray
-from railcosim.master.description import coupling_variable
-from railcosim.master.operating_point import OperatingPoint, Values
-from railcosim.master.state_space import IndexArray, StateSpace
+from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.description import coupling_variable
+from railcosim.master.linear.operating_point import OperatingPoint, Values
+from railcosim.master.linear.state_space import IndexArray, StateSpace
 from railcosim.master.suggest import suggest
 
 STEP = 1e-3

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.master.component import Component, Hold
-from railcosim.master.description import FmuDescription
+from railcosim.master.fmi.description import FmuDescription
 
 
 class LoadedFmu(Component):

@@ -15,10 +15,10 @@ import fmpy
 import fmpy.fmi2
 from fmpy.fmi1 import FMICallException
 
-from railcosim.master.archive import FmuError
 from railcosim.master.component import ComponentError
-from railcosim.master.description import FmuDescription
-from railcosim.master.fmu_log import FmuLog, status_name
+from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.description import FmuDescription
+from railcosim.master.fmi.fmu_log import FmuLog, status_name
 
 WARNING, _FATAL = 1, 4
 

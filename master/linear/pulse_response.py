@@ -8,7 +8,7 @@ import finufft
 import numpy as np
 
 from railcosim.master.component import FloatArray
-from railcosim.master.realisation import ComplexArray, Realisation, held, identify
+from railcosim.master.linear.realisation import ComplexArray, Realisation, held, identify
 
 NEGLIGIBLE = 1e-8
 """What the poles may leave of a response without its being kept, over the response's peak."""

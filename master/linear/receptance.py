@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from railcosim.master.component import FloatArray
-from railcosim.master.linear_form import LinearForm
-from railcosim.master.realisation import ComplexArray
+from railcosim.master.linear.linear_form import LinearForm
+from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.suggest import suggest
 
 

@@ -12,12 +12,12 @@ import fmpy.fmi2
 import numpy as np
 from scipy.sparse import csc_array
 
-from railcosim.master.archive import FmuError, unpack
 from railcosim.master.component import ComponentError, FloatArray
-from railcosim.master.description import FmuDescription, coupling_variable, describe, read_raw
-from railcosim.master.fmu_instance import FmuInstance
-from railcosim.master.fmu_parameters import parameter_call
-from railcosim.master.state_space import IndexArray
+from railcosim.master.fmi.archive import FmuError, unpack
+from railcosim.master.fmi.description import FmuDescription, coupling_variable, describe, read_raw
+from railcosim.master.fmi.fmu_instance import FmuInstance
+from railcosim.master.fmi.fmu_parameters import parameter_call
+from railcosim.master.linear.state_space import IndexArray
 from railcosim.master.suggest import suggest
 
 EVENT_ITERATIONS = 100

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from railcosim.master.component import FloatArray, Variable
-from railcosim.master.state_space import ComplexArray, StateSpace
+from railcosim.master.linear.state_space import ComplexArray, StateSpace
 
 _UNDAMPED = 1e-9
 """Damping ratio below which a mode has no Gramian in double precision, and is kept as it is."""

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from railcosim.master.component import Component, ComponentError, FloatArray, Hold, Variable
-from railcosim.master.doubts import Doubts
-from railcosim.master.linear_form import relative_difference
-from railcosim.master.pulse_response import PulseResponse, analyse
-from railcosim.master.pulses import CHECK_STEP, CHECK_STEPS, FINER, Bench, Records, record
-from railcosim.master.realisation import ComplexArray
+from railcosim.master.linear.doubts import Doubts
+from railcosim.master.linear.linear_form import relative_difference
+from railcosim.master.linear.pulse_response import PulseResponse, analyse
+from railcosim.master.linear.pulses import CHECK_STEP, CHECK_STEPS, FINER, Bench, Records, record
+from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.suggest import suggest
 
 SHORTER = 0.9

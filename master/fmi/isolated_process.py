@@ -1,6 +1,6 @@
 """The process in which one FMU runs by itself; started by `IsolatedComponent`.
 
-    python -m railcosim.master.isolated_process SOCKET NAME FILE FOLDER
+    python -m railcosim.master.fmi.isolated_process SOCKET NAME FILE FOLDER
 
 Messages come as lists of ``(is_question, command, arguments)``. Only questions are answered. What
 goes wrong in a command is the answer to the next question; until then nothing more is done.
@@ -22,11 +22,11 @@ from typing import Any
 
 import numpy as np
 
-from railcosim.master.archive import FmuError
-from railcosim.master.channel import FAILED, SUCCEEDED, Channel
 from railcosim.master.component import ComponentError, Hold
-from railcosim.master.description import read_description
-from railcosim.master.fmu import FmuComponent, FmuState
+from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.channel import FAILED, SUCCEEDED, Channel
+from railcosim.master.fmi.description import read_description
+from railcosim.master.fmi.fmu import FmuComponent, FmuState
 
 _CALLS = frozenset(
     ["set_parameters", "enter_initialization", "exit_initialization", "do_step", "close"]

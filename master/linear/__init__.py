@@ -1,0 +1,1 @@
+"""Linear models of FMUs, their frequency responses, and these coupled."""
