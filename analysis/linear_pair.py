@@ -19,7 +19,7 @@ from railcosim.master.linear.modal import Modal, modes_of
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.state_space import ComplexArray, StateSpace
 from railcosim.master.linear_component import LinearComponent
-from railcosim.master.open_component import Open
+from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
 
 from .catalogue import Owner

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from railcosim.master.amplification import Amplifier
 from railcosim.master.component import ComponentError
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.interface_jacobian import InterfaceJacobian
+from railcosim.master.stability.amplification import Amplifier
 from railcosim.track.irregularity import flat
 
 from .catalogue import Owner

@@ -22,12 +22,12 @@ import sys
 import matplotlib.pyplot as plt
 import numpy as np
 
-from railcosim.master.amplification import Amplifier
 from railcosim.master.component import Variable
 from railcosim.master.connections import connect_by_name
 from railcosim.master.linear_component import LinearComponent
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
+from railcosim.master.stability.amplification import Amplifier
 from railcosim.master.system import System
 
 FORCE = (Variable(name="force", unit="N"),)

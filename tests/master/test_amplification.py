@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
-from railcosim.master.amplification import Amplifier
 from railcosim.master.component import Variable
 from railcosim.master.connections import connect_by_name
 from railcosim.master.law import Law
 from railcosim.master.linear.modal import modal, modes_of
 from railcosim.master.linear.state_space import StateSpace
 from railcosim.master.linear_component import LinearComponent
-from railcosim.master.open_component import Open
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.schemes.nepce import nepce
 from railcosim.master.schemes.variants import VARIANTS
+from railcosim.master.stability.amplification import Amplifier
+from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
 
 N = 2  # contacts

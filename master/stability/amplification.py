@@ -22,12 +22,12 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from railcosim.master.argument_principle import solve_triangular, windings
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.state_space import ComplexArray, IndexArray
-from railcosim.master.observed_step import Column, ObservedStep
-from railcosim.master.open_component import TICK, Open
 from railcosim.master.schemes import Scheme
+from railcosim.master.stability.argument_principle import solve_triangular, windings
+from railcosim.master.stability.observed_step import Column, ObservedStep
+from railcosim.master.stability.open_component import TICK, Open
 from railcosim.master.system import System
 
 

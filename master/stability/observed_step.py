@@ -8,8 +8,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from railcosim.master.component import FloatArray
-from railcosim.master.open_component import Open
 from railcosim.master.schemes import Scheme
+from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
 
 PROBE = 1e9
