@@ -1,7 +1,7 @@
 """The largest stable step, predicted from the linear FMUs and found by running the FMUs.
 
 Every scheme, owner of the contact and contact stiffness, wheels held; Hertz's law is linearised at
-the static load for the prediction, and kicked a little for the simulation. COSIM's column is for
+the static load for the prediction, and kicked a little for the simulation. The last column is of
 one wheel on a rail of finite elements, another model: it is there for orientation. The owner of
 the contact integrates it exactly in the prediction; its `internal_step` is 0.02 ms here, so that it
 nearly does. Takes most of an hour.
@@ -35,7 +35,7 @@ INTERNAL_STEP = 2e-5  # s
 STIFFNESS = ("1e8", "1e9", "8e9", "hertz")  # N/m
 KICK = {True: 1e-8, False: 1e-6}  # m, by whether the law is nonlinear
 MOST = {True: 1e3, False: 1e6}  # growth of the forces; of a kick of 10 N to 10 kN
-KNOWN = {  # COSIM, FE rail, ms, at 0.1, 1 and 8 GN/m
+KNOWN = {  # one wheel on a rail of finite elements, ms, at 0.1, 1 and 8 GN/m
     ("vehicle", "jacobi-constant"): (2.3, 0.41, 0.057),
     ("vehicle", "jacobi-linear"): (1.8, 0.26, 0.033),
     ("vehicle", "jacobi-quadratic"): (1.4, 0.24, 0.038),
@@ -68,7 +68,7 @@ def one_side(
         k = float(stiffness)
         parameters["contact.stiffness"] = k
     table = Table(title=f"contact in {owner.value}, {stiffness}: largest stable step, ms")
-    for heading in ("scheme", "predicted", "simulated", "difference", "COSIM, other rail"):
+    for heading in ("scheme", "predicted", "simulated", "difference", "one wheel, other rail"):
         table.add_column(heading, justify="left" if heading == "scheme" else "right")
     kick = Kick(KICK[nonlinear])
     journey = Journey(speed=50.0, held=True, profile=kick)

@@ -99,7 +99,8 @@ def test_error_at_a_tenth_of_a_millisecond(error, owner, scheme, limit):
         ("master", iqn_ils(degree=1, until=TIGHT), (1e-4, 5e-5)),
         ("vehicle", iqn_ils(degree=1, until=TIGHT), (1e-4, 5e-5)),
         ("track", nepce(), (5e-5, 2.5e-5)),
-        # Above these steps the fastest modes hide it, below them the internal steps do.
+        # At these steps; shorter ones read 2.0 to 2.8 (internal steps of the FMU, or its fastest
+        # modes: not established).
         ("vehicle", iqn_ils(degree=2, until=TIGHT), (2e-4, 1e-4)),
     ],
     ids=str,
