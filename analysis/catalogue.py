@@ -55,12 +55,16 @@ class Family:
         Whether it matters who steps first.
     owners : tuple of Owner
         Who may own the contact, the usual owner first.
+    linear : bool
+        Whether a step with linear components is a linear map, so that growth can be predicted. It
+        is not where the scheme learns within a step.
     """
 
     make: Callable[[int, str], Scheme]
     degrees: tuple[int, ...] = (1, 0, 2)
     sequential: bool = False
     owners: tuple[Owner, ...] = (Owner.TRACK, Owner.VEHICLE, Owner.MASTER)
+    linear: bool = True
 
 
 def _solved(variant: Variant) -> Family:
@@ -95,8 +99,8 @@ FAMILIES: dict[str, Family] = {
     ),
     SchemeName.NEPCE: Family(make=lambda degree, first: nepce(), degrees=(0,)),
     SchemeName.PICARD: Family(make=lambda degree, first: picard(degree=degree)),
-    SchemeName.AITKEN: Family(make=lambda degree, first: aitken(degree=degree)),
-    SchemeName.IQN_ILS: Family(make=lambda degree, first: iqn_ils(degree=degree)),
+    SchemeName.AITKEN: Family(make=lambda degree, first: aitken(degree=degree), linear=False),
+    SchemeName.IQN_ILS: Family(make=lambda degree, first: iqn_ils(degree=degree), linear=False),
     SchemeName.INTERFACE_JACOBIAN: _solved(AVERAGE_HOLD),
     SchemeName.INTERFACE_JACOBIAN_RADAU_2: _solved(RADAU_2),
     SchemeName.INTERFACE_JACOBIAN_HERMITE: _solved(HERMITE),
@@ -116,10 +120,13 @@ class Member:
         The scheme.
     owners : tuple of Owner
         Who may own the contact.
+    linear : bool
+        Whether its growth can be predicted.
     """
 
     scheme: Scheme
     owners: tuple[Owner, ...]
+    linear: bool
 
 
 def members() -> dict[str, Member]:
@@ -131,7 +138,9 @@ def members() -> dict[str, Member]:
             for first in ("vehicle", "track") if family.sequential else ("vehicle",):
                 order = f"-{first}-first" if family.sequential else ""
                 scheme = family.make(degree, first)
-                found[name + inputs + order] = Member(scheme=scheme, owners=family.owners)
+                found[name + inputs + order] = Member(
+                    scheme=scheme, owners=family.owners, linear=family.linear
+                )
     return found
 
 

@@ -37,8 +37,8 @@ Found = dict[tuple[str, Owner], list[Limit]]
 OutFile = Annotated[
     Path | None, typer.Option("--out", help="Result as well: .nc or .csv.", metavar="FILE")
 ]
-USUAL = "jacobi,gauss-seidel-linear,nepce,iqn-ils-linear,interface-jacobian"
-"""Schemes by default: all families; all their members would take three times as long."""
+USUAL = "jacobi,gauss-seidel-linear,nepce,interface-jacobian"
+"""Schemes by default; all that can be predicted would take three times as long."""
 
 
 def stability(
@@ -83,10 +83,17 @@ def stability(
 
 
 def schemes_of(text: str) -> list[str]:
-    """Names of the catalogue's schemes that begin with one of several words."""
-    names, chosen = list(members()), dict[str, None]()
+    """Names of the schemes that can be predicted and begin with one of several words."""
+    names = [name for name, member in members().items() if member.linear]
+    learning = [name for name, member in members().items() if not member.linear]
+    chosen = dict[str, None]()
     for word in text.split(","):
         matching = [name for name in names if name.startswith(word)] if word else []
+        if not matching and word and any(name.startswith(word) for name in learning):
+            raise UsageError(
+                f"--schemes {text}: {word} cannot be predicted, as it learns within a step; "
+                "railcosim study runs it"
+            )
         if not matching:
             raise UsageError(
                 f"--schemes {text}: no scheme begins with {word!r}; there are {', '.join(names)}"

@@ -1,0 +1,66 @@
+"""What options may be combined, and what is said if not."""
+
+import pytest
+
+from railcosim.analysis.catalogue import FAMILIES, Owner, SchemeName, members
+from railcosim.cli.keeping_options import keeping_of, loader_of
+from railcosim.cli.options import UsageError, contact_parameters
+from railcosim.cli.scheme_options import Inputs, choice_of, scheme_of
+from railcosim.cli.stability_command import schemes_of
+from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.fmi.isolation import IsolatedComponent
+from railcosim.vehicle.contact import tangent_stiffness
+from railcosim.vehicle.parameters import Vehicle
+
+
+def test_scheme_and_owner_decide_each_other():
+    assert choice_of(None, None) == (SchemeName.JACOBI, Owner.TRACK)
+    assert choice_of(None, Owner.MASTER) == (SchemeName.INTERFACE_JACOBIAN, Owner.MASTER)
+    solved = SchemeName.INTERFACE_JACOBIAN_HERMITE
+    assert choice_of(solved, None) == (solved, Owner.MASTER)
+    with pytest.raises(UsageError, match="must be master"):
+        choice_of(solved, Owner.TRACK)
+
+
+def test_every_name_makes_its_scheme():
+    assert set(FAMILIES) == set(SchemeName)
+    for name, family in FAMILIES.items():
+        for degree in family.degrees:
+            inputs = list(Inputs)[degree]
+            assert scheme_of(SchemeName(name), inputs, "vehicle").order >= degree + 1
+    with pytest.raises(UsageError, match="--inputs quadratic: nepce has constant inputs only"):
+        scheme_of(SchemeName.NEPCE, Inputs.QUADRATIC, "vehicle")
+
+
+def test_only_what_is_linear_is_predicted():
+    assert schemes_of("jacobi-q,nepce") == ["jacobi-quadratic", "nepce"]
+    predicted = set(schemes_of("jacobi,gauss,nepce,picard,interface"))
+    assert predicted == {name for name, member in members().items() if member.linear}
+    with pytest.raises(UsageError, match="aitken cannot be predicted"):
+        schemes_of("jacobi,aitken")
+    with pytest.raises(UsageError, match="no scheme begins with ''"):
+        schemes_of("jacobi,")
+
+
+def test_what_is_kept(tmp_path):
+    keeping = keeping_of(tmp_path / "c", None, None, energy=False)
+    assert keeping.checkpoints.every == 0.1
+    for arguments, message in (
+        ((None, 1.0, None, False), "--every 1: of what"),
+        ((tmp_path / "c", -1.0, None, False), "--every -1: must be > 0 s"),
+        ((tmp_path / "no" / "c", None, None, False), "there is no folder"),
+        ((tmp_path / "c", None, None, True), "--energy"),
+        ((None, None, tmp_path / "c", True), "--energy"),
+    ):
+        with pytest.raises(UsageError, match=message):
+            keeping_of(*arguments)
+    assert loader_of(isolate=True) == IsolatedComponent.load
+    assert loader_of(isolate=False) == FmuComponent.load
+
+
+def test_hertz_with_a_tangent():
+    C = contact_parameters("hertz:1e9")["contact.hertz_coefficient"]
+    # Both formulas are powers: their product is 1 to rounding.
+    assert tangent_stiffness(C, Vehicle().wheel_load) == pytest.approx(1e9, rel=1e-12)
+    with pytest.raises(UsageError, match="must be a number > 0"):
+        contact_parameters("hertz:-1")
