@@ -137,7 +137,8 @@ def options(
         for j in range(len(STEPS))[::-1]:
             h = float(STEPS[j])
             errors[j] = _error(coupling, h, source, heights, exact)
-            if errors[j] <= accuracy and coupling.is_stable(h):
+            # Stable between unstable steps is no advice: the next FMU may shift the window.
+            if errors[j] <= accuracy and all(map(coupling.is_stable, STEPS[j::-1].tolist())):
                 option = Option(
                     scheme=name, owner=owner, step=h, error=float(errors[j]), errors=errors,
                     evaluations=coupling.evaluations,

@@ -154,8 +154,9 @@ def _table(found: list[Option], limits: list[float], accuracy: float, contact: s
     table = Table(title=f"Error below {accuracy:g} at contact stiffness {contact}, cheapest first")
     for heading in ("scheme", "contact in", "step, ms", "evaluations", "a second", "error",
                     "stable to, ms"):  # fmt: skip
+        is_name = heading in ("scheme", "contact in")
         table.add_column(
-            heading, justify="left" if heading in ("scheme", "contact in") else "right"
+            heading, justify="left" if is_name else "right", no_wrap=heading == "scheme"
         )
     for option, limit in zip(found, limits, strict=False):
         table.add_row(

@@ -161,7 +161,7 @@ def in_ms(step: float) -> str:
 def _table(found: Found, texts: list[str]) -> Table:
     table = Table(title="Largest stable step, ms")
     for heading in ("scheme", "contact in", "evaluations"):
-        table.add_column(heading)
+        table.add_column(heading, no_wrap=heading == "scheme")
     for text in texts:
         table.add_column("hertz" if text == "hertz" else f"{text} N/m", justify="right")
     for (name, owner), row in found.items():
