@@ -1,7 +1,6 @@
 """Coupled frequency response of two FMUs that know nothing of each other.
 
-Each is linearised from its response to pulses; the contacts then couple them, frequency by
-frequency. Takes a minute: the pulses.
+Each is linearised exactly, by Model Exchange; the contacts then couple them, frequency by frequency.
 
     python examples/coupled_response.py [PICTURE]
 """
