@@ -1,6 +1,7 @@
 """Coupled frequency response of two FMUs that know nothing of each other.
 
-Each is linearised exactly, by Model Exchange; the contacts then couple them, frequency by frequency.
+Each is linearised exactly, by Model Exchange; the contacts then couple them, frequency by
+frequency.
 
     python examples/coupled_response.py [PICTURE]
 """
