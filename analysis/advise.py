@@ -7,6 +7,7 @@ which is a linear map, against the exact one. Nothing is run.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -77,7 +78,9 @@ class Option:
     owner : Owner
         Of the contact springs.
     step : float
-        The longest of the steps tried that does, s.
+        The longest of the steps tried that does, below the first unstable one, s.
+    limit : float
+        Largest stable step, s; infinite if the scan met no end.
     evaluations : int
         How often each component is stepped in a step.
     error : float
@@ -89,6 +92,7 @@ class Option:
     scheme: str
     owner: Owner
     step: float
+    limit: float
     evaluations: int
     error: float
     errors: FloatArray
@@ -133,15 +137,20 @@ def options(
     found = []
     for i, (name, scheme) in enumerate(schemes.items()):
         coupling = Coupling(contact, scheme)
-        errors = np.full(len(STEPS), np.nan)
+        errors, limit = np.full(len(STEPS), np.nan), math.inf
         for j in range(len(STEPS))[::-1]:
             h = float(STEPS[j])
+            if h > limit:
+                continue
             errors[j] = _error(coupling, h, source, heights, exact)
-            # Stable between unstable steps is no advice: the next FMU may shift the window.
-            if errors[j] <= accuracy and all(map(coupling.is_stable, STEPS[j::-1].tolist())):
+            if errors[j] > accuracy or not coupling.is_stable(h):
+                continue
+            # Stable between unstable steps is no advice: another FMU may shift the window.
+            limit = coupling.limit().step
+            if h <= limit:
                 option = Option(
-                    scheme=name, owner=owner, step=h, error=float(errors[j]), errors=errors,
-                    evaluations=coupling.evaluations,
+                    scheme=name, owner=owner, step=h, limit=limit, error=float(errors[j]),
+                    errors=errors, evaluations=coupling.evaluations,
                 )  # fmt: skip
                 found.append(option)
                 break

@@ -11,12 +11,11 @@ import typer
 import xarray as xr
 from rich.table import Table
 
-from railcosim.analysis.advise import STEPS, Excitation, Option, Progress, excitation, options
+from railcosim.analysis.advise import STEPS, Excitation, Option, excitation, options
 from railcosim.analysis.catalogue import Owner, members
 from railcosim.analysis.frequency import wheelset_positions
 from railcosim.analysis.linear_pair import Part, linear_parts
 from railcosim.analysis.parallel import Task, Workers
-from railcosim.analysis.stability import Contact, Coupling
 from railcosim.master.files import save
 from railcosim.plots.picture import save_picture
 from railcosim.plots.stability import advice_chart
@@ -74,7 +73,8 @@ def advise(
     """
     NETCDF.check(out)
     PICTURES.check(plot)
-    positive("--accuracy", accuracy, "")
+    if not 0.0 < accuracy < 1.0:
+        raise UsageError(f"--accuracy {accuracy:g}: must be between 0 and 1, such as 1e-3")
     v, chosen = positive("--speed", speed, "km/h") / 3.6, schemes_of(schemes)
     parameters = contact_parameters(contact_stiffness)
     spectrum = quality(irregularity).vertical
@@ -94,17 +94,15 @@ def advise(
             f"--accuracy {accuracy:g}: no scheme reaches it with steps of 0.01 ms or more; ask for "
             "less, or for other --schemes"
         )
-    with progress("looking for limits") as update:
-        limits = [_limit(parts, k_H, o, i, update) for i, o in enumerate(found[:SHOWN])]
-    console.print(_table(found, limits, accuracy, contact_stiffness))
+    console.print(_table(found[:SHOWN], accuracy, contact_stiffness))
     best = found[0]
     console.print(
         f"Use [bold]{best.scheme}[/bold] with the contact in the [bold]{best.owner.value}[/bold] "
         f"and a step of [bold]{1e3 * best.step:g} ms[/bold]: predicted error {best.error:.1e}, "
-        f"{_margin(limits[0], best.step)}.",
+        f"{_margin(best)}.",
         highlight=False, soft_wrap=True,
     )  # fmt: skip
-    result = _dataset(found, limits, accuracy, k_H, v)
+    result = _dataset(found, accuracy, k_H, v)
     if out is not None:
         save(result, out)
         console.print(str(out), highlight=False)
@@ -134,48 +132,34 @@ def _tasks(
     return tasks
 
 
-def _limit(parts: tuple[Part, ...], k_H: float, option: Option, i: int, update: Progress) -> float:
-    """Largest stable step of an option, s."""
-    coupling = Coupling(Contact(parts, option.owner, k_H), members()[option.scheme].scheme)
-    step = coupling.limit().step
-    update(i + 1, SHOWN)
-    return step
-
-
-def _margin(limit: float, step: float) -> str:
-    if math.isinf(limit):
+def _margin(best: Option) -> str:
+    if math.isinf(best.limit):
         return "stable up to the end of the scan at 10 ms"
-    if limit < step:  # a window of stability beyond the first unstable step
-        return f"stable there, but not with all shorter steps, from {in_ms(limit)} ms on"
-    return f"stable up to {in_ms(limit)} ms, {limit / step:.2g} times that"
+    return f"stable up to {in_ms(best.limit)} ms, {best.limit / best.step:.2g} times that"
 
 
-def _table(found: list[Option], limits: list[float], accuracy: float, contact: str) -> Table:
+def _table(found: list[Option], accuracy: float, contact: str) -> Table:
     table = Table(title=f"Error below {accuracy:g} at contact stiffness {contact}, cheapest first")
     table.add_column("scheme", overflow="fold")
     table.add_column("contact", no_wrap=True)
     for heading in ("step, ms", "evals", "per s", "error", "limit, ms"):
         table.add_column(heading, justify="right", no_wrap=True)
-    for option, limit in zip(found, limits, strict=False):
+    for option in found:
         table.add_row(
             option.scheme, option.owner.value, f"{1e3 * option.step:g}", str(option.evaluations),
-            f"{option.cost:.0f}", f"{option.error:.1e}", in_ms(limit),
+            f"{option.cost:.0f}", f"{option.error:.1e}", in_ms(option.limit),
         )  # fmt: skip
     return table
 
 
-def _dataset(
-    found: list[Option], limits: list[float], accuracy: float, k_H: float, speed: float
-) -> xr.Dataset:
+def _dataset(found: list[Option], accuracy: float, k_H: float, speed: float) -> xr.Dataset:
     """Columns over the options, cheapest first."""
-    padded = np.full(len(found), np.nan)
-    padded[: len(limits)] = limits
     columns = {
         "step": ([o.step for o in found], "s", "longest step that reaches the accuracy"),
         "evaluations": ([o.evaluations for o in found], "1", "evaluations a step"),
         "cost": ([o.cost for o in found], "1/s", "evaluations a second of time simulated"),
         "error": ([o.error for o in found], "1", "predicted relative RMS error of contact forces"),
-        "stable_to": (padded, "s", "largest stable step, of the cheapest"),
+        "stable_to": ([o.limit for o in found], "s", "largest stable step"),
     }
     variables: dict[str, Any] = {
         name: ("option", np.array(values, dtype=float), {"units": unit, "long_name": text})
