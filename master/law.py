@@ -93,10 +93,3 @@ class Law(Component):
 
     def restore_state(self, state: None) -> None:
         """Nothing to restore."""
-
-    def serialize_state(self, state: None) -> bytes:
-        """Nothing to write."""
-        return b""
-
-    def deserialize_state(self, data: bytes) -> None:
-        """Nothing to read."""

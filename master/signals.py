@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -63,12 +62,3 @@ class Signal(Component):
     def restore_state(self, state: float) -> None:
         """Go back in time."""
         self._time = state
-
-    def serialize_state(self, state: float) -> bytes:
-        """Write the time as bytes."""
-        return struct.pack("<d", state)
-
-    def deserialize_state(self, data: bytes) -> float:
-        """Read the time from bytes."""
-        time: float = struct.unpack("<d", data)[0]
-        return time
