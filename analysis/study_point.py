@@ -19,6 +19,7 @@ from railcosim.master.cosimulation import Cosimulation, Divergence, FallbackWarn
 from railcosim.master.schemes import Scheme
 from railcosim.master.system import System
 from railcosim.reference.agreement import relative_rms
+from railcosim.storage.temporary import scratch
 from railcosim.track.irregularity import Profile
 
 from .catalogue import FMUS, Owner
@@ -258,7 +259,7 @@ _AT_REST = _PairsAtRest()
 @contextmanager
 def _files(fmus: Fmus) -> Iterator[tuple[Path, ...]]:
     """FMUs as files for as long as the block lasts: a worker may share no disk with anybody."""
-    with TemporaryDirectory(prefix="railcosim_") as folder:
+    with TemporaryDirectory(dir=scratch()) as folder:
         paths = [Path(folder, f"{name}.fmu") for name in fmus]
         for path, content in zip(paths, fmus.values(), strict=True):
             path.write_bytes(content)

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from railcosim.master.files import save
+from railcosim.storage.whole import written_whole
 
 from .study_point import Measurement, Point
 
@@ -94,7 +95,10 @@ def save_table(table: xr.Dataset, folder: Path) -> list[Path]:
     netcdf, text = folder / "study.nc", folder / "study.csv"
     save(table, netcdf)
     names = [f.name for f in fields(Measurement)]
-    with text.open("w", encoding="utf-8", newline="") as file:
+    with (
+        written_whole(text) as partial,
+        partial.open("w", encoding="utf-8", newline="") as file,
+    ):
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([*DIMS, "order", *names])
         for place in itertools.product(*(table[d].values for d in DIMS)):

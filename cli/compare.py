@@ -21,6 +21,7 @@ from railcosim.master.linear.realisation import ComplexArray
 from railcosim.reference.agreement import near, relative_rms
 from railcosim.reference.monolithic import Monolithic, assemble, frequency_response
 from railcosim.reference.newmark import newmark
+from railcosim.storage.temporary import scratch
 from railcosim.vehicle.contact import LinearContact
 
 from .export import exported
@@ -105,7 +106,7 @@ def compare(
     profile = profile_of(irregularity, v * positive("--time", time, "s") + FADE_IN)
     frequency = frequencies_of(frequencies)
     cars, rails = vehicle_of(vehicle), track_of(track)
-    with TemporaryDirectory(prefix="railcosim_") as folder:
+    with TemporaryDirectory(dir=scratch()) as folder:
         fmus = exported(cars, rails, Path(folder))
         with progress("linearising") as update:
             models = linear_models(fmus["Vehicle"], fmus["Track"], update)

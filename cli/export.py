@@ -15,6 +15,7 @@ from railcosim.analysis.export_pair import PAIR, export_pair
 from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime, Runtime
 from railcosim.fmus.native_runtime.platforms import platforms_named
 from railcosim.parameters import write_toml
+from railcosim.storage.temporary import scratch
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
@@ -110,6 +111,6 @@ def fmus_of(
     if vehicle is not None and track is not None:
         yield vehicle, track
         return
-    with TemporaryDirectory(prefix="railcosim_") as folder:
+    with TemporaryDirectory(dir=scratch()) as folder:
         ours = exported(Vehicle(), Track(), Path(folder))
         yield vehicle or ours[vehicle_name], track or ours[track_name]

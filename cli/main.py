@@ -21,6 +21,7 @@ from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import Divergence
 from railcosim.master.fmi.archive import FmuError
 from railcosim.parameters import ParameterError
+from railcosim.storage.interruption import obey_all, reason
 
 from . import (
     advise_command,
@@ -75,10 +76,11 @@ app.command("parameters")(export.parameters)
 def run() -> None:
     """Entry point: exit status 0 done, 2 bad input, 1 a run that failed; never a traceback."""
     warnings.showwarning = _note
+    obey_all()
     try:
         stopped = app(standalone_mode=False)
         if stopped:  # typer turns Ctrl-C into a number
-            _fail("interrupted", FAILED)
+            _fail(reason(), FAILED)
     except BAD_INPUTS as error:
         _fail(str(error), BAD_INPUT)
     except FAILURES as error:
@@ -86,7 +88,7 @@ def run() -> None:
     except typer.Exit as stop:
         sys.exit(stop.exit_code)
     except (KeyboardInterrupt, typer.Abort):
-        _fail("interrupted", FAILED)
+        _fail(reason(), FAILED)
     except Exception as error:
         usage = getattr(error, "format_message", None)  # click's own errors: a wrong option
         if usage is None:

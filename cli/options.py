@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import Annotated
 
 import numpy as np
@@ -18,6 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from railcosim.parameters import read_toml
+from railcosim.storage.interruption import noting
 from railcosim.track.irregularity import QUALITIES, Profile, flat, read_profile, synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.contact import coefficient_for
@@ -188,31 +187,20 @@ PICTURES = Suffixes("--plot", (".png", ".svg", ".pdf"))
 def progress(text: str) -> Iterator[Callable[[float, float], None]]:
     """A progress bar on standard error; the callable takes what is done and the total.
 
-    Ctrl-C is noted and raised at the next call: inside an FMU written in Python it would kill the
-    FMU, and with it what the run has recorded. A second Ctrl-C does not wait.
+    Ctrl-C is obeyed at the next call; see `noting`.
     """
-    interrupted = False
-
-    def note(signum: int, frame: FrameType | None) -> None:
-        nonlocal interrupted
-        if interrupted:
-            raise KeyboardInterrupt
-        interrupted = True
-
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-    with Progress(*columns, TimeRemainingColumn(), console=errors, transient=True) as bar:
+    with (
+        noting() as obey,
+        Progress(*columns, TimeRemainingColumn(), console=errors, transient=True) as bar,
+    ):
         task = bar.add_task(text, total=None)
 
         def update(done: float, total: float) -> None:
-            if interrupted:
-                raise KeyboardInterrupt
+            obey()
             bar.update(task, completed=done, total=total)
 
-        before = signal.signal(signal.SIGINT, note)
-        try:
-            yield update
-        finally:
-            signal.signal(signal.SIGINT, before)
+        yield update
 
 
 @contextmanager

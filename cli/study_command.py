@@ -23,6 +23,7 @@ from railcosim.analysis.study_point import Contact, Measurement, Point, Ride
 from railcosim.analysis.study_table import save_table, table_of
 from railcosim.master.suggest import suggest
 from railcosim.plots.study import UNSTABLE, save_study_picture
+from railcosim.storage.temporary import scratch
 
 from .export import exported
 from .options import (
@@ -108,7 +109,7 @@ def study(
     points = grid.points()
     if not points:
         raise UsageError(f"--owners {owners}: none of the schemes allows it")
-    with TemporaryDirectory(prefix="railcosim_") as folder:
+    with TemporaryDirectory(dir=scratch()) as folder:
         ours = exported(vehicle_of(vehicle), track_of(track), Path(folder))
         fmus = {name: path for name, path in ours.items() if path.suffix == ".fmu"}
         try:

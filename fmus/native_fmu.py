@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+from railcosim.storage.whole import written_whole
+
 from .content import Content
 from .description import fmi2, fmi3
 from .description.about import NATIVE, Description
@@ -19,7 +21,6 @@ from .native_runtime.compile import build, headers, sources
 from .native_runtime.platforms import Platform, platforms_named
 from .native_runtime.resource import resource
 from .native_runtime.universal import universal
-from .whole import written_whole
 
 (MAC,) = platforms_named("darwin64")
 WRITERS = {2: fmi2.model_description, 3: fmi3.model_description}

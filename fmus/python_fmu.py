@@ -17,12 +17,14 @@ from pathlib import Path
 import numpy as np
 from pythonfmu.builder import FmuBuilder
 
+from railcosim.storage.temporary import scratch
+from railcosim.storage.whole import written_whole
+
 from .content import Content
 from .description.about import PYTHON, Description
 from .description.extras import extras
 from .description.fmi2 import model_description
 from .description.kind import KINDS
-from .whole import written_whole
 
 # What travels in every FMU, by its place under the package; all of it needs numpy only.
 RUNTIME = {
@@ -50,7 +52,7 @@ class PythonRuntime:
     def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> None:
         """Write the FMU."""
         progress(f"packing {target.name}")
-        with tempfile.TemporaryDirectory(prefix="railcosim_") as folder:
+        with tempfile.TemporaryDirectory(dir=scratch()) as folder:
             work = Path(folder)
             package = _copy_runtime(work)
             np.savez_compressed(work / "model.npz", **content.arrays)  # type: ignore[arg-type]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
+
+from railcosim.storage.whole import written_whole
 
 _PARTS = {"re": np.real, "im": np.imag}
 _Function = TypeVar("_Function")
@@ -39,13 +40,8 @@ def save(dataset: xr.Dataset, path: str | Path) -> None:
     """
     path = Path(path)
     write = _choose(path, _WRITERS)
-    # Next to the target, because only within one file system a replacement is atomic.
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
-    try:
+    with written_whole(path) as partial:
         write(dataset, partial)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def load(path: str | Path) -> xr.Dataset:

@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from railcosim.plots.chart import Chart
 from railcosim.plots.screen import interactive, plotly_script
+from railcosim.storage.whole import write_whole, written_whole
 
 from .finding import Finding
 
@@ -86,12 +87,15 @@ def write_report(
         counts=counts, columns=columns, differing=[f for f in findings if f.agrees is False],
         script=Markup(plotly_script()),
     )  # fmt: skip
-    path.write_text(page, encoding="utf-8")
+    write_whole(path, page)
 
 
 def write_table(findings: Sequence[Finding], path: Path) -> None:
     """Write `COLUMNS` of all findings as CSV; numbers to six digits."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with (
+        written_whole(path) as partial,
+        partial.open("w", newline="", encoding="utf-8") as file,
+    ):
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
         for f in findings:

@@ -13,6 +13,8 @@ from matplotlib import patheffects
 from matplotlib import pyplot as plt
 from matplotlib.colors import LogNorm
 
+from railcosim.storage.whole import written_whole
+
 from .chart import Chart, FloatArray, Map, Panel
 from .style import COLORS, GREY, color_of, shown_range
 
@@ -56,9 +58,15 @@ def save_picture(chart: Chart, *paths: Path) -> None:
         for part, band in zip(parts, bands, strict=True):
             _band(part, band)
         for path in paths:
-            figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else {})
+            save_figure(figure, path)
             figure.set_layout_engine("none")  # found once, good for all
         plt.close(figure)
+
+
+def save_figure(figure: Any, path: Path) -> None:
+    """Write a figure of matplotlib, whole; the same picture is the same file."""
+    with written_whole(path) as partial:
+        figure.savefig(partial, metadata={"Date": None} if path.suffix == ".svg" else {})
 
 
 def _band(figure: Any, rows: tuple[tuple[Panel | Map, ...], ...]) -> None:

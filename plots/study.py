@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib import pyplot as plt
 from matplotlib.ticker import LogLocator
 
-from .picture import STYLE
+from .picture import STYLE, save_figure
 from .style import COLORS, GREY
 
 WIDTH, HEIGHT, LEGEND = 3.6, 3.2, 3.4  # inch, of a panel and of the legend
@@ -67,7 +67,7 @@ def save_study_picture(table: xr.Dataset, path: Path) -> None:
             "Error against the monolithic solution (× at the top: unstable)",
             x=0.01, ha="left", fontsize=10,
         )  # fmt: skip
-        figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else {})
+        save_figure(figure, path)
         plt.close(figure)
 
 

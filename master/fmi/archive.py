@@ -15,6 +15,8 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser
 
+from railcosim.storage.temporary import scratch
+
 MAX_TOTAL_SIZE = 2 * 1024**3
 """Largest unpacked size of an archive, bytes; big vendor FMUs reach some 500 MB."""
 MAX_ENTRIES = 50_000
@@ -232,13 +234,14 @@ def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
 
 def _extract(archive: zipfile.ZipFile) -> Path:
     """Write the contents to a new temporary folder, whatever the archive's own path looks like."""
-    folder = Path(tempfile.mkdtemp(prefix="railcosim_fmu_"))
+    parent = tempfile.gettempdir()
+    if not _PLAIN_PATH.fullmatch(parent):
+        raise FmuError(
+            f"the temporary folder {parent} has characters that crash some FMUs; set the "
+            "environment variable TMPDIR to a folder of plain letters and digits"
+        )
+    folder = Path(tempfile.mkdtemp(prefix="fmu_", dir=scratch()))
     try:
-        if not _PLAIN_PATH.fullmatch(str(folder)):
-            raise FmuError(
-                f"the temporary folder {folder.parent} has characters that crash some FMUs; set "
-                "the environment variable TMPDIR to a folder of plain letters and digits"
-            )
         archive.extractall(folder)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)

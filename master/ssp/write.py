@@ -16,6 +16,7 @@ from railcosim.master.ssp.structure import MAIN
 from railcosim.master.ssp.structure_xml import TYPES, Experiment, Part, structure_xml
 from railcosim.master.suggest import suggest
 from railcosim.master.units import IDENTITY, Linear
+from railcosim.storage.whole import written_whole
 
 
 def write_ssp(
@@ -60,16 +61,14 @@ def write_ssp(
     sources = _sources(parts)
     experiment = Experiment(start=start, stop=stop, step=step)
     text = structure_xml(target.stem, parts, wiring, sources, experiment)
-    partial = target.with_name(f"{target.name}.part")
-    try:
-        with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr(MAIN, text)
-            for path, source in sources.items():
-                # An FMU is compressed already.
-                archive.write(path, source, compress_type=zipfile.ZIP_STORED)
-        partial.replace(target)
-    finally:
-        partial.unlink(missing_ok=True)
+    with (
+        written_whole(target) as partial,
+        zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive,
+    ):
+        archive.writestr(MAIN, text)
+        for path, source in sources.items():
+            # An FMU is compressed already.
+            archive.write(path, source, compress_type=zipfile.ZIP_STORED)
     return target
 
 

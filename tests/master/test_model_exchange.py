@@ -134,4 +134,4 @@ def test_nothing_is_left_behind(pendulum, tmp_path, monkeypatch) -> None:
     for options in ({"outputs": ["y"]}, {"parameters": {"rest": 1}}):
         with pytest.raises((FmuError, ComponentError)):
             linear_model(pendulum, **options)
-    assert not list(tmp_path.iterdir())
+    assert not list(tmp_path.glob("railcosim_*/fmu_*"))

@@ -97,7 +97,7 @@ def test_what_cannot_be_written(package, tmp_path):
     with pytest.raises(FileNotFoundError):
         write_ssp(target, parts, [])
     assert target.read_bytes() == b"an older one"
-    assert not list(tmp_path.glob("*.part"))
+    assert not list(tmp_path.glob(".*"))
 
 
 def schema(name):

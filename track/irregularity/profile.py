@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from railcosim.parameters import ParameterError
+from railcosim.storage.whole import write_whole
 
 FloatArray = NDArray[np.float64]
 
@@ -112,4 +113,4 @@ def write_profile(profile: Profile, path: Path) -> None:
     rows = np.stack([profile.x, profile.left, profile.right], axis=1)
     lines = [",".join(repr(float(value)) for value in row) for row in rows]
     head = [f"# {profile.name}; m, down positive", "x,left,right"]
-    path.write_text("\n".join([*head, *lines]) + "\n", encoding="utf-8")
+    write_whole(path, "\n".join([*head, *lines]) + "\n")

@@ -1,0 +1,1 @@
+"""How files are written, held and thrown away, and when Ctrl-C is obeyed; knows no railways."""

@@ -1,0 +1,76 @@
+"""A file for one process at a time. The lock goes with the process, however that ends."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock(descriptor: int) -> None:
+        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+else:
+    import fcntl
+
+    def _lock(descriptor: int) -> None:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+_NO_LINKS = getattr(os, "O_NOFOLLOW", 0)
+
+
+class HeldError(OSError):
+    """Another run holds a file; the message names it."""
+
+
+@contextmanager
+def held(target: Path) -> Iterator[None]:
+    """Hold a file by a lock beside it, ``.NAME.lock``, as long as the block lasts.
+
+    Where the file system has no locks, nothing is held.
+
+    Raises
+    ------
+    HeldError
+        At once, if another block or process holds it.
+    OSError
+        If there can be no file beside it.
+    """
+    target = target.resolve()
+    beside = target.with_name(f".{target.name}.lock")
+    descriptor = take(beside)
+    if descriptor is None:
+        raise HeldError(f"{target}: another run is writing it; take another name, or wait")
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # on Windows not while it is open: then it stays, unlocked
+            beside.unlink()
+        os.close(descriptor)
+
+
+def take(path: Path, *, new: bool = True) -> int | None:
+    """Lock a file, made if it is not there and may be `new`; None if another holds it.
+
+    Returns
+    -------
+    int
+        A descriptor: closing it frees the lock.
+    """
+    while True:
+        descriptor = os.open(path, os.O_RDWR | _NO_LINKS | (os.O_CREAT if new else 0), 0o644)
+        try:
+            _lock(descriptor)
+        except (BlockingIOError, PermissionError):
+            os.close(descriptor)
+            return None
+        except OSError:  # no locks here
+            return descriptor
+        with suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(descriptor), path.stat()):
+                return descriptor
+        os.close(descriptor)  # it was thrown away before it was ours
