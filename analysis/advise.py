@@ -166,7 +166,7 @@ def _error(
     names = amplifier.system.names
     forces = [i for i, name in enumerate(names) if name.endswith(".force_z")]
     try:
-        response = amplifier.at(h).response(source.omega, heights, forces)
+        response = amplifier.at(h, driven=True).response(source.omega, heights, forces)
     except (ComponentError, ArithmeticError, np.linalg.LinAlgError):
         return np.inf
     wrong, right = (

@@ -119,6 +119,16 @@ class Coupling:
         except (ComponentError, ArithmeticError, np.linalg.LinAlgError):
             return False
 
+    def growth(self, h: float) -> float:
+        """Rate (1/s) of the fastest-growing motion with steps of `h` (s); infinite if it fails.
+
+        Negative if all motions die away: then of the one that does so most slowly.
+        """
+        try:
+            return max(a.at(h).growth() for a in self.amplifiers)
+        except (ComponentError, ArithmeticError, np.linalg.LinAlgError):
+            return math.inf
+
     def limit(self) -> Limit:
         """Find the largest stable step: scan from the shortest, then halve the interval."""
         count = round(PER_DECADE * math.log10(LONGEST / SHORTEST)) + 1

@@ -55,15 +55,7 @@ class Modal:
 
     def real(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """A, B, C in real states, sqrt(2) times the real parts of q, then the imaginary ones."""
-        n = len(self.poles)
-        A = np.zeros((2 * n, 2 * n))
-        k = np.arange(n)
-        A[k, k] = A[n + k, n + k] = self.poles.real
-        A[k, n + k], A[n + k, k] = -self.poles.imag, self.poles.imag
-        B = np.sqrt(2.0) * np.concatenate([self.B.real, self.B.imag])
-        C = np.sqrt(2.0) * np.concatenate([self.C.real, -self.C.imag], axis=1)
-        is_moved = np.concatenate([np.ones(n, bool), self.poles.imag > 0.0])
-        return A[is_moved][:, is_moved], B[is_moved], C[:, is_moved]
+        return real_form(self.poles, self.B, self.C)
 
     def sprung(
         self, k: FloatArray, motions: tuple[Variable, ...], forces: tuple[Variable, ...]
@@ -198,6 +190,21 @@ def modes_of(model: StateSpace) -> Modal:
         C=np.where(poles.imag > 0.0, 1.0, 0.5)[upper] * C[:, upper],
         D=model.D, inputs=model.inputs, outputs=model.outputs,
     )  # fmt: skip
+
+
+def real_form(
+    poles: ComplexArray, B: ComplexArray, C: ComplexArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Real matrices A, B, C of modes, one of each conjugate pair; see `Modal.real`."""
+    n = len(poles)
+    A = np.zeros((2 * n, 2 * n))
+    k = np.arange(n)
+    A[k, k] = A[n + k, n + k] = poles.real
+    A[k, n + k], A[n + k, k] = -poles.imag, poles.imag
+    both = np.sqrt(2.0) * np.concatenate([B.real, B.imag])
+    seen = np.sqrt(2.0) * np.concatenate([C.real, -C.imag], axis=1)
+    is_moved = np.concatenate([np.ones(n, bool), poles.imag != 0.0])
+    return A[is_moved][:, is_moved], both[is_moved], seen[:, is_moved]
 
 
 def fractions(

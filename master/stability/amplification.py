@@ -14,20 +14,19 @@ principle, so no resonance is too sharp and no matrix too large.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.state_space import ComplexArray, IndexArray
 from railcosim.master.schemes import Scheme
 from railcosim.master.stability.argument_principle import solve_triangular, windings
 from railcosim.master.stability.observed_step import Column, ObservedStep
-from railcosim.master.stability.open_component import TICK, Open
+from railcosim.master.stability.open_component import TICK, Sampled, together
 from railcosim.master.system import System
 
 
@@ -44,10 +43,8 @@ class Amplification:
         The step, s.
     N, R, Q, P, W, V : array
         The maps.
-    poles : array of complex
-        Eigenvalues of the open components over the step.
-    loop : callable
-        From z (n_z,) to what w brings back as f, shape (n_z, n_f, n_w).
+    open : Sampled
+        The open components over the step: from w to f.
     signals : array, shape (n_g,)
         Times of the signals in the step, s.
     outputs : array of int
@@ -61,16 +58,27 @@ class Amplification:
     P: FloatArray
     W: FloatArray
     V: FloatArray
-    poles: ComplexArray
-    loop: Callable[[ComplexArray], ComplexArray]
+    open: Sampled
     signals: FloatArray
     outputs: IndexArray
 
+    def eigenvalues(self) -> ComplexArray:
+        """Eigenvalues of the map with the open components closed: every motion's change a step."""
+        A, B, C = self.open.real()
+        NR = np.hstack([self.N, self.R @ C])
+        QP = B @ np.hstack([self.Q, self.P @ C])
+        QP[:, len(self.N) :] += A
+        found: ComplexArray = np.linalg.eigvals(np.concatenate([NR, QP])).astype(complex)
+        return found
+
+    def growth(self) -> float:
+        """Rate (1/s) at which the fastest-growing motion grows; negative if all die away."""
+        radius = self.spectral_radius()
+        return math.log(radius) / self.h if radius else -math.inf
+
     def spectral_radius(self) -> float:
-        """Largest eigenvalue of the map, if nothing is left open: growth a step."""
-        if self.poles.size:
-            raise ValueError("a component is left open: count the growing motions instead")
-        return float(np.abs(np.linalg.eigvals(self.N)).max(initial=0.0))
+        """Largest eigenvalue of the map: growth a step."""
+        return float(np.abs(self.eigenvalues()).max(initial=0.0))
 
     def growing(self, rate: float = 0.0) -> int:
         """Count the motions that grow faster than exp(rate t).
@@ -86,20 +94,20 @@ class Amplification:
         T, U = scipy.linalg.schur(balanced, output="complex")
         own = np.diag(T)
         outside = int((np.abs(own) > radius).sum())
-        if not self.Q.size or not self.poles.size:
+        if not self.Q.size or not self.open.E.size:
             return outside
         inputs, outputs = U.conj().T @ (self.R / scale[:, None]), (self.Q * scale) @ U
 
         def turn(phi: FloatArray) -> ComplexArray:
             z = radius * np.exp(1j * phi)
             H = outputs @ solve_triangular(T, inputs, z) + self.P
-            matrix = np.eye(len(self.Q)) - H @ self.loop(z)
+            matrix = np.eye(len(self.Q)) - H @ self.open.response(z)
             sign, size = np.linalg.slogdet(matrix)
             return np.asarray(size + 1j * np.angle(sign))
 
         # det(z - everything) = det(z - N) det(z - open modes) turn(z), and turn is 1 at infinity:
         # so it has as many more zeros than poles outside as it turns backwards around the circle.
-        return outside - windings(turn, np.concatenate([own, self.poles]))
+        return outside - windings(turn, np.concatenate([own, self.open.E]))
 
     def response(
         self, omega: FloatArray, signal: ComplexArray, outputs: Sequence[int]
@@ -128,7 +136,7 @@ class Amplification:
                                 (g @ self.W.T)[:, :, None]], axis=2)
         )  # fmt: skip
         free, driven = inner[:, :, :-1], inner[:, :, -1]
-        loop = self.loop(z)
+        loop = self.open.response(z)
         w = np.linalg.solve(
             np.eye(len(self.Q)) - (self.Q @ free + self.P) @ loop,
             (driven @ self.Q.T + g @ self.V.T)[:, :, None],
@@ -163,8 +171,15 @@ class Amplifier:
         self._rest = system.save_state()
         self._used: IndexArray | None = None
 
-    def at(self, h: float) -> Amplification:
+    def at(self, h: float, *, driven: bool = False) -> Amplification:
         """Observe a step of length `h` (s).
+
+        Parameters
+        ----------
+        h : float
+            s.
+        driven : bool, optional
+            Whether what signals do is observed as well, for `Amplification.response`.
 
         Raises
         ------
@@ -183,38 +198,17 @@ class Amplifier:
         kept = np.union1d(self._used, step.outputs)
         N, Q = (_spread(part, places, kept) for part in (N, Q))
         models = [c for c in step.opened if c.model is not None]
-        signals = [c for c in step.opened if c.model is None]
+        signals = [c for c in step.opened if driven and c.model is None]
         R, P = _stacked([column for c in models for column in step.by_free_motion(c)], step)
         W, V = _stacked([column for c in signals for column in step.by_free_motion(c)], step)
         heard = (Q != 0).any(1) | (P != 0).any(1) | (V != 0).any(1)
         self.evaluations = max(self.evaluations, step.evaluations)
-        poles = [np.exp(c.model.poles * h) for c in models if c.model is not None]
         return Amplification(
             h=h, N=N[kept], R=R[kept], Q=Q[heard], P=P[heard], W=W[kept], V=V[heard],
-            poles=np.concatenate([np.zeros(0, complex), *poles]),
-            loop=_Loop(h, [(c, step.when[c.name]) for c in models], heard),
+            open=together([c.sampled(h, step.when[c.name]) for c in models]).of_inputs(heard),
             signals=TICK * np.array([tick for c in signals for tick, _ in c.free]),
             outputs=np.searchsorted(kept, step.outputs),
         )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class _Loop:
-    """From z to what the open components make of what is fed; see `Amplification.loop`."""
-
-    h: float
-    parts: list[tuple[Open, list[tuple[int, float]]]]
-    heard: NDArray[np.bool_]
-
-    def __call__(self, z: ComplexArray) -> ComplexArray:
-        blocks = [component.loop(self.h, z, when) for component, when in self.parts]
-        shape = sum(b.shape[1] for b in blocks), sum(b.shape[2] for b in blocks)
-        whole: ComplexArray = np.zeros((len(z), *shape), dtype=complex)
-        i = j = 0
-        for block in blocks:
-            whole[:, i : i + block.shape[1], j : j + block.shape[2]] = block
-            i, j = i + block.shape[1], j + block.shape[2]
-        return whole[:, :, self.heard]
 
 
 def _stacked(columns: list[Column], step: ObservedStep) -> tuple[FloatArray, FloatArray]:

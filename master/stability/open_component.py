@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from railcosim.master.component import Component, FloatArray, Variable
-from railcosim.master.linear.modal import Modal, fractions
+from railcosim.master.linear.modal import Modal, fractions, real_form
 from railcosim.master.linear.state_space import ComplexArray
 
 TICK = 1e-15
@@ -107,19 +108,16 @@ class Open(Component):
         wrapped, self._inputs, self._derivatives = state
         self._now, self.fed = wrapped.content
 
-    def loop(self, h: float, z: ComplexArray, fed: Sequence[tuple[int, float]]) -> ComplexArray:
-        """Free motion at the times asked for, by what was fed: (n_z, all outputs, all inputs)."""
+    def sampled(self, h: float, fed: Sequence[tuple[int, float]]) -> Sampled:
+        """Free motion at the times asked for, by what was fed: all outputs, all inputs."""
         assert self.model is not None
         model, poles = self.model, self.model.poles
+        G = [
+            np.exp(poles * (h - begin * TICK - length))[:, None] * model.sampled(length)[1]
+            for begin, length in fed
+        ]
         C = np.concatenate([self._seen(*asked) for asked in self.free])
-        G = np.concatenate(
-            [
-                np.exp(poles * (h - begin * TICK - length))[:, None] * model.sampled(length)[1]
-                for begin, length in fed
-            ],
-            axis=1,
-        )
-        return fractions(z, np.exp(poles * h), G, C)
+        return Sampled(E=np.exp(poles * h), G=np.concatenate(G, axis=1), C=C)
 
     def _observed(self, *, is_rate: bool) -> FloatArray:
         """Outputs or their rates now, without what the present inputs add."""
@@ -145,6 +143,47 @@ class Open(Component):
         model = self.model
         seen: ComplexArray = model.C * np.exp(model.poles * (tick * TICK))
         return seen * model.poles if is_rate else seen
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sampled:
+    """Modes over a step: q' = E q + G w, f = 2 Re(C q); one of each pair of conjugate modes.
+
+    Attributes
+    ----------
+    E : array of complex, shape (n,)
+        Factor of every mode.
+    G : array of complex, shape (n, n_w)
+        What is fed.
+    C : array of complex, shape (n_f, n)
+        What is seen. A real factor counts half.
+    """
+
+    E: ComplexArray
+    G: ComplexArray
+    C: ComplexArray
+
+    def response(self, z: ComplexArray) -> ComplexArray:
+        """What w brings back as f, shape (n_z, n_f, n_w)."""
+        return fractions(z, self.E, self.G, self.C)
+
+    def real(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The same in real states, q' = A q + B w, f = C q."""
+        return real_form(self.E, self.G, self.C)
+
+    def of_inputs(self, which: NDArray[np.bool_]) -> Sampled:
+        """Only some of what is fed."""
+        return replace(self, G=self.G[:, which])
+
+
+def together(parts: Sequence[Sampled]) -> Sampled:
+    """Several components side by side."""
+    none = np.zeros((0, 0))
+    return Sampled(
+        E=np.concatenate([np.zeros(0, complex), *(part.E for part in parts)]),
+        G=np.asarray(scipy.linalg.block_diag(none, *(part.G for part in parts)), dtype=complex),
+        C=np.asarray(scipy.linalg.block_diag(none, *(part.C for part in parts)), dtype=complex),
+    )
 
 
 @dataclass(frozen=True)
