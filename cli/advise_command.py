@@ -97,18 +97,16 @@ def advise(
     console.print(_table(found[:SHOWN], accuracy, contact_stiffness))
     best = found[0]
     console.print(
-        f"Use [bold]{best.scheme}[/bold] with the contact in the [bold]{best.owner.value}[/bold] "
-        f"and a step of [bold]{1e3 * best.step:g} ms[/bold]: predicted error {best.error:.1e}, "
-        f"{_margin(best)}.",
-        highlight=False, soft_wrap=True,
-    )  # fmt: skip
+        f"Use {best.scheme} with the contact in the {best.owner.value} and a step of "
+        f"{1e3 * best.step:g} ms: predicted error {best.error:.1e}, {_margin(best)}."
+    )
     result = _dataset(found, accuracy, k_H, v)
     if out is not None:
         save(result, out)
-        console.print(str(out), highlight=False)
+        console.print(str(out))
     if plot is not None:
         save_picture(advice_chart(result), plot)
-        console.print(str(plot), highlight=False)
+        console.print(str(plot))
 
 
 def _tasks(

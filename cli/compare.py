@@ -218,7 +218,7 @@ def error_table(errors: Errors, title: str) -> Table:
     )
     table.add_column("output", no_wrap=True)
     for excitation in errors:
-        table.add_column(excitation.replace("[", r"\["), justify="right", no_wrap=True)
+        table.add_column(excitation, justify="right", no_wrap=True)
     for output in next(iter(errors.values())):
         cells = []
         for by_output in errors.values():
@@ -226,5 +226,5 @@ def error_table(errors: Errors, title: str) -> Table:
             cells.append(
                 f"{np.nanmax(error):.1e} ({np.nanmax(error, where=strong, initial=0):.1e})"
             )
-        table.add_row(_short(output).replace("[", r"\["), *cells)
+        table.add_row(_short(output), *cells)
     return table

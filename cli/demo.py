@@ -146,4 +146,4 @@ def _table(findings: list[Finding]) -> Table:
 
 
 def _say(begun: float, text: str) -> None:
-    console.print(f"{time.perf_counter() - begun:5.0f} s  {text}", highlight=False)
+    console.print(f"{time.perf_counter() - begun:5.0f} s  {text}")

@@ -60,9 +60,9 @@ def export(
     """Write Vehicle, Track, VehicleWithContact, TrackWithContact as FMUs, and Pair.ssp."""
     chosen = runtime_of(runtime, fmi, platforms)
     for path in exported(vehicle_of(vehicle), track_of(track), out, chosen).values():
-        console.print(f"{path}  {path.stat().st_size / 1e6:.1f} MB", highlight=False)
+        console.print(f"{path}  {path.stat().st_size / 1e6:.1f} MB")
     if chosen.fmi == 2:
-        console.print(f"{out / PAIR}  wires Vehicle and TrackWithContact", highlight=False)
+        console.print(f"{out / PAIR}  wires Vehicle and TrackWithContact")
 
 
 def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:

@@ -88,7 +88,7 @@ def frf(
         contact_stiffness=k_H, speed=v, title=f"{system.name}, response to {excitation}",
     )  # fmt: skip
     save(result, out)
-    console.print(f"{out}: {omega.size} frequencies", highlight=False)
+    console.print(f"{out}: {omega.size} frequencies")
     if plot is not None:
         save_picture(response_chart(result), plot)
-        console.print(str(plot), highlight=False)
+        console.print(str(plot))

@@ -56,11 +56,10 @@ def irregularity(
     console.print(
         f"{out}: {profile.x[-1] - profile.x[0]:g} m, standard deviation left {deviation[0]:.3g} "
         f"mm, right {deviation[1]:.3g} mm",
-        highlight=False,
     )
     if plot is not None:
         save_picture(_chart(profile, target), plot)
-        console.print(str(plot), highlight=False)
+        console.print(str(plot))
 
 
 def _chart(profile: Profile, target: Quality | None) -> Chart:

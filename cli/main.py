@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import sys
 import warnings
+from importlib.metadata import version
+from typing import Annotated
 
 # Our matrices are small: threads wait for each other longer than they work. To be set before
 # numpy is loaded; who wants threads sets the variable.
@@ -12,6 +14,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import typer
+from rich.text import Text
 
 from railcosim.fmus.native_runtime.compile import CompilationFailed, CompilerMissing
 from railcosim.fmus.native_runtime.platforms import UnknownPlatform
@@ -38,9 +41,10 @@ from . import (
     stability_command,
     study_command,
 )
-from .options import UsageError, errors
+from .options import UsageError, console, errors
 
 BAD_INPUT, FAILED = 2, 1
+LONGEST = 2000  # characters of a message: what a stranger's file is quoted with may fill screens
 BAD_INPUTS = (
     ParameterError, FmuError, CouplingError, CheckpointError, UnknownPlatform, UsageError,
 )  # fmt: skip
@@ -50,12 +54,32 @@ FAILURES = (
 
 app = typer.Typer(
     name="railcosim",
-    no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",  # "rich" would take the [i] of wheelset[i] for a style
     help="Railway vehicle and slab track as separate FMUs, coupled in time and in frequency. "
     "Start with `railcosim demo`.",
 )
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        console.print(f"railcosim {version('railcosim')}")
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def _begin(
+    context: typer.Context,
+    show_version: Annotated[
+        bool,
+        typer.Option("--version", help="Print the version.", callback=_show_version, is_eager=True),
+    ] = False,
+) -> None:
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+
+
 app.command("demo")(demo.demo)
 app.command("export")(export.export)
 app.command("run")(run_command.run)
@@ -82,9 +106,11 @@ def run() -> None:
         if stopped:  # typer turns Ctrl-C into a number
             _fail(reason(), FAILED)
     except BAD_INPUTS as error:
-        _fail(str(error), BAD_INPUT)
+        _fail(_one_line(str(error)), BAD_INPUT)
     except FAILURES as error:
         _fail(str(error), FAILED)
+    except MemoryError as error:
+        _fail(f"out of memory: ask for less at once ({error})", FAILED)
     except typer.Exit as stop:
         sys.exit(stop.exit_code)
     except (KeyboardInterrupt, typer.Abort):
@@ -93,19 +119,20 @@ def run() -> None:
         usage = getattr(error, "format_message", None)  # click's own errors: a wrong option
         if usage is None:
             raise
-        _fail(usage(), BAD_INPUT)
+        _fail(_one_line(usage()), BAD_INPUT)
 
 
 def _note(message: Warning | str, *where: object, **more: object) -> None:
     """Show a warning as a line for users: which line of ours gave it is of no use to them."""
-    errors.print(f"note: {_plain(str(message))}", highlight=False, soft_wrap=True)
+    errors.print(f"note: {message}")
+
+
+def _one_line(sentence: str) -> str:
+    line = " ".join(sentence.split())
+    half = LONGEST // 2
+    return line if len(line) <= LONGEST else f"{line[:half]} ... {line[-half:]}"
 
 
 def _fail(sentence: str, exit_status: int) -> None:
-    errors.print(f"[red]error:[/red] {_plain(sentence)}", highlight=False, soft_wrap=True)
+    errors.print(Text("error:", style="red"), sentence)
     sys.exit(exit_status)
-
-
-def _plain(sentence: str) -> str:
-    """Brackets are part of variable names, not of rich's markup."""
-    return sentence.replace("[", r"\[")

@@ -87,12 +87,12 @@ def map_command(
     }
     result = _dataset(tables, models, wavelength, speed, contact_stiffness=k_H)
     save(result, out)
-    console.print(f"{out}: {wavelength.size} wavelengths, {speed.size} speeds", highlight=False)
+    console.print(f"{out}: {wavelength.size} wavelengths, {speed.size} speeds")
     critical = {kind: _critical(models, kind, k_H) for kind in tables}
     console.print(_table(critical, tables, models))
     if plot is not None:
         save_picture(_chart(result, show, critical), plot)
-        console.print(str(plot), highlight=False)
+        console.print(str(plot))
 
 
 def _dataset(

@@ -12,7 +12,6 @@ from typing import Annotated
 import numpy as np
 import typer
 from numpy.typing import NDArray
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from railcosim.parameters import read_toml
@@ -22,10 +21,11 @@ from railcosim.track.parameters import Track
 from railcosim.vehicle.contact import coefficient_for
 from railcosim.vehicle.parameters import Vehicle
 
-FloatArray = NDArray[np.float64]
+from .terminal import console, errors
 
-console = Console()
-errors = Console(stderr=True)
+__all__ = ["console", "errors"]  # beside what is defined here
+
+FloatArray = NDArray[np.float64]
 
 MAX_FREQUENCIES = 1_000_000
 
@@ -190,10 +190,11 @@ def progress(text: str) -> Iterator[Callable[[float, float], None]]:
     Ctrl-C is obeyed at the next call; see `noting`.
     """
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-    with (
-        noting() as obey,
-        Progress(*columns, TimeRemainingColumn(), console=errors, transient=True) as bar,
-    ):
+    bar = Progress(
+        *columns, TimeRemainingColumn(), console=errors, transient=True,
+        disable=not errors.is_terminal,  # else it leaves an empty line
+    )  # fmt: skip
+    with noting() as obey, bar:
         task = bar.add_task(text, total=None)
 
         def update(done: float, total: float) -> None:

@@ -33,12 +33,12 @@ def paper(
     numbers = figures_of(figures)
 
     def tell(text: str) -> None:
-        console.print(f"{time.perf_counter() - begun:5.0f} s  {text}", highlight=False)
+        console.print(f"{time.perf_counter() - begun:5.0f} s  {text}")
 
     with progress("reproducing") as update:
         findings = reproduce(out, numbers, QUICK if quick else FULL, update, tell)
     console.print(_differences(findings))
-    console.print(f"open {out / 'report.html'}", highlight=False)
+    console.print(f"open {out / 'report.html'}")
 
 
 def figures_of(text: str) -> list[int]:

@@ -63,9 +63,10 @@ def receptance(
     method: Annotated[
         Method,
         typer.Option(
+            metavar="NAME",
             help="exact: directional derivatives of Model Exchange; differences: finite ones; "
             "pulses: the response to a pulse in Co-Simulation; best: the first of these the FMU "
-            "allows."
+            "allows.",
         ),
     ] = Method.BEST,
     step: Annotated[
@@ -110,7 +111,7 @@ def receptance(
     }  # fmt: skip
     _keep(frequency, values, "receptance", unit, attributes, out, plot)
     known = f"estimated error {error:.1e}" if error else "exact but for rounding"
-    console.print(f"{way.description}: {known}", highlight=False)
+    console.print(f"{way.description}: {known}")
 
 
 def track_receptance(
@@ -167,11 +168,11 @@ def _keep(
     axis = ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})
     column = ("frequency", values, {"units": unit, "long_name": name})
     save(xr.Dataset({name: column}, {"frequency": axis}, attributes), out)
-    console.print(f"{out}: {frequency.size} frequencies", highlight=False)
+    console.print(f"{out}: {frequency.size} frequencies")
     if plot is not None:
         title = ", ".join(
             f"{v}" for k, v in attributes.items() if k not in {"error_estimate", "method"}
         )
         chart = receptance_chart({name: (frequency, values)}, f"{name} ({unit})", title)
         save_picture(chart, plot)
-        console.print(str(plot), highlight=False)
+        console.print(str(plot))

@@ -72,10 +72,10 @@ def ride_command(
     result.attrs = {"irregularity": name, "speed": v, "contact_stiffness": k_H, **models.attributes}
     save(result, out)
     console.print(_table(result, f"{track_quality.vertical.title}, {speed:g} km/h"))
-    console.print(f"{out}: {frequency.size} frequencies", highlight=False)
+    console.print(f"{out}: {frequency.size} frequencies")
     if plot is not None:
         save_picture(_chart(result, f"{name}, {speed:g} km/h"), plot)
-        console.print(str(plot), highlight=False)
+        console.print(str(plot))
 
 
 def _table(result: xr.Dataset, title: str) -> Table:
@@ -90,8 +90,7 @@ def _table(result: xr.Dataset, title: str) -> Table:
         felt = ["", "", ""]
         if "sperling" in about:
             felt = [f"{about['iso_2631']:.3f} m/s²", f"{about['sperling']:.2f}", about["reaction"]]
-        label = str(name).replace("[", r"\[")
-        table.add_row(label, f"{about['standard_deviation']:.3g} {unit}", *felt)
+        table.add_row(str(name), f"{about['standard_deviation']:.3g} {unit}", *felt)
     return table
 
 

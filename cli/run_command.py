@@ -191,10 +191,10 @@ def keep(
 ) -> None:
     """Save and draw what was recorded, also of a run that failed; then say that it did."""
     save(dataset, out)
-    console.print(f"{out}: {dataset.sizes['time']} communication points", highlight=False)
+    console.print(f"{out}: {dataset.sizes['time']} communication points")
     if plot is not None:
         save_picture(chart(dataset), plot)
-        console.print(str(plot), highlight=False)
+        console.print(str(plot))
     forces = np.array([dataset[name].values for name in FORCES if name in dataset])
     lost = float((forces <= 0).any(axis=0).mean()) if forces.size else 0.0
     if lost > 0:

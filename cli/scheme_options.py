@@ -26,20 +26,27 @@ SchemeOption = Annotated[
     SchemeName | None,
     typer.Option(
         "--scheme",
-        help="Coupling scheme; jacobi, or interface-jacobian where the master owns the contact.",
+        metavar="NAME",
+        help=f"Coupling scheme: {', '.join(SchemeName)}; if not given, jacobi, or "
+        "interface-jacobian where the master owns the contact.",
     ),
 ]
 InputsOption = Annotated[
     Inputs | None,
     typer.Option(
         "--inputs",
-        help="Inputs between communication points; linear where the scheme has a choice.",
+        metavar="NAME",
+        help=f"Inputs between communication points: {', '.join(Inputs)}; linear where the scheme "
+        "has a choice.",
     ),
 ]
 ContactOption = Annotated[
     Owner | None,
     typer.Option(
-        "--contact", help="Owner of the contact springs; track, or master if the scheme needs it."
+        "--contact",
+        metavar="NAME",
+        help=f"Owner of the contact springs: {', '.join(Owner)}; track, or master if the scheme "
+        "needs it.",
     ),
 ]
 

@@ -76,10 +76,10 @@ def stability(
     result = _dataset(found, k_H)
     if out is not None:
         save(result, out)
-        console.print(str(out), highlight=False)
+        console.print(str(out))
     if plot is not None:
         save_picture(stability_chart(result, LONGEST), plot)
-        console.print(str(plot), highlight=False)
+        console.print(str(plot))
 
 
 def schemes_of(text: str) -> list[str]:
@@ -115,8 +115,8 @@ def warn_of_growth(parts: tuple[Part, ...], k_H: float, text: str) -> None:
     if growth > 0.0:
         console.print(
             f"{text}: coupled exactly, vehicle and track grow by exp({growth:.3g} t), for one of "
-            "them is not passive; schemes are only asked to add nothing to that", highlight=False,
-        )  # fmt: skip
+            "them is not passive; schemes are only asked to add nothing to that",
+        )
 
 
 def _all_limits(

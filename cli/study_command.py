@@ -13,7 +13,6 @@ import numpy as np
 import typer
 import xarray as xr
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
 from railcosim.analysis.catalogue import Member, Owner, members
@@ -43,6 +42,7 @@ from .options import (
     track_of,
     vehicle_of,
 )
+from .terminal import Terminal
 
 Results = list[tuple[Point, Measurement]]
 WIDTH = 120  # of the table, characters
@@ -163,7 +163,6 @@ def run(
             errors.print(
                 f"{len(found)} of {len(points)} points are finished and kept in {folder.path}; "
                 "the same command goes on from there",
-                highlight=False,
             )
         raise
     return found, failed
@@ -172,14 +171,14 @@ def run(
 def _show(table: xr.Dataset, out: Path, plot: Path | None) -> None:
     """Save, print and draw."""
     for path in save_table(table, out):
-        console.print(str(path), highlight=False)
+        console.print(str(path))
     for contact in table["contact"].values:
         # Names of schemes are long: rather wide than cut.
-        wide = Console(width=max(console.width, WIDTH))
+        wide = Terminal(width=max(console.width, WIDTH))
         wide.print(order_table(table.sel(contact=contact)))
     if plot is not None:
         save_study_picture(table, plot)
-        console.print(str(plot), highlight=False)
+        console.print(str(plot))
 
 
 def order_table(table: xr.Dataset) -> Table:

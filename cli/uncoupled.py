@@ -46,7 +46,7 @@ def compare_uncoupled(
         columns=("coupled", "without"),
     )
     console.print(_table(found))
-    console.print(f"open {out / 'uncoupled.html'}", highlight=False)
+    console.print(f"open {out / 'uncoupled.html'}")
 
 
 def _section(part: str, found: list[Change], frequency: FloatArray) -> Section:

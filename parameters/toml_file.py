@@ -36,9 +36,12 @@ def read_toml(kind: type[T], path: Path) -> T:
         One line with the file, the key, its value and what is allowed.
     """
     try:
+        if path.exists() and not path.is_file():  # a device or a pipe may never end
+            raise ParameterError(f"{path}: is no file; give a parameter file, TOML")
         if path.stat().st_size > SIZE_LIMIT:
             raise ParameterError(f"{path}: larger than {SIZE_LIMIT} bytes, not a parameter file")
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        # Editors of some systems begin a file with a byte order mark.
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise ParameterError(f"{path}: cannot be read: {error.strerror}") from error
     except (ValueError, RecursionError) as error:  # not UTF-8, not TOML, endless digits or brackets

@@ -1,6 +1,7 @@
 """Parameter files: what is written is read back, what is wrong is said in one line."""
 
 from dataclasses import fields, replace
+from pathlib import Path
 
 import pytest
 
@@ -129,9 +130,10 @@ def test_a_missing_file(tmp_path):
         read_toml(Track, tmp_path / "nowhere.toml")
 
 
-def test_a_folder(tmp_path):
-    with pytest.raises(ParameterError, match="cannot be read"):
-        read_toml(Track, tmp_path)
+@pytest.mark.parametrize("path", [Path("/dev/zero"), Path()])
+def test_what_is_no_file(path):
+    with pytest.raises(ParameterError, match="is no file"):
+        read_toml(Track, path)
 
 
 def test_a_file_that_is_no_text(tmp_path):
@@ -158,3 +160,8 @@ def test_values_are_checked_without_a_file():
         CarBody(weight=1)
     with pytest.raises(ParameterError, match="divide the cell"):
         Track(fastening=Fastening(spacing=0.7))
+
+
+def test_a_byte_order_mark_is_no_content(write):
+    path = write("\ufeff[fastening]\nstiffness = 60e6\n")
+    assert read_toml(Track, path).fastening.stiffness == 6e7

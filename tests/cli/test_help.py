@@ -1,0 +1,48 @@
+"""What `railcosim` says of itself, also where a terminal is narrow."""
+
+from importlib.metadata import version
+
+import pytest
+import typer
+
+from railcosim.analysis.catalogue import Owner, SchemeName
+from railcosim.cli.main import app
+from railcosim.cli.scheme_options import Inputs
+
+COMMANDS = typer.main.get_command(app).commands
+
+
+def test_version(railcosim):
+    assert railcosim("--version") == (0, f"railcosim {version('railcosim')}\n", "")
+
+
+def test_no_command_is_help(railcosim):
+    said = railcosim()
+    assert said == railcosim("--help")
+    assert said == railcosim("-h")
+    assert said.status == 0
+    assert all(name in said.out for name in COMMANDS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_names_are_whole_at_80_columns(railcosim, command):
+    status, out, err = railcosim(command, "-h")
+    assert (status, err) == (0, "")
+    assert max(map(len, out.splitlines())) <= 80
+    words = set(out.replace(",", " ").replace(";", " ").replace(":", " ").split())
+    for option in COMMANDS[command].params:
+        if option.param_type_name == "option":
+            assert set(option.opts) <= words
+        if "--scheme" in option.opts:
+            assert {*SchemeName, *Inputs, *Owner} <= words
+
+
+def test_what_looks_like_markup_is_shown(railcosim):
+    assert "wheelset[i].rail_force_z" in railcosim("frf", "-h").out
+
+
+def test_completion(railcosim, monkeypatch):
+    monkeypatch.setenv("_RAILCOSIM_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", "railcosim run --scheme interface-jacobian-c")
+    monkeypatch.setenv("COMP_CWORD", "3")
+    assert railcosim().out.split() == [name for name in SchemeName if "conserving" in name]
