@@ -19,11 +19,11 @@ class Terminal(Console):
     def __init__(self, *, stderr: bool = False, width: int | None = None) -> None:
         super().__init__(stderr=stderr, width=width, markup=False, emoji=False, highlight=False)
 
-    def render_str(self, text: str, **more: Any) -> Text:  # type: ignore[override]
+    def render_str(self, text: str, **more: Any) -> Text:
         """Every string passes here, alone or in a table."""
         return super().render_str(printable(text), **more)
 
-    def print(self, *objects: Any, **more: Any) -> None:  # type: ignore[override]
+    def print(self, *objects: Any, **more: Any) -> None:
         """Print as rich does, strings without line breaks of its own."""
         more.setdefault("soft_wrap", all(isinstance(thing, str | Text) for thing in objects))
         super().print(*objects, **more)
