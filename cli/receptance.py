@@ -18,7 +18,7 @@ from railcosim.plots.picture import save_picture
 from railcosim.plots.results import receptance_chart
 from railcosim.track.cell import railseats
 from railcosim.track.parameters import Track
-from railcosim.track.receptance import Point, direct_receptance
+from railcosim.track.receptance import Point, direct_receptance, infinite_receptance
 
 from .options import (
     PICTURES,
@@ -124,9 +124,15 @@ def track_receptance(
         Load, typer.Option(help="both: a unit force on each rail (the paper's); single: on one.")
     ] = Load.BOTH,
     frequencies: Frequencies = "1:2000:1",
+    ring: Annotated[
+        bool, typer.Option("--ring", help="Of the ring of mesh.cells cells that the FMUs have.")
+    ] = False,
     plot: PlotFile = None,
 ) -> None:
-    """Driving-point receptance of the rail, straight from the finite elements."""
+    """Driving-point receptance of the rail on a track without end, from the finite elements.
+
+    Says by how much the ring of cells in the FMUs differs.
+    """
     RESULTS.check(out)
     PICTURES.check(plot)
     parameters = track_of(track)
@@ -134,11 +140,29 @@ def track_receptance(
     x = _place(parameters, at)
     here = Point(x=x)
     loads = [here, Point(x=x, side=1)] if load is Load.BOTH else [here]
-    with progress("solving") as update:
-        solved = direct_receptance(parameters, 2 * np.pi * frequency, loads, [here], update)
-    values = solved[:, 0, :].sum(axis=1)
-    attributes = {"at": f"{x:g} m from the beginning of a cell ({at})", "load": load.value}
-    _keep(frequency, values, "receptance", "m/N", attributes, out, plot)
+    solved = []
+    for name, receptance_of in (("endless", infinite_receptance), ("ring", direct_receptance)):
+        with progress(f"solving ({name})") as update:
+            found = receptance_of(parameters, 2 * np.pi * frequency, loads, [here], update)
+        solved.append(found[:, 0, :].sum(axis=1))
+    endless, round_ = solved
+    error = np.abs(round_ / endless - 1)
+    worst = int(np.argmax(error))
+    about = f"ring of {parameters.mesh.cells} cells, {parameters.length:g} m"
+    attributes = {
+        "at": f"{x:g} m from the beginning of a cell ({at})",
+        "load": load.value,
+        "track": about if ring else "endless",
+        "ring_error": float(error[worst]),
+        "ring_error_at": float(frequency[worst]),
+    }
+    _keep(frequency, round_ if ring else endless, "receptance", "m/N", attributes, out, plot)
+    console.print(
+        f"{about}: differs from the endless track by at most {error[worst]:.1e}, at "
+        f"{frequency[worst]:g} Hz",
+        highlight=False,
+        soft_wrap=True,
+    )
 
 
 def _place(track: Track, at: str) -> float:
@@ -171,7 +195,7 @@ def _keep(
     console.print(f"{out}: {frequency.size} frequencies")
     if plot is not None:
         title = ", ".join(
-            f"{v}" for k, v in attributes.items() if k not in {"error_estimate", "method"}
+            str(v) for k, v in attributes.items() if not k.startswith(("error", "method", "ring"))
         )
         chart = receptance_chart({name: (frequency, values)}, f"{name} ({unit})", title)
         save_picture(chart, plot)

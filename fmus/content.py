@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.parameters import write_toml
+from railcosim.track.decay import check_ring
 from railcosim.track.parameters import Track
 from railcosim.track.reduced import ReducedTrack, reduce_track
 from railcosim.vehicle.contact import hertz_coefficient, tangent_stiffness
@@ -112,8 +113,21 @@ def contact_defaults(vehicle: Vehicle) -> interface.Contact:
 def contents(
     vehicle: Vehicle, track: Track, progress: Callable[[str], None] = lambda text: None
 ) -> list[Content]:
-    """Vehicle, Track, VehicleWithContact and TrackWithContact."""
+    """Vehicle, Track, VehicleWithContact and TrackWithContact.
+
+    Raises
+    ------
+    ParameterError
+        If the vehicle meets itself through the ring.
+
+    Warns
+    -----
+    RingWarning
+        If the ring is too short for what `railcosim.track.decay` promises.
+    """
     body = build_multibody(vehicle)
+    progress("measuring the decay along the track")
+    check_ring(track, float(np.ptp(body.wheelset_x)))
     progress("reducing the track")
     reduced = track_arrays(reduce_track(track))
     vehicle_content = vehicle_arrays(body)

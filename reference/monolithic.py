@@ -16,6 +16,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from railcosim.track.cell import EVEN, NODE_TOLERANCE, ODD, railseats
+from railcosim.track.decay import check_ring
 from railcosim.track.parameters import Track
 from railcosim.track.rail import element_matrices
 from railcosim.track.shape_functions import shape_functions
@@ -96,8 +97,19 @@ def assemble(vehicle: Vehicle, track: Track, position: FloatArray) -> Monolithic
         Parameters.
     position : array, shape (4,)
         Wheelset positions (m) that get a rail node, so that the loaded elements are exact there.
+
+    Raises
+    ------
+    ParameterError
+        If the vehicle meets itself through the ring.
+
+    Warns
+    -----
+    RingWarning
+        If the ring is too short for what `railcosim.track.decay` promises.
     """
     body = build_multibody(vehicle)
+    check_ring(track, float(np.ptp(body.wheelset_x)))
     plates = (
         [free_plate_modes(track.slab, p, track.mesh.highest_slab_frequency) for p in (EVEN, ODD)]
         if track.slab.present

@@ -8,6 +8,7 @@ from railcosim.parameters import ParameterError, ParameterSet, quantity, switch
 
 A2 = "Xu & Lu 2021, Table A2"
 CHN60 = "CHN60 rail section"
+MOST_CELLS = 400
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,8 +135,8 @@ class Mesh(ParameterSet):
     """How finely the track is described and what the reduced model keeps."""
 
     cells: int = quantity(
-        20, "1", "cells in the ring (an even number)", minimum=4, maximum=400,
-        source="100 m: over five times the vehicle",
+        20, "1", "cells in the ring (an even number)", minimum=4, maximum=MOST_CELLS,
+        source="100 m: within 1e-3 of an endless track to 900 Hz",
     )  # fmt: skip
     elements_per_bay: int = quantity(
         8, "1", "rail elements between two railseats (an even number)", minimum=2, maximum=64,

@@ -1,4 +1,4 @@
-"""Direct receptance of the ring: one cell condensed to its ends, N of them closed by Bloch waves.
+"""Direct receptance: one cell condensed to its ends, then joined to a ring or to an endless track.
 
 Nothing is truncated: at every frequency the finite elements are solved as they stand.
 """
@@ -7,18 +7,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .cell import EVEN, ODD, Cell, build_cell
+from .condensation import CondensedCell, condense
 from .parameters import Track
+from .waves import waves
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Progress = Callable[[int, int], None]
 
-BLOCK = 32  # frequencies solved at once: some 20 MB of matrices
+BLOCK = 64  # frequencies solved at once: some 20 MB of matrices
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +31,7 @@ class Point:
     Attributes
     ----------
     x : float
-        Along the ring, m; it wraps. Cells begin at multiples of the cell length.
+        Along the track, m; on a ring it wraps. Cells begin at multiples of the cell length.
     side : int
         -1 left, 1 right.
     slab_y : float or None
@@ -44,6 +47,49 @@ class Point:
         x = self.x % cell.track.cell_length
         row = cell.rail_row(x) if self.slab_y is None else cell.slab_row(x, self.slab_y)
         return row * (self.side if cell.parity == ODD else 1)
+
+
+class Joined(Protocol):
+    """Ends of cells that are joined: what a force at one does to another."""
+
+    def away(self, cells: int) -> ComplexArray:
+        """[w, theta] at an end for unit loads that many cells behind, (n_omega, 2, 2)."""
+
+    def is_same(self, cells: int) -> bool:
+        """Whether that many cells further is the same cell."""
+
+
+Join = Callable[[CondensedCell], Joined]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ring:
+    """Ends of a ring of cells.
+
+    Attributes
+    ----------
+    between : array, shape (n_omega, n_cells, 2, 2)
+        [w, theta] of every end for unit loads at the first.
+    """
+
+    between: ComplexArray
+
+    def away(self, cells: int) -> ComplexArray:
+        """See `Joined`."""
+        return self.between[:, cells % self.between.shape[1]]
+
+    def is_same(self, cells: int) -> bool:
+        """See `Joined`."""
+        return cells % self.between.shape[1] == 0
+
+
+def ring(cell: CondensedCell, cells: int) -> Ring:
+    """Close equal cells by Bloch waves: the end of a cell is its beginning, e^{i mu} further on."""
+    S = cell.stiffness[:, None]
+    turn = np.exp(2j * np.pi * np.arange(cells) / cells)[:, None, None]
+    forward, backward = S[..., :2, 2:] * turn, S[..., 2:, :2] / turn
+    waves_of_all = np.linalg.inv(S[..., :2, :2] + S[..., 2:, 2:] + forward + backward)
+    return Ring(between=np.fft.ifft(waves_of_all, axis=1))
 
 
 def direct_receptance(
@@ -80,6 +126,41 @@ def direct_receptance(
     Mead, D. J. (1973), A general theory of harmonic wave propagation in linear periodic systems
     with multiple coupling, J. Sound Vib. 27(2), 235-260.
     """
+
+    def join(cell: CondensedCell) -> Joined:
+        return ring(cell, track.mesh.cells)
+
+    return _receptance(track, omega, loads, observed, join, progress, viscous=viscous)
+
+
+def infinite_receptance(
+    track: Track,
+    omega: FloatArray,
+    loads: list[Point],
+    observed: list[Point],
+    progress: Progress | None = None,
+    *,
+    viscous: bool = False,
+) -> ComplexArray:
+    """Receptance between points of an endless track, by the waves that decay away from a load.
+
+    The same finite elements as the ring's, without its other side: exact but for rounding, so the
+    difference to `direct_receptance` is the error of the ring. Nothing is asked of
+    `track.mesh.cells`. See `direct_receptance` for parameters and result.
+    """
+    return _receptance(track, omega, loads, observed, waves, progress, viscous=viscous)
+
+
+def _receptance(
+    track: Track,
+    omega: FloatArray,
+    loads: list[Point],
+    observed: list[Point],
+    join: Join,
+    progress: Progress | None,
+    *,
+    viscous: bool,
+) -> ComplexArray:
     omega = np.atleast_1d(np.asarray(omega, dtype=float))
     out = np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
     on_rail = [p.x % track.cell_length for p in (*loads, *observed) if p.slab_y is None]
@@ -90,41 +171,32 @@ def direct_receptance(
         part = slice(start, start + BLOCK)
         for cell in cells:
             # A load on one rail is half an even and half an odd one.
-            out[part] += 0.5 * _one_parity(cell, omega[part], loads, observed)
+            out[part] += 0.5 * _one_parity(cell, omega[part], loads, observed, join)
         if progress:
             progress(min(start + BLOCK, omega.size), omega.size)
     return out
 
 
 def _one_parity(
-    cell: Cell, omega: FloatArray, loads: list[Point], observed: list[Point]
+    cell: Cell, omega: FloatArray, loads: list[Point], observed: list[Point], join: Join
 ) -> ComplexArray:
-    track = cell.track
-    N, ends = track.mesh.cells, np.r_[0:2, cell.rail_size - 2 : cell.rail_size]
-    inner = np.setdiff1d(np.arange(cell.K.shape[0]), ends)
     F = np.stack([p.row(cell) for p in loads], axis=1)
     W = np.stack([p.row(cell) for p in observed], axis=1)
-    D = cell.dynamic_stiffness(omega)
-    D_ie = D[:, inner[:, None], ends]
-    # Inner unknowns follow the ends (-T) and the loads (X): one factorisation for both.
-    right = np.concatenate([D_ie, np.broadcast_to(F[inner], (omega.size, *F[inner].shape))], axis=2)
-    solved = np.linalg.solve(D[:, inner[:, None], inner], right)
-    T, X = solved[:, :, :4], solved[:, :, 4:]
-    S = D[:, ends[:, None], ends] - np.swapaxes(D_ie, 1, 2) @ T
-    f = F[ends] - np.swapaxes(T, 1, 2) @ F[inner]
-    observe_ends = W[ends].T - W[inner].T @ T
-    # Bloch waves: the last node of a cell is the first of the next, e^{i mu} further on.
-    mu = 2 * np.pi * np.arange(N) / N
-    join = np.zeros((N, 4, 2), dtype=complex)
-    join[:, [0, 1], [0, 1]] = 1.0
-    join[:, [2, 3], [0, 1]] = np.exp(1j * mu)[:, None]
-    joined = np.conj(np.swapaxes(join, 1, 2))
-    S_q = joined @ S[:, None] @ join
-    u_q = join @ np.linalg.solve(S_q, joined @ f[:, None])  # (n_omega, N, 4, n_loads)
-    cell_of = [np.array([int(p.x // track.cell_length) for p in ps]) for ps in (observed, loads)]
-    apart = cell_of[0][:, None] - cell_of[1][None, :]
-    phase = np.exp(1j * mu[:, None, None] * apart) / N  # (N, n_observed, n_loads)
-    out: ComplexArray = np.einsum("woe,wqel,qol->wol", observe_ends, u_q, phase, optimize=True)
-    same_cell = (apart % N == 0)[None]
-    out += same_cell * (W[inner].T @ X)
+    condensed = condense(cell, omega, F, W)
+    joined = join(condensed)
+    length = cell.track.cell_length
+    at, of = (np.array([int(p.x // length) for p in ps]) for ps in (observed, loads))
+    apart = at[:, None] - of[None, :]
+    out = np.empty((omega.size, *apart.shape), dtype=complex)
+    for d in np.unique(apart):
+        near, far = joined.away(d), (joined.away(d - 1), joined.away(d + 1))
+        ends = np.block([[near, far[0]], [far[1], near]])  # (n_omega, 4, 4)
+        rows, columns = np.nonzero(apart == d)
+        moved = np.einsum(
+            "wpe,wef,wfp->wp",
+            condensed.motions[:, rows], ends, condensed.forces[:, :, columns], optimize=True,
+        )  # fmt: skip
+        if joined.is_same(d):
+            moved += condensed.within[:, rows, columns]
+        out[:, rows, columns] = moved
     return out

@@ -24,18 +24,18 @@ from railcosim.fmus.content import track_arrays
 from railcosim.fmus.python_runtime.bodies import TrackBody
 from railcosim.fmus.python_runtime.motion import FromOutside, Inputs, Mover
 from railcosim.track.parameters import Fastening, Mesh, Rail, Slab, Track
-from railcosim.track.receptance import Point, direct_receptance
+from railcosim.track.receptance import Point, direct_receptance, infinite_receptance
 from railcosim.track.reduced import reduce_track
 
 K, C = 4e7, 4e4  # of the foundation per length, N/m2 and N s/m2: waves die out on the ring
 AWAY = np.array([0.0, 0.05, 0.55, 1.05, 3.05])  # m from the load
 
 
-def supported_rail(spacing=0.1, cells=100, **mesh):
+def supported_rail(spacing=0.1, cells=100, damping=C, **mesh):
     """Cells of 1 m with railseats so near to each other that they are a foundation."""
     return Track(
         slab=Slab(present=False, length=1.0, joint=0),
-        fastening=Fastening(stiffness=K * spacing, damping=C * spacing, spacing=spacing),
+        fastening=Fastening(stiffness=K * spacing, damping=damping * spacing, spacing=spacing),
         mesh=Mesh(cells=cells, elements_per_bay=2, **mesh),
     )
 
@@ -53,10 +53,10 @@ def residues(numerator, denominator, x):
     return (1j * side * chosen * value * phase).sum(axis=1)
 
 
-def harmonic(rail, omega, x):
+def harmonic(rail, omega, x, damping=C):
     """Receptance of the infinite beam at a distance x from the force."""
     S, B = rail.shear_stiffness, rail.bending_stiffness
-    on_w = np.array([K + 1j * omega * C - omega**2 * rail.mass_per_length, 0, S])
+    on_w = np.array([K + 1j * omega * damping - omega**2 * rail.mass_per_length, 0, S])
     on_theta = np.array([S - omega**2 * rail.rotary_inertia, 0, B])
     denominator = polynomial.polymul(on_w, on_theta) - np.array([0, 0, S**2, 0, 0])
     return residues(on_theta, denominator, np.atleast_1d(x))
@@ -71,14 +71,14 @@ def moving(rail, v, xi):
     return residues(on_theta, denominator, np.atleast_1d(xi)).real
 
 
-def error_at(frequency, spacing):
+def error_at(frequency, spacing, damping=C, receptance=direct_receptance):
     """Of the receptance at all distances, relative to that under the load."""
-    track = supported_rail(spacing)
+    track = supported_rail(spacing, damping=damping)
     load = Point(x=50 + spacing / 2)  # a railseat
     omega = 2 * np.pi * np.atleast_1d(frequency)
     observed = [Point(x=load.x + d) for d in AWAY]
-    R = direct_receptance(track, omega, [load], observed)[:, :, 0]
-    exact = np.array([harmonic(track.rail, w, AWAY) for w in omega])
+    R = receptance(track, omega, [load], observed)[:, :, 0]
+    exact = np.array([harmonic(track.rail, w, AWAY, damping) for w in omega])
     return np.abs(R - exact) / np.abs(exact[:, :1])
 
 
@@ -124,6 +124,17 @@ def test_closed_form_satisfies_the_fourier_integral():
 def test_receptance_of_the_infinite_beam(frequency, tolerance):
     """0 Hz, below, at, and above the cut-on of waves, sqrt(K / m) / 2 pi = 129.3 Hz."""
     assert error_at(frequency, 0.1).max() < tolerance
+
+
+def test_endless_track_without_damping_is_the_infinite_beam():
+    """With a thousandth of the damping the ring of 100 m is no beam without end any more."""
+    frequency, little = [0.0, 60.0, 200.0, 300.0, 500.0], 1e-3 * C
+    endless = error_at(frequency, 0.1, little, infinite_receptance)
+    # Railseats for a foundation, as above; 200 Hz is nearer to the cut-on, and does more.
+    assert (endless.max(axis=1) < [2e-4, 2e-4, 6e-4, 6e-4, 1e-3]).all()
+    ring = error_at(frequency, 0.1, little)
+    assert (ring.max(axis=1)[2:] > 0.3).all()
+    assert (ring.max(axis=1)[:2] < 2e-4).all()  # no waves below the cut-on
 
 
 def test_railseats_become_a_foundation_with_the_square_of_their_spacing():

@@ -1,0 +1,127 @@
+"""One cell condensed to its two ends, at many frequencies at once.
+
+Between the ends a rail is a chain of elements, its matrix a narrow band; the slab's modes touch it
+at the railseats only. So the band is solved for unit forces at ends, railseats and loads, all
+frequencies in one banded system, and the slab joins them afterwards.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_banded
+
+from .cell import Cell
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+BAND = 3  # diagonals on either side: a node's w and theta meet those of the next node
+
+
+@dataclass(frozen=True, kw_only=True)
+class CondensedCell:
+    """What a cell is to its neighbours, at every frequency.
+
+    The ends' unknowns are [w, theta] of the first rail node and of the last.
+
+    Attributes
+    ----------
+    stiffness : array, shape (n_omega, 4, 4)
+        Dynamic stiffness between the ends.
+    forces : array, shape (n_omega, 4, n_loads)
+        What unit loads inside are to the ends.
+    motions : array, shape (n_omega, n_observed, 4)
+        Deflections inside that follow the ends.
+    within : array, shape (n_omega, n_observed, n_loads)
+        Deflections inside for loads inside, the ends being held.
+    """
+
+    stiffness: ComplexArray
+    forces: ComplexArray
+    motions: ComplexArray
+    within: ComplexArray
+
+
+def condense(
+    cell: Cell, omega: FloatArray, loads: FloatArray, observed: FloatArray
+) -> CondensedCell:
+    """Condense a cell to its ends.
+
+    Parameters
+    ----------
+    cell : Cell
+        Its matrices.
+    omega : array, shape (n_omega,)
+        rad/s.
+    loads, observed : array, shape (n, n_loads) and (n, n_observed)
+        Participation of points in the unknowns of the cell.
+
+    Returns
+    -------
+    CondensedCell
+    """
+    size, rail = cell.K.shape[0], cell.rail_size
+    ends, inner = np.r_[0:2, rail - 2 : rail], np.r_[2 : rail - 2, rail:size]
+    at_ends = _dynamic(cell, omega, inner, ends)
+    right = np.concatenate(
+        [at_ends, np.broadcast_to(loads[inner], (omega.size, *loads[inner].shape))], axis=2
+    )
+    solved = _solve_inside(cell, omega, right)
+    follow, moved = solved[:, :, :4], solved[:, :, 4:]
+    up = np.swapaxes(follow, 1, 2)
+    return CondensedCell(
+        stiffness=_dynamic(cell, omega, ends, ends) - np.swapaxes(at_ends, 1, 2) @ follow,
+        forces=loads[ends] - up @ loads[inner],
+        motions=observed[ends].T - observed[inner].T @ follow,
+        within=observed[inner].T @ moved,
+    )
+
+
+def _dynamic(
+    cell: Cell, omega: FloatArray, rows: NDArray[np.intp], columns: NDArray[np.intp]
+) -> ComplexArray:
+    """Part of the dynamic stiffness, shape (n_omega, n_rows, n_columns)."""
+    M, C, K, K_loss = (A[np.ix_(rows, columns)] for A in (cell.M, cell.C, cell.K, cell.K_loss))
+    w = omega[:, None, None]
+    D: ComplexArray = (K + 1j * K_loss) + 1j * w * C - w**2 * M
+    return D
+
+
+def _solve_inside(cell: Cell, omega: FloatArray, right: ComplexArray) -> ComplexArray:
+    """Inner unknowns for right-hand sides (n_omega, n_inner, n), the ends being held."""
+    size, rail = cell.K.shape[0], cell.rail_size
+    on_rail, on_slab = np.arange(2, rail - 2), np.arange(rail, size)
+    seats = np.flatnonzero(np.any(cell.K[on_rail[:, None], on_slab], axis=1))
+    n, columns = on_rail.size, right.shape[2]
+    unit = np.broadcast_to(np.eye(n)[:, seats], (omega.size, n, seats.size))
+    solved = _solve_rail(cell, omega, np.concatenate([right[:, :n], unit], axis=2))
+    free, soft = solved[:, :, :columns], solved[:, :, columns:]
+    if not seats.size:
+        return free
+    # Slab: (D_pp - B' R B) q = f - B' w, with B where it is fastened and R the rail's receptance.
+    B = _dynamic(cell, omega, on_rail[seats], on_slab)
+    up = np.swapaxes(B, 1, 2)
+    D = _dynamic(cell, omega, on_slab, on_slab) - up @ soft[:, seats] @ B
+    q = np.linalg.solve(D, right[:, n:] - up @ free[:, seats])
+    return np.concatenate([free - soft @ (B @ q), q], axis=1)
+
+
+def _solve_rail(cell: Cell, omega: FloatArray, right: ComplexArray) -> ComplexArray:
+    """Rail held at the ends, on fastenings whose slabs are held: all frequencies as one band."""
+    n, inner = right.shape[1], slice(2, cell.rail_size - 2)
+    band = np.zeros((2 * BAND + 1, omega.size, n), dtype=complex)
+    for k in range(-BAND, BAND + 1):
+        M, C, K, K_loss = (
+            np.diagonal(A[inner, inner], k) for A in (cell.M, cell.C, cell.K, cell.K_loss)
+        )
+        w = omega[:, None]
+        place = slice(max(k, 0), n + min(k, 0))
+        band[BAND - k, :, place] = (K + 1j * K_loss) + 1j * w * C - w**2 * M
+    flat = right.reshape(omega.size * n, -1)
+    solved: ComplexArray = solve_banded(
+        (BAND, BAND), band.reshape(2 * BAND + 1, -1), flat, overwrite_ab=True, check_finite=False
+    )
+    return solved.reshape(right.shape)
