@@ -189,8 +189,8 @@ def check_ring(track: Track, span: float) -> None:
     if track.length - span < NEAREST:
         raise ParameterError(
             f"the vehicle is {span:g} m long from its first wheelset to its last: on {ring} these "
-            f"are less than {NEAREST:g} m apart the other way round. The rail's receptance is to be "
-            f"right within {PROMISED:.0%} to {PROMISED_TO:g} Hz; {cure}"
+            f"are less than {NEAREST:g} m apart the other way round. The rail's receptance is to "
+            f"be right within {PROMISED:.0%} to {PROMISED_TO:g} Hz; {cure}"
         )
     error, at = decay.worst(track.mesh.cells, span)
     if error > PROMISED:

@@ -153,6 +153,26 @@ def test_track_receptance_of_own_parameters(tmp_path) -> None:
     assert load(tmp_path / "r.csv")["receptance"].dtype == complex
 
 
+def test_track_receptance_knows_the_error_of_the_ring(tmp_path) -> None:
+    """Endless by default, whatever the number of cells; the ring on request, and what it errs."""
+    found = {}
+    for cells in (4, 20):
+        (tmp_path / "my.toml").write_text(f"[mesh]\ncells = {cells}\n")
+        for option in ((), ("--ring",)):
+            done = railcosim(
+                "track-receptance", "--track", "my.toml", "--frequencies", "55:70:1", *option,
+                "--out", "r.nc", folder=tmp_path,
+            )  # fmt: skip
+            assert done.returncode == 0, done.stderr
+            found[cells, option] = load(tmp_path / "r.nc")["receptance"].values
+        error = np.abs(found[cells, ("--ring",)] / found[cells, ()] - 1)
+        assert load(tmp_path / "r.nc").attrs["ring_error"] == pytest.approx(error.max())
+        assert f"by at most {error.max():.1e}, at {55 + np.argmax(error)} Hz" in done.stdout
+    assert np.array_equal(found[4, ()], found[20, ()])
+    # 0.62 a cell is the slowest wave here; measured 0.3 and 1e-4.
+    assert error.max() < 1e-3 < 0.1 < np.abs(found[4, ("--ring",)] / found[4, ()] - 1).max()
+
+
 def test_receptance_of_any_fmu(fmus, tmp_path) -> None:
     """Vehicle.fmu, wheel 4: at high frequency the mass of the wheelset, -1 / (m omega^2)."""
     done = railcosim(
