@@ -80,7 +80,7 @@ class Ring:
 
     def is_same(self, cells: int) -> bool:
         """See `Joined`."""
-        return cells % self.between.shape[1] == 0
+        return not cells % self.between.shape[1]
 
 
 def ring(cell: CondensedCell, cells: int) -> Ring:

@@ -86,7 +86,7 @@ def waves(cell: CondensedCell) -> Waves:
     s, p = factor.sum(axis=1)[:, None, None], factor.prod(axis=1)[:, None, None]
     forward = np.linalg.solve(own + s * right, p * right - left)
     backward = np.linalg.solve(own + s * left, p * left - right)
-    at_load = np.linalg.inv(left @ backward + own + right @ forward)
+    at_load = np.linalg.inv(left @ backward + own + right @ forward).astype(complex)
     similar = scale[:, None] / scale
     return Waves(
         decay=factor,

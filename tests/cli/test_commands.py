@@ -170,7 +170,8 @@ def test_track_receptance_knows_the_error_of_the_ring(tmp_path) -> None:
         assert f"by at most {error.max():.1e}, at {55 + np.argmax(error)} Hz" in done.stdout
     assert np.array_equal(found[4, ()], found[20, ()])
     # 0.62 a cell is the slowest wave here; measured 0.3 and 1e-4.
-    assert error.max() < 1e-3 < 0.1 < np.abs(found[4, ("--ring",)] / found[4, ()] - 1).max()
+    assert error.max() < 1e-3
+    assert np.abs(found[4, ("--ring",)] / found[4, ()] - 1).max() > 0.1
 
 
 def test_receptance_of_any_fmu(fmus, tmp_path) -> None:
