@@ -8,13 +8,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
+import h5netcdf
 import numpy as np
 import xarray as xr
 
+from railcosim.storage.patient_file import PatientFile
 from railcosim.storage.whole import written_whole
 
 _PARTS = {"re": np.real, "im": np.imag}
 _Function = TypeVar("_Function")
+_NAME = "name"
+"""Attribute of a variable whose name HDF5 would take for a path: the name."""
 _NO_UNIT = "-"
 _UNITS = "# units: "
 
@@ -70,17 +74,26 @@ def _write_netcdf(dataset: xr.Dataset, path: Path) -> None:
     """Write netCDF 4."""
     split = _split_complex(dataset)
     split.attrs = _attributes(split.attrs)
-    for variable in split.variables.values():
+    for name, variable in split.variables.items():
         variable.attrs = _attributes(variable.attrs)
-    split.to_netcdf(path, engine="h5netcdf")
+        if "/" in str(name):
+            variable.attrs[_NAME] = str(name)
+    split = split.rename({n: str(n).replace("/", "%2F") for n in split.variables if "/" in str(n)})
+    with path.open("w+b") as file:
+        sink = PatientFile(file)
+        with h5netcdf.File(sink, "w") as target:
+            split.dump_to_store(xr.backends.H5NetCDFStore(target))
+        sink.end()
 
 
 def _read_netcdf(path: Path) -> xr.Dataset:
     """Read netCDF 4 or 3."""
     with path.open("rb") as file:
         is_classic = file.read(3) == b"CDF"  # netCDF 3, as results beside a checkpoint
-    with xr.open_dataset(path, engine="scipy" if is_classic else "h5netcdf") as dataset:
-        return _join_complex(dataset.load())
+    with xr.open_dataset(path, engine="scipy" if is_classic else "h5netcdf") as file:
+        dataset = file.load()
+    names = {n: v.attrs.pop(_NAME) for n, v in dataset.variables.items() if _NAME in v.attrs}
+    return _join_complex(dataset.rename(names))
 
 
 def _write_csv(dataset: xr.Dataset, path: Path) -> None:

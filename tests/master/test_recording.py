@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -170,3 +173,42 @@ def test_failed_save_leaves_the_old_file(tmp_path, suffix):
         save(broken, path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_names_with_a_slash(tmp_path):
+    """FMI allows them; HDF5 takes them for a path."""
+    time = {"time": [0.0, 1.0]}
+    parts = {"a/b": ("time", [1.0, 2.0], {"units": "m"}), "c/d": ("time", [1j, 2.0])}
+    dataset = xr.Dataset(parts, time)
+    for path in (tmp_path / "x.nc", tmp_path / "x.csv"):
+        save(dataset, path)
+        found = load(path)
+        assert set(found.data_vars) == {"a/b", "c/d"}
+        for name in dataset.data_vars:
+            assert found[name].values.tolist() == dataset[name].values.tolist()
+        assert found["a/b"].attrs == {"units": "m"}
+        assert "complex_part" not in found["c/d"].attrs
+
+
+FULL = """
+import resource, sys, numpy, xarray
+from railcosim.master.files import save
+resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, resource.RLIM_INFINITY))
+columns = {f"v{i}": ("time", numpy.arange(3000) / 7) for i in range(30)}
+try:
+    save(xarray.Dataset(columns), sys.argv[1])
+except OSError as error:
+    print(error.strerror)
+"""
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".csv"])
+def test_no_room(tmp_path, suffix):
+    """An error, and not the end of the process (as HDF5 has it). A limit stands for a full disk."""
+    path = tmp_path / f"run{suffix}"
+    path.write_text("old")
+    command = [sys.executable, "-c", FULL, path]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "File too large\n", "")
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+    assert path.read_text() == "old"
