@@ -21,6 +21,7 @@ from railcosim.master.recording import Recorder, record
 from railcosim.master.schemes import Scheme
 from railcosim.master.step_control import StepControl
 from railcosim.master.system import System
+from railcosim.storage.interruption import finishing
 
 Stopped = Divergence | ComponentError | KeyboardInterrupt | None
 Progress = Callable[[float, float], None]
@@ -135,18 +136,21 @@ def recorded_run(
     if meter is not None:
         points = meter.watch(points)
     stopped = record(_watched(points, course.stop, progress), recorder)
-    attributes: dict[str, Any] = {
-        **about,
-        "scheme": course.scheme.describe(),
-        "communication_step": course.step if course.tolerance is None else course.pace.describe(),
-        "railcosim_version": version("railcosim"),
-        "stopped": "no" if stopped is None else str(stopped) or "interrupted",
-        **{f"inputs of {name}": how for name, how in system.describe_inputs().items()},
-    }
-    dataset = recorder.to_dataset(attributes)
-    if meter is not None:
-        dataset = xr.merge([dataset, meter.to_dataset()], join="left", combine_attrs="override")
-    return dataset, stopped
+    with finishing():  # a second Ctrl-C must not take what the first one left
+        attributes: dict[str, Any] = {
+            **about,
+            "scheme": course.scheme.describe(),
+            "communication_step": (
+                course.step if course.tolerance is None else course.pace.describe()
+            ),
+            "railcosim_version": version("railcosim"),
+            "stopped": "no" if stopped is None else str(stopped) or "interrupted",
+            **{f"inputs of {name}": how for name, how in system.describe_inputs().items()},
+        }
+        dataset = recorder.to_dataset(attributes)
+        if meter is not None:
+            dataset = xr.merge([dataset, meter.to_dataset()], join="left", combine_attrs="override")
+        return dataset, stopped
 
 
 def _meter(system: System, against: tuple[str, ...]) -> EnergyMeter | None:
@@ -170,3 +174,4 @@ def _watched(
         if k % 100 == 0:
             progress(point.time, stop)
         yield point
+    progress(stop, stop)

@@ -16,18 +16,14 @@ from railcosim.analysis.catalogue import Owner, members
 from railcosim.analysis.frequency import wheelset_positions
 from railcosim.analysis.linear_pair import Part, linear_parts
 from railcosim.analysis.parallel import Task, Workers
-from railcosim.master.files import save
-from railcosim.plots.picture import save_picture
 from railcosim.plots.stability import advice_chart
 from railcosim.track.irregularity import QUALITIES
 from railcosim.track.irregularity.synthesis import quality
 
 from .export import fmus_of
 from .options import (
-    PICTURES,
     PlotFile,
     Speed,
-    Suffixes,
     TrackFmu,
     UsageError,
     VehicleFmu,
@@ -36,6 +32,7 @@ from .options import (
     positive,
     progress,
 )
+from .results import PICTURES, Suffixes, keep
 from .stability_command import USUAL, in_ms, schemes_of, stiffness, warn_of_growth
 
 NETCDF = Suffixes("--out", (".nc",))
@@ -101,12 +98,7 @@ def advise(
         f"{1e3 * best.step:g} ms: predicted error {best.error:.1e}, {_margin(best)}."
     )
     result = _dataset(found, accuracy, k_H, v)
-    if out is not None:
-        save(result, out)
-        console.print(str(out))
-    if plot is not None:
-        save_picture(advice_chart(result), plot)
-        console.print(str(plot))
+    keep(result, out, plot=plot, chart=advice_chart)
 
 
 def _tasks(

@@ -42,6 +42,7 @@ from .options import (
     track_of,
     vehicle_of,
 )
+from .results import folder_of
 from .scheme_options import (
     ContactOption,
     InputsOption,
@@ -99,6 +100,8 @@ def compare(
 
     With --uncoupled: what each part of the coupling changes, and where it may be neglected.
     """
+    if uncoupled:
+        folder_of("--out", out)
     k_H = stiffness_of(contact_stiffness)
     chosen, owner = choice_of(scheme, contact)
     v = positive("--speed", speed, "km/h") / 3.6

@@ -32,13 +32,15 @@ from railcosim.paper.report import write_table
 from railcosim.paper.reproduce import FIGURES
 from railcosim.plots.picture import save_picture
 from railcosim.plots.results import receptance_chart, response_chart
+from railcosim.storage.interruption import finishing
 from railcosim.track.irregularity import synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
 from .export import exported
 from .options import console, progress
-from .run_command import keep
+from .results import folder_of
+from .run_command import conclude
 
 SPEED, STOP = 250 / 3.6, 1.0
 FREQUENCY = np.geomspace(0.3, 1500, 1500)
@@ -56,7 +58,7 @@ def demo(
     couples them in the frequency domain, and prints the paper's resonances.
     """
     begun = time.perf_counter()
-    out.mkdir(parents=True, exist_ok=True)
+    folder_of("--out", out)
     fmus = exported(Vehicle(), Track(), out)
     _say(begun, f"four FMUs in {out}")
     plan = Plan(
@@ -70,9 +72,10 @@ def demo(
         step=1e-4,
         stop=STOP,
     )
-    with progress("running the pair coupled in time") as update:
-        run, stopped = run_pair(plan, update)
-    keep(run, stopped, out / "run.nc", out / "run.png")
+    with finishing():
+        with progress("running the pair coupled in time") as update:
+            run, stopped = run_pair(plan, update)
+        conclude(run, stopped, out / "run.nc", out / "run.png")
     _say(begun, "coupled in time")
     with progress("linearising both FMUs") as update:
         models = linear_models(fmus["Vehicle"], fmus["Track"], update)

@@ -29,6 +29,7 @@ from .options import (
     track_of,
     vehicle_of,
 )
+from .results import folder_of
 
 
 class RuntimeName(StrEnum):
@@ -59,6 +60,7 @@ def export(
 ) -> None:
     """Write Vehicle, Track, VehicleWithContact, TrackWithContact as FMUs, and Pair.ssp."""
     chosen = runtime_of(runtime, fmi, platforms)
+    folder_of("--out", out)
     for path in exported(vehicle_of(vehicle), track_of(track), out, chosen).values():
         console.print(f"{path}  {path.stat().st_size / 1e6:.1f} MB")
     if chosen.fmi == 2:

@@ -15,14 +15,10 @@ from railcosim.analysis.frequency import (
     on_rigid_track,
     response,
 )
-from railcosim.master.files import save
-from railcosim.plots.picture import save_picture
 from railcosim.plots.results import response_chart
 
 from .export import fmus_of
 from .options import (
-    PICTURES,
-    RESULTS,
     ContactStiffness,
     Frequencies,
     Out,
@@ -31,12 +27,12 @@ from .options import (
     TrackFmu,
     UsageError,
     VehicleFmu,
-    console,
     frequencies_of,
     positive,
     progress,
     stiffness_of,
 )
+from .results import PICTURES, RESULTS, keep
 
 
 def frf(
@@ -87,8 +83,4 @@ def frf(
         system, values, models, excitation,
         contact_stiffness=k_H, speed=v, title=f"{system.name}, response to {excitation}",
     )  # fmt: skip
-    save(result, out)
-    console.print(f"{out}: {omega.size} frequencies")
-    if plot is not None:
-        save_picture(response_chart(result), plot)
-        console.print(str(plot))
+    keep(result, out, f"{omega.size} frequencies", plot, response_chart)

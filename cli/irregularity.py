@@ -21,7 +21,8 @@ from railcosim.track.irregularity import (
 )
 from railcosim.track.irregularity.synthesis import quality
 
-from .options import PICTURES, PlotFile, Suffixes, console, positive
+from .options import PlotFile, console, positive
+from .results import PICTURES, Suffixes
 
 PROFILES = Suffixes("--out", (".csv",))
 SEGMENT = 0.25  # of a profile's length: a compromise of scatter and longest wave

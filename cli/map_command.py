@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated
 
 import numpy as np
@@ -14,17 +15,13 @@ from railcosim.analysis.frequency import Models, coupled, linear_models, on_rigi
 from railcosim.analysis.plane import Transfer, plane, plane_dataset, transfer
 from railcosim.analysis.resonance import resonance
 from railcosim.master.component import FloatArray
-from railcosim.master.files import save
 from railcosim.plots.chart import Chart, Curve, Map, Mark
-from railcosim.plots.picture import save_picture
 
 from .export import fmus_of
 from .options import (
-    PICTURES,
     ContactStiffness,
     Out,
     PlotFile,
-    Suffixes,
     TrackFmu,
     UsageError,
     VehicleFmu,
@@ -33,6 +30,7 @@ from .options import (
     progress,
     stiffness_of,
 )
+from .results import PICTURES, Suffixes, keep
 
 VEHICLE = ["carbody.z", "carbody.pitch", "bogie[1].z", "bogie[1].pitch", "bogie[2].z",
            "bogie[2].pitch"]  # fmt: skip
@@ -86,13 +84,10 @@ def map_command(
         "rigid": transfer(lambda w: on_rigid_track(models, w, k_H), on_track, *ends),
     }
     result = _dataset(tables, models, wavelength, speed, contact_stiffness=k_H)
-    save(result, out)
-    console.print(f"{out}: {wavelength.size} wavelengths, {speed.size} speeds")
     critical = {kind: _critical(models, kind, k_H) for kind in tables}
     console.print(_table(critical, tables, models))
-    if plot is not None:
-        save_picture(_chart(result, show, critical), plot)
-        console.print(str(plot))
+    told = f"{wavelength.size} wavelengths, {speed.size} speeds"
+    keep(result, out, told, plot, partial(_chart, show=show, critical=critical))
 
 
 def _dataset(

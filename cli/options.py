@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -160,27 +159,6 @@ def profile_of(text: str, length: float) -> Profile:
     if text.endswith(".csv"):
         return read_profile(Path(text))
     return synthesise(text, length)
-
-
-@dataclass(frozen=True)
-class Suffixes:
-    """What a file may be called."""
-
-    option: str
-    allowed: tuple[str, ...]
-
-    def check(self, path: Path | None) -> None:
-        """Raise UsageError if the file cannot be written, before anything is computed."""
-        if path is None:
-            return
-        if path.suffix not in self.allowed:
-            raise UsageError(f"{self.option} {path}: must end in {' or '.join(self.allowed)}")
-        if not path.parent.is_dir():
-            raise UsageError(f"{self.option} {path}: there is no folder {path.parent}")
-
-
-RESULTS = Suffixes("--out", (".nc", ".csv"))
-PICTURES = Suffixes("--plot", (".png", ".svg", ".pdf"))
 
 
 @contextmanager

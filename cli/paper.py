@@ -14,6 +14,7 @@ from railcosim.paper.laboratory import FULL, QUICK
 from railcosim.paper.reproduce import FIGURES, reproduce
 
 from .options import UsageError, console, progress
+from .results import folder_of
 
 
 def paper(
@@ -31,6 +32,7 @@ def paper(
     """
     begun = time.perf_counter()
     numbers = figures_of(figures)
+    folder_of("--out", out)
 
     def tell(text: str) -> None:
         console.print(f"{time.perf_counter() - begun:5.0f} s  {text}")

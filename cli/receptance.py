@@ -11,18 +11,14 @@ import numpy as np
 import typer
 import xarray as xr
 
-from railcosim.master.files import save
 from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT, Pulses, Wanted, Way, best_way
 from railcosim.master.linear.linear_form import error_estimate
-from railcosim.plots.picture import save_picture
 from railcosim.plots.results import receptance_chart
 from railcosim.track.cell import railseats
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, direct_receptance, infinite_receptance
 
 from .options import (
-    PICTURES,
-    RESULTS,
     Frequencies,
     Out,
     PlotFile,
@@ -34,6 +30,7 @@ from .options import (
     progress,
     track_of,
 )
+from .results import PICTURES, RESULTS, keep
 
 
 class Load(StrEnum):
@@ -191,12 +188,13 @@ def _keep(
     """Save, and draw if wanted."""
     axis = ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})
     column = ("frequency", values, {"units": unit, "long_name": name})
-    save(xr.Dataset({name: column}, {"frequency": axis}, attributes), out)
-    console.print(f"{out}: {frequency.size} frequencies")
-    if plot is not None:
-        title = ", ".join(
-            str(v) for k, v in attributes.items() if not k.startswith(("error", "method", "ring"))
-        )
-        chart = receptance_chart({name: (frequency, values)}, f"{name} ({unit})", title)
-        save_picture(chart, plot)
-        console.print(str(plot))
+    title = ", ".join(
+        str(v) for k, v in attributes.items() if not k.startswith(("error", "method", "ring"))
+    )
+    keep(
+        xr.Dataset({name: column}, {"frequency": axis}, attributes),
+        out,
+        f"{frequency.size} frequencies",
+        plot,
+        lambda _: receptance_chart({name: (frequency, values)}, f"{name} ({unit})", title),
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated
 
 import numpy as np
@@ -11,16 +12,12 @@ from rich.table import Table
 
 from railcosim.analysis.frequency import linear_models
 from railcosim.analysis.ride import ride
-from railcosim.master.files import save
 from railcosim.plots.chart import Chart, Curve, Panel
-from railcosim.plots.picture import save_picture
 from railcosim.track.irregularity import QUALITIES
 from railcosim.track.irregularity.synthesis import quality
 
 from .export import fmus_of
 from .options import (
-    PICTURES,
-    RESULTS,
     ContactStiffness,
     Frequencies,
     Out,
@@ -34,6 +31,7 @@ from .options import (
     progress,
     stiffness_of,
 )
+from .results import PICTURES, RESULTS, keep
 
 SHOWN = {
     "acceleration ((m/s²)²/Hz)": ["carbody.az", "floor above front bogie", "bogie[1].az"],
@@ -70,12 +68,9 @@ def ride_command(
         models = linear_models(vehicle, track, update)
     result = ride(models, frequency, k_H, v, track_quality)
     result.attrs = {"irregularity": name, "speed": v, "contact_stiffness": k_H, **models.attributes}
-    save(result, out)
     console.print(_table(result, f"{track_quality.vertical.title}, {speed:g} km/h"))
-    console.print(f"{out}: {frequency.size} frequencies")
-    if plot is not None:
-        save_picture(_chart(result, f"{name}, {speed:g} km/h"), plot)
-        console.print(str(plot))
+    chart = partial(_chart, title=f"{name}, {speed:g} km/h")
+    keep(result, out, f"{frequency.size} frequencies", plot, chart)
 
 
 def _table(result: xr.Dataset, title: str) -> Table:

@@ -16,11 +16,10 @@ from railcosim.analysis.catalogue import FAMILIES, FMUS, Owner, SchemeName
 from railcosim.analysis.pair import FADE_IN, FORCES, Journey, owner_in
 from railcosim.analysis.system_run import run_ssp
 from railcosim.analysis.time_run import Plan, Stopped, run_pair
-from railcosim.master.files import save
 from railcosim.plots.chart import Chart
 from railcosim.plots.outputs import outputs_chart
-from railcosim.plots.picture import save_picture
 from railcosim.plots.results import run_chart
+from railcosim.storage.interruption import finishing
 
 from .export import fmus_of
 from .keeping_options import (
@@ -33,8 +32,6 @@ from .keeping_options import (
     loader_of,
 )
 from .options import (
-    PICTURES,
-    RESULTS,
     Irregularity,
     Out,
     PlotFile,
@@ -42,12 +39,12 @@ from .options import (
     TrackFmu,
     UsageError,
     VehicleFmu,
-    console,
     contact_parameters,
     positive,
     profile_of,
     progress,
 )
+from .results import PICTURES, RESULTS, ResultError, keep
 from .scheme_options import (
     ContactOption,
     InputsOption,
@@ -130,19 +127,20 @@ def run(
     load = loader_of(isolate)
     if system is not None:
         _refuse(context, system, OF_THE_PAIR)
-        with progress("running") as update:
-            dataset, stopped = run_ssp(
-                system,
-                partial(scheme_of, scheme or SchemeName.JACOBI, inputs),
-                update,
-                first=first,
-                step=step,
-                time=time,
-                load=load,
-                keeping=keeping,
-                tolerance=tolerance,
-            )
-        keep(dataset, stopped, out, plot, outputs_chart)
+        with finishing():
+            with progress("running") as update:
+                dataset, stopped = run_ssp(
+                    system,
+                    partial(scheme_of, scheme or SchemeName.JACOBI, inputs),
+                    update,
+                    first=first,
+                    step=step,
+                    time=time,
+                    load=load,
+                    keeping=keeping,
+                    tolerance=tolerance,
+                )
+            conclude(dataset, stopped, out, plot, outputs_chart)
         return
     if vehicle_fmu and track_fmu:
         contact = owner_in(vehicle_fmu, track_fmu)
@@ -163,9 +161,10 @@ def run(
             keeping=keeping,
             load=load,
         )
-        with progress("running") as update:
-            dataset, stopped = run_pair(plan, update)
-    keep(dataset, stopped, out, plot)
+        with finishing():
+            with progress("running") as update:
+                dataset, stopped = run_pair(plan, update)
+            conclude(dataset, stopped, out, plot)
 
 
 def _refuse(context: typer.Context | None, system: Path, options: tuple[str, ...]) -> None:
@@ -182,7 +181,7 @@ def _step(scheme: SchemeName, owner: Owner) -> float:
     return SOLVED if FAMILIES[scheme].owners == (Owner.MASTER,) else STEPS[owner]
 
 
-def keep(
+def conclude(
     dataset: xr.Dataset,
     stopped: Stopped,
     out: Path,
@@ -190,11 +189,11 @@ def keep(
     chart: Callable[[xr.Dataset], Chart] = run_chart,
 ) -> None:
     """Save and draw what was recorded, also of a run that failed; then say that it did."""
-    save(dataset, out)
-    console.print(f"{out}: {dataset.sizes['time']} communication points")
-    if plot is not None:
-        save_picture(chart(dataset), plot)
-        console.print(str(plot))
+    try:
+        keep(dataset, out, f"{dataset.sizes['time']} communication points", plot, chart)
+    except ResultError:
+        if stopped is None:
+            raise
     forces = np.array([dataset[name].values for name in FORCES if name in dataset])
     lost = float((forces <= 0).any(axis=0).mean()) if forces.size else 0.0
     if lost > 0:

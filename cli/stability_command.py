@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -16,14 +17,10 @@ from railcosim.analysis.catalogue import Owner, members
 from railcosim.analysis.linear_pair import Part, linear_parts
 from railcosim.analysis.parallel import Task, Workers
 from railcosim.analysis.stability import LONGEST, Limit, limits, static_stiffness
-from railcosim.master.files import save
-from railcosim.plots.picture import save_picture
 from railcosim.plots.stability import stability_chart
 
 from .export import fmus_of
 from .options import (
-    PICTURES,
-    RESULTS,
     PlotFile,
     TrackFmu,
     UsageError,
@@ -32,6 +29,7 @@ from .options import (
     contact_parameters,
     progress,
 )
+from .results import PICTURES, RESULTS, keep
 
 Found = dict[tuple[str, Owner], list[Limit]]
 OutFile = Annotated[
@@ -74,12 +72,7 @@ def stability(
     for k, text in zip(k_H, texts, strict=True):
         warn_of_growth(parts, k, text)
     result = _dataset(found, k_H)
-    if out is not None:
-        save(result, out)
-        console.print(str(out))
-    if plot is not None:
-        save_picture(stability_chart(result, LONGEST), plot)
-        console.print(str(plot))
+    keep(result, out, plot=plot, chart=partial(stability_chart, longest=LONGEST))
 
 
 def schemes_of(text: str) -> list[str]:

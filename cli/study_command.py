@@ -26,7 +26,6 @@ from railcosim.storage.temporary import scratch
 
 from .export import exported
 from .options import (
-    PICTURES,
     Irregularity,
     PlotFile,
     Speed,
@@ -42,6 +41,7 @@ from .options import (
     track_of,
     vehicle_of,
 )
+from .results import PICTURES, folder_of
 from .terminal import Terminal
 
 Results = list[tuple[Point, Measurement]]
@@ -94,6 +94,7 @@ def study(
     goes on after an interruption, and one with more schemes or steps runs only those.
     """
     PICTURES.check(plot)
+    folder_of("--out", out)
     v = positive("--speed", speed, "km/h") / 3.6
     profile = profile_of(irregularity, v * positive("--time", time, "s") + FADE_IN)
     ride = Ride(speed=v, profile=profile, stop=time)

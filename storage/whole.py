@@ -91,19 +91,42 @@ def check_target(target: Path) -> None:
         check_regular(target)
         if target.exists() and not os.access(target, os.W_OK):
             raise TargetError(f"{target}: is write-protected")
-        trial = _beside(target.resolve())
-        try:
-            with trial.open("xb") as file:
-                file.write(_TRIAL)
-                file.flush()
-                os.fsync(file.fileno())
-        finally:
-            trial.unlink(missing_ok=True)
+        _try(_beside(target.resolve()))
     except TargetError:
         raise
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
-        why = getattr(error, "strerror", None) or str(error)
-        raise TargetError(f"{target}: cannot be written ({why})") from error
+        raise TargetError(f"{target}: cannot be written ({why(error)})") from error
+
+
+def check_folder(folder: Path) -> None:
+    """Make a folder, with those above it, and see that files can be written in it.
+
+    Raises
+    ------
+    TargetError
+        If not.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        _try(_beside(folder / "trial"))
+    except (OSError, RuntimeError) as error:
+        raise TargetError(f"{folder}: cannot be written to ({why(error)})") from error
+
+
+def why(error: Exception) -> str:
+    """What the system says of an error, without number and file."""
+    return getattr(error, "strerror", None) or str(error)
+
+
+def _try(trial: Path) -> None:
+    """Write a new file, and remove it."""
+    try:
+        with trial.open("xb") as file:
+            file.write(_TRIAL)
+            file.flush()
+            os.fsync(file.fileno())
+    finally:
+        trial.unlink(missing_ok=True)
 
 
 def _beside(target: Path) -> Path:

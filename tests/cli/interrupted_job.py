@@ -1,0 +1,77 @@
+"""Run for test_keeping.py: ``FOLDER MOMENTS ARGUMENT...``, a command, asked to end.
+
+In a fork for each moment, so that modules are imported once. A moment is ``SIGNAL@saving``: results
+take half a second to write, and three signals come then; or ``SIGNAL@0.3``: it comes after that
+part of the time that the command takes.
+"""
+
+import atexit
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+from railcosim.cli import main, results
+from railcosim.master import files
+
+
+def command(folder, arguments):
+    os.chdir(folder)
+    descriptor = os.open("said", os.O_CREAT | os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(descriptor, stream)
+    sys.argv = ["railcosim", *arguments]
+    main.run()
+
+
+def fork(folder, arguments):
+    folder.mkdir()
+    child = os.fork()
+    if child == 0:
+        try:
+            command(folder, arguments)
+            status = 0
+        except SystemExit as stop:
+            status = stop.code
+        atexit._run_exitfuncs()  # what a process does that is no fork
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+    return child
+
+
+def wait(child, folder):
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    (folder / "status").write_text(str(status))
+
+
+def slow_save(dataset, path):
+    Path("saving").touch()
+    time.sleep(0.5)
+    files.save(dataset, path)
+
+
+def work(folder, moments, *arguments):
+    folder = Path(folder)
+    begun = time.monotonic()
+    wait(fork(folder / "whole", arguments), folder / "whole")
+    taken = time.monotonic() - begun
+    for k, moment in enumerate(moments.split(",")):
+        number, when = moment.split("@")
+        here = folder / str(k)
+        results.save = slow_save if when == "saving" else files.save
+        child = fork(here, arguments)
+        if when == "saving":
+            while not (here / "saving").exists():
+                time.sleep(0.01)
+            for _ in range(3):
+                os.kill(child, signal.Signals[number])
+                time.sleep(0.05)
+        else:
+            time.sleep(taken * float(when))
+            os.kill(child, signal.Signals[number])
+        wait(child, here)
+
+
+work(*sys.argv[1:])
