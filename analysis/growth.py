@@ -46,9 +46,7 @@ class Kick:
     def __init__(self, height: float) -> None:
         self.height, self.duration = height, 0.0
 
-    def under(
-        self, place: FloatArray, speed: float, fade_in: float
-    ) -> Callable[[float], FloatArray]:
+    def under(self, place: FloatArray, speed: float) -> Callable[[float], FloatArray]:
         """Heights under the wheels at a time."""
         return lambda t: PATTERN * (self.height if 0.0 < t <= self.duration else 0.0)
 

@@ -26,9 +26,8 @@ from railcosim.track.irregularity import Profile
 from .catalogue import Owner
 from .contact import FORCES, WHEELS, WHEELSETS, contact_law
 
-__all__ = ["FADE_IN", "FORCES", "WHEELS", "WHEELSETS", "Journey", "Pair", "open_pair", "owner_in"]
+__all__ = ["FORCES", "WHEELS", "WHEELSETS", "Journey", "Pair", "open_pair", "owner_in"]
 
-FADE_IN = 10.0  # m
 FIRST_COMPRESSION = 1e-4  # m, about the static one: where the search for equilibrium begins
 STILL = 1e-6  # m/s2, and 0.1 N: a thousandth of what a bump of 1e-6 m does
 
@@ -130,7 +129,7 @@ def owner_in(vehicle: Path, track: Path) -> Owner:
 
 
 def _irregularity(journey: Journey, place: FloatArray) -> Signal:
-    heights = journey.profile.under(place, journey.speed, FADE_IN)
+    heights = journey.profile.under(place, journey.speed)
     variables = [
         Variable(
             name=f"{wheel}.irregularity_z",

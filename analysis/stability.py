@@ -191,7 +191,7 @@ def static_stiffness(vehicle: Path, track: Path, parameters: dict[str, float | b
     parameters : dict
         Of the contact.
     """
-    journey = Journey(speed=1.0, held=True, profile=flat(1.0))
+    journey = Journey(speed=1.0, held=True, profile=flat())
     with open_pair(vehicle, track, parameters, journey) as pair:
         pair.system.exchange()
         names = pair.system.names

@@ -11,8 +11,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from railcosim.storage.whole import write_whole
 
 from .catalogue import Member, Owner
@@ -110,14 +108,12 @@ class Folder:
 
 def settings_of(ride: Ride, fmus: Mapping[str, Path]) -> dict[str, Any]:
     """What all points of a study have in common, for people and for telling studies apart."""
-    profile = ride.profile
-    heights = np.stack([profile.x, profile.left, profile.right])
     return {
         "railcosim": version("railcosim"),
         "time": ride.stop,
         "speed": ride.speed,
         "internal_step": INTERNAL_STEP,
-        "irregularity": f"{profile.name}, sha256 {_digest(heights.tobytes())}",
+        "irregularity": f"{ride.profile.name}, sha256 {ride.profile.digest[:16]}",
         **{f"{name}.fmu": f"sha256 {_digest(path.read_bytes())}" for name, path in fmus.items()},
     }
 

@@ -25,7 +25,7 @@ from railcosim.track.irregularity import Profile
 from .catalogue import FMUS, Owner
 from .contact import FORCES, MOTIONS, WHEELS, WHEELSETS, law_of
 from .coupled_reference import ContactForces, compression_model, converged_forces
-from .pair import FADE_IN, Journey, open_pair
+from .pair import Journey, open_pair
 
 INTERNAL_STEP = 5e-6
 """Of FMUs that own the contact (s). Their own error, of second order in it, is then 5e-8 at
@@ -63,6 +63,10 @@ class Ride:
     speed: float
     profile: Profile
     stop: float
+
+    def __post_init__(self) -> None:
+        """Raise ParameterError if the irregularity ends before the runs do."""
+        self.profile.check_covers(self.speed * self.stop)
 
     def journey(self) -> Journey:
         """How the vehicle meets the track."""
@@ -143,7 +147,7 @@ def reference(ride: Ride, contact: Contact, vehicle: bytes, track: bytes) -> Con
         sides = dict(zip(MOTIONS, ("vehicle", "track", "irregularity"), strict=True))
         rest = [sum(s * now[f"{sides[m]}.{w}.{m}"] for m, s in MOTIONS.items()) for w in WHEELS]
         model = compression_model(cars, rails, positions)
-    heights = ride.profile.under(positions, ride.speed, FADE_IN)
+    heights = ride.profile.under(positions, ride.speed)
     law = law_of(contact.parameters)
     return converged_forces(model, law, np.array(rest), heights, ride.stop)
 

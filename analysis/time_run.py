@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.schemes import Scheme
-from railcosim.track.irregularity import Profile
 
 from .pair import Journey, Load, open_pair
 from .recorded_run import OUTPUTS_ONLY, Course, Keeping, Progress, Stopped, recorded_run
@@ -56,15 +53,22 @@ class Plan:
 
 
 def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
-    """Run the pair; also a run that stops early returns what was recorded, and why it stopped."""
+    """Run the pair; also a run that stops early returns what was recorded, and why it stopped.
+
+    Raises
+    ------
+    ParameterError
+        If the irregularity ends before the run does.
+    """
     journey = plan.journey
+    journey.profile.check_covers(journey.speed * plan.stop)
     with open_pair(plan.vehicle, plan.track, plan.parameters, journey, plan.load) as pair:
         about: dict[str, str | float] = {
             "title": f"{3.6 * journey.speed:.0f} km/h, irregularity {journey.profile.name}",
             "speed": journey.speed,
             "motion": "irregularity moves" if journey.held else "wheels roll",
             "irregularity": journey.profile.name,
-            "irregularity sha256": _digest(journey.profile),
+            "irregularity sha256": journey.profile.digest,
             **{f"parameter {k}": float(v) for k, v in plan.parameters.items()},
         }
         for fmu in (pair.vehicle, pair.track):
@@ -77,8 +81,3 @@ def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
         return recorded_run(
             pair.system, course, progress, about, plan.keeping, against=(pair.vehicle.name,)
         )
-
-
-def _digest(profile: Profile) -> str:
-    """Of the numbers: one name may stand for several profiles, longer or of an edited file."""
-    return hashlib.sha256(np.stack([profile.x, profile.left, profile.right]).tobytes()).hexdigest()

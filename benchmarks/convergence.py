@@ -24,6 +24,7 @@ from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.track.irregularity import Profile
+from railcosim.track.irregularity.synthesis import FADE_IN
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
@@ -44,7 +45,7 @@ def sine(wavelength: float, amplitude: float, length: float) -> Profile:
     """A sinusoidal irregularity on both rails."""
     x = np.linspace(0, length, int(length / wavelength * 200))
     z = amplitude * np.sin(2 * np.pi * x / wavelength)
-    return Profile(name=f"sine {wavelength:g} m", x=x, left=z, right=z)
+    return Profile(name=f"sine {wavelength:g} m", x=x, left=z, right=z, fade=FADE_IN)
 
 
 def contact_forces(folder: Path, scheme: Scheme, step: float) -> np.ndarray:

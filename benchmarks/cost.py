@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 from railcosim.analysis.frequency import coupled, linear_models
-from railcosim.analysis.pair import FADE_IN, Journey, open_pair
+from railcosim.analysis.pair import Journey, open_pair
 from railcosim.fmus.export import export
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.recording import Recorder
@@ -75,7 +75,7 @@ def seconds(work: Callable[[], object], repeats: int = REPEATS) -> float:
 def coupled_steps(folder: Path, owner: str, *, held: bool) -> Rows:
     """Time a communication step of the demo's kind, and what its parts take of it."""
     vehicle, track, step = PAIRS[owner]
-    profile = synthesise("german-low", SPEED * step * STEPS * (REPEATS + 1) + FADE_IN)
+    profile = synthesise("german-low", SPEED * step * STEPS * (REPEATS + 1))
     journey = Journey(speed=SPEED, held=held, profile=profile)
     files = (folder / f"{vehicle}.fmu", folder / f"{track}.fmu")
     with open_pair(*files, {"contact.nonlinear": True}, journey) as pair:

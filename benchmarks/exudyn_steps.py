@@ -21,7 +21,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.pair import FADE_IN, Journey
+from railcosim.analysis.pair import Journey
 from railcosim.fmus.export import export
 from railcosim.track.irregularity import synthesise
 from railcosim.track.parameters import Track
@@ -85,7 +85,7 @@ def errors(columns: dict[str, Column], reference: np.ndarray, p: Vehicle) -> Tab
 
 def main() -> None:
     """Print the table."""
-    p, profile = Vehicle(), synthesise("german-low", SPEED * STOP + FADE_IN)
+    p, profile = Vehicle(), synthesise("german-low", SPEED * STOP)
     journey = Journey(speed=SPEED, held=False, profile=profile)
     with TemporaryDirectory() as folder:
         place = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(folder)

@@ -14,7 +14,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.pair import FADE_IN, Journey, open_pair
+from railcosim.analysis.pair import Journey, open_pair
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, Runtime, export
 from railcosim.master.component import Hold
 from railcosim.master.cosimulation import cosimulate
@@ -97,7 +97,7 @@ class _Calls:
 
 def pair_step(folder: Path) -> float:
     """A step of Vehicle and TrackWithContact under the master, recorded; wheels roll."""
-    profile = synthesise("german-low", SPEED * STEP * STEPS * BLOCKS + FADE_IN)
+    profile = synthesise("german-low", SPEED * STEP * STEPS * BLOCKS)
     journey = Journey(speed=SPEED, held=False, profile=profile)
     files = (folder / "Vehicle.fmu", folder / "TrackWithContact.fmu")
     with open_pair(*files, {"contact.nonlinear": True}, journey) as pair:

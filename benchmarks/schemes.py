@@ -27,12 +27,13 @@ from railcosim.analysis.coupled_reference import (
     compression_model,
     converged_forces,
 )
-from railcosim.analysis.pair import FADE_IN, FORCES, WHEELSETS, Journey, open_pair
+from railcosim.analysis.pair import FORCES, WHEELSETS, Journey, open_pair
 from railcosim.fmus.export import export
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.variants import VARIANTS, Variant
 from railcosim.track.irregularity import Profile, flat, synthesise, wheel_flat
+from railcosim.track.irregularity.synthesis import FADE_IN
 from railcosim.track.parameters import Track
 from railcosim.vehicle.contact import LinearContact, coefficient_for
 from railcosim.vehicle.parameters import Vehicle
@@ -77,15 +78,15 @@ def profiles() -> dict[str, Profile]:
     x = np.linspace(0.0, SPEED * STOP + FADE_IN, 40_000)
     z = 1e-5 * np.sin(2 * np.pi * x / 0.2)
     return {
-        "waves of 0.2 m": Profile(name="waves", x=x, left=z, right=z),
-        "german-low": synthesise("german-low", SPEED * STOP + FADE_IN),
+        "waves of 0.2 m": Profile(name="waves", x=x, left=z, right=z, fade=FADE_IN),
+        "german-low": synthesise("german-low", SPEED * STOP),
     }
 
 
 def positions(folder: Path) -> np.ndarray:
     """Where the wheelsets stand, m."""
     files = folder / "Vehicle.fmu", folder / "Track.fmu"
-    journey = Journey(speed=SPEED, held=True, profile=flat(1.0))
+    journey = Journey(speed=SPEED, held=True, profile=flat())
     with open_pair(*files, {}, journey) as pair:
         pair.system.begin(0.0)
         names = pair.system.names
@@ -121,7 +122,7 @@ def orders(folder: Path) -> None:
     rest = np.full(8, Vehicle().wheel_load / K_H)
     for name, profile in profiles().items():
         reference = converged_forces(
-            model, LinearContact(k_H=K_H), rest, profile.under(where, SPEED, FADE_IN), STOP
+            model, LinearContact(k_H=K_H), rest, profile.under(where, SPEED), STOP
         )
         table = Table(title=f"{name}: error of the contact forces, {K_H / 1e9:g} GN/m")
         for column in ("variant", *(f"{1e3 * h:g} ms" for h in STEPS), "order", "claimed"):

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from railcosim.analysis.catalogue import FMUS, Owner
 from railcosim.analysis.frequency import Models, coupled, linear_models, response
-from railcosim.analysis.pair import FADE_IN, FORCES, Journey
+from railcosim.analysis.pair import FORCES, Journey
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
@@ -25,10 +25,16 @@ from railcosim.storage.temporary import scratch
 from railcosim.vehicle.contact import LinearContact
 
 from .export import exported
+from .irregularity_options import (
+    FadeOption,
+    Irregularity,
+    RepeatOption,
+    SeedOption,
+    profile_of,
+)
 from .options import (
     ContactStiffness,
     Frequencies,
-    Irregularity,
     Speed,
     TrackFile,
     VehicleFile,
@@ -36,7 +42,6 @@ from .options import (
     contact_parameters,
     frequencies_of,
     positive,
-    profile_of,
     progress,
     stiffness_of,
     track_of,
@@ -81,6 +86,9 @@ def compare(
     time: Annotated[float, typer.Option(help="How long, s.")] = 0.3,
     speed: Speed = 250.0,
     irregularity: Irregularity = "german-low",
+    seed: SeedOption = None,
+    fade: FadeOption = None,
+    repeat: RepeatOption = False,
     uncoupled: Annotated[
         bool,
         typer.Option(
@@ -106,7 +114,7 @@ def compare(
     chosen, owner = choice_of(scheme, contact)
     v = positive("--speed", speed, "km/h") / 3.6
     positive("--step", step, "s")
-    profile = profile_of(irregularity, v * positive("--time", time, "s") + FADE_IN)
+    profile = profile_of(irregularity, v * positive("--time", time, "s"), seed, fade, repeat)
     frequency = frequencies_of(frequencies)
     cars, rails = vehicle_of(vehicle), track_of(track)
     with TemporaryDirectory(dir=scratch()) as folder:
@@ -155,7 +163,7 @@ def newmark_forces(
     mono: Monolithic, positions: FloatArray, k_H: float, plan: Plan, progress: Progress
 ) -> FloatArray:
     """Contact forces (n, 8) of the monolithic system at the plan's communication points."""
-    heights = plan.journey.profile.under(positions, plan.journey.speed, FADE_IN)
+    heights = plan.journey.profile.under(positions, plan.journey.speed)
     steps = round(plan.stop / plan.step) * REFINEMENT
     forces = []
     march = newmark(

@@ -19,7 +19,7 @@ from railcosim.analysis.frequency import (
     on_rigid_track,
     response,
 )
-from railcosim.analysis.pair import FADE_IN, Journey
+from railcosim.analysis.pair import Journey
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.master.files import save
 from railcosim.master.linear.realisation import ComplexArray
@@ -65,9 +65,7 @@ def demo(
         vehicle=fmus["Vehicle"],
         track=fmus["TrackWithContact"],
         parameters={"contact.nonlinear": True},
-        journey=Journey(
-            speed=SPEED, held=False, profile=synthesise("german-low", SPEED * STOP + FADE_IN)
-        ),
+        journey=Journey(speed=SPEED, held=False, profile=synthesise("german-low", SPEED * STOP)),
         scheme=jacobi(degree=1),
         step=1e-4,
         stop=STOP,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -21,6 +22,7 @@ from railcosim.track.irregularity import (
 )
 from railcosim.track.irregularity.synthesis import quality
 
+from .irregularity_options import SEED
 from .options import PlotFile, console, positive
 from .results import PICTURES, Suffixes
 
@@ -34,7 +36,7 @@ def irregularity(
         str, typer.Option("--class", help=f"{', '.join(QUALITIES)}, or a CSV file to look at.")
     ] = "german-low",
     length: Annotated[float, typer.Option(help="m")] = 1000.0,
-    seed: Annotated[int, typer.Option(help="Of the random phases.", min=0)] = 1,
+    seed: Annotated[int, typer.Option(help="Which track of the class.", min=0)] = SEED,
     shortest: Annotated[float, typer.Option(help="Wavelength, m.")] = 0.8,
     longest: Annotated[float, typer.Option(help="Wavelength, m.")] = 50.0,
     cross_level: Annotated[
@@ -45,21 +47,24 @@ def irregularity(
     """Make a random profile of a class of track, and hold its spectrum against the class's."""
     PROFILES.check(out)
     PICTURES.check(plot)
-    if name.endswith(".csv"):
+    if name.lower().endswith(".csv"):
         profile, target = read_profile(Path(name)), None
     else:
         positive("--length", length, "m")
         waves = (positive("--shortest", shortest, "m"), longest)
         target = quality(name)
         profile = synthesise(name, length, seed, wavelengths=waves, coherent=not cross_level)
+        n = int(np.searchsorted(profile.x, length)) + 1
+        profile = replace(profile, x=profile.x[:n], left=profile.left[:n], right=profile.right[:n])
+    chart = None if plot is None else _chart(profile, target)
     write_profile(profile, out)
     deviation = [1e3 * float(z.std()) for z in (profile.left, profile.right)]
     console.print(
-        f"{out}: {profile.x[-1] - profile.x[0]:g} m, standard deviation left {deviation[0]:.3g} "
+        f"{out}: {profile.length:g} m, standard deviation left {deviation[0]:.3g} "
         f"mm, right {deviation[1]:.3g} mm",
     )
-    if plot is not None:
-        save_picture(_chart(profile, target), plot)
+    if plot is not None and chart is not None:
+        save_picture(chart, plot)
         console.print(str(plot))
 
 
@@ -68,7 +73,7 @@ def _chart(profile: Profile, target: Quality | None) -> Chart:
         Curve(name=side, x=profile.x, y=1e3 * z)
         for side, z in (("left", profile.left), ("right", profile.right))
     )
-    Omega, S = estimated_density(profile, SEGMENT * float(profile.x[-1] - profile.x[0]))
+    Omega, S = estimated_density(profile, SEGMENT * profile.length)
     curves = [Curve(name="this profile, left", x=Omega, y=S)]
     if target is not None:
         side = target.vertical.density(Omega)

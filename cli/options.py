@@ -15,7 +15,6 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from railcosim.parameters import read_toml
 from railcosim.storage.interruption import noting
-from railcosim.track.irregularity import QUALITIES, Profile, flat, read_profile, synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.contact import coefficient_for
 from railcosim.vehicle.parameters import Vehicle
@@ -63,13 +62,6 @@ ContactStiffness = Annotated[
     str, typer.Option("--contact-stiffness", help="Linear contact stiffness k_H, N/m.")
 ]
 Speed = Annotated[float, typer.Option("--speed", help="km/h")]
-Irregularity = Annotated[
-    str,
-    typer.Option(
-        "--irregularity",
-        help=f"none, {', '.join(QUALITIES)}, or a CSV file with x,left,right in m.",
-    ),
-]
 
 
 def vehicle_of(file: Path | None) -> Vehicle:
@@ -152,13 +144,6 @@ def positive(option: str, value: float, unit: str) -> float:
     return value
 
 
-def profile_of(text: str, length: float) -> Profile:
-    """The irregularity of a name or a CSV file, at least `length` (m) where it is made here."""
-    if text == "none":
-        return flat(length)
-    if text.endswith(".csv"):
-        return read_profile(Path(text))
-    return synthesise(text, length)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ import typer
 import xarray as xr
 
 from railcosim.analysis.catalogue import FAMILIES, FMUS, Owner, SchemeName
-from railcosim.analysis.pair import FADE_IN, FORCES, Journey, owner_in
+from railcosim.analysis.pair import FORCES, Journey, owner_in
 from railcosim.analysis.system_run import run_ssp
 from railcosim.analysis.time_run import Plan, Stopped, run_pair
 from railcosim.plots.chart import Chart
@@ -22,6 +22,13 @@ from railcosim.plots.results import run_chart
 from railcosim.storage.interruption import finishing
 
 from .export import fmus_of
+from .irregularity_options import (
+    FadeOption,
+    Irregularity,
+    RepeatOption,
+    SeedOption,
+    profile_of,
+)
 from .keeping_options import (
     CheckpointOption,
     EnergyOption,
@@ -32,7 +39,6 @@ from .keeping_options import (
     loader_of,
 )
 from .options import (
-    Irregularity,
     Out,
     PlotFile,
     Speed,
@@ -41,7 +47,6 @@ from .options import (
     VehicleFmu,
     contact_parameters,
     positive,
-    profile_of,
     progress,
 )
 from .results import PICTURES, RESULTS, ResultError, keep
@@ -60,7 +65,8 @@ STEPS = {Owner.VEHICLE: 2e-5, Owner.TRACK: 1e-4, Owner.MASTER: 2e-5}
 SOLVED = 1e-4  # stable at any step: this one for accuracy
 TIME = 1.0  # s
 OF_THE_PAIR = (
-    "vehicle_fmu", "track_fmu", "contact", "contact_stiffness", "speed", "irregularity", "held",
+    "vehicle_fmu", "track_fmu", "contact", "contact_stiffness", "speed", "irregularity", "seed",
+    "fade", "repeat", "held",
 )  # fmt: skip
 
 
@@ -95,6 +101,9 @@ def run(
     ] = None,
     speed: Speed = 250.0,
     irregularity: Irregularity = "german-low",
+    seed: SeedOption = None,
+    fade: FadeOption = None,
+    repeat: RepeatOption = False,
     held: Annotated[
         bool, typer.Option("--held", help="Hold the wheels and move the irregularity instead.")
     ] = False,
@@ -147,7 +156,9 @@ def run(
     chosen, owner = choice_of(scheme, contact)
     v = positive("--speed", speed, "km/h") / 3.6
     stop = TIME if time is None else time
-    journey = Journey(speed=v, held=held, profile=profile_of(irregularity, v * stop + FADE_IN))
+    journey = Journey(
+        speed=v, held=held, profile=profile_of(irregularity, v * stop, seed, fade, repeat)
+    )
     with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner]) as (vehicle, track):
         plan = Plan(
             vehicle=vehicle,

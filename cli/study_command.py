@@ -16,7 +16,6 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from railcosim.analysis.catalogue import Member, Owner, members
-from railcosim.analysis.pair import FADE_IN
 from railcosim.analysis.study import Folder, Grid, StudyError, settings_of
 from railcosim.analysis.study_point import Contact, Measurement, Point, Ride
 from railcosim.analysis.study_table import save_table, table_of
@@ -25,8 +24,14 @@ from railcosim.plots.study import UNSTABLE, save_study_picture
 from railcosim.storage.temporary import scratch
 
 from .export import exported
-from .options import (
+from .irregularity_options import (
+    FadeOption,
     Irregularity,
+    RepeatOption,
+    SeedOption,
+    profile_of,
+)
+from .options import (
     PlotFile,
     Speed,
     TrackFile,
@@ -36,7 +41,6 @@ from .options import (
     contact_parameters,
     errors,
     positive,
-    profile_of,
     progress,
     track_of,
     vehicle_of,
@@ -71,6 +75,9 @@ def study(
     time: Annotated[float, typer.Option(help="How long each run is, s.")] = 0.05,
     speed: Speed = 250.0,
     irregularity: Irregularity = "german-low",
+    seed: SeedOption = None,
+    fade: FadeOption = None,
+    repeat: RepeatOption = False,
     vehicle: VehicleFile = None,
     track: TrackFile = None,
     out: Annotated[
@@ -96,7 +103,7 @@ def study(
     PICTURES.check(plot)
     folder_of("--out", out)
     v = positive("--speed", speed, "km/h") / 3.6
-    profile = profile_of(irregularity, v * positive("--time", time, "s") + FADE_IN)
+    profile = profile_of(irregularity, v * positive("--time", time, "s"), seed, fade, repeat)
     ride = Ride(speed=v, profile=profile, stop=time)
     grid = Grid(
         schemes=_schemes(schemes),

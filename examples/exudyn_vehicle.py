@@ -19,7 +19,7 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-from railcosim.analysis.pair import FADE_IN, FORCES, WHEELS, WHEELSETS, Journey
+from railcosim.analysis.pair import FORCES, WHEELS, WHEELSETS, Journey
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.cli.options import progress
 from railcosim.fmus.content import contact_defaults
@@ -166,7 +166,7 @@ def exudyn_run(
     step, stop = times.step, times.stop
     with TemporaryDirectory() as unpacked, progress(f"exudyn, {1e3 * step:g} ms") as update:
         track, vehicle = TrackFmu(path, unpacked), ExudynVehicle(p, contact_defaults(p).C)
-        irregularity = journey.profile.under(track.start, SPEED, FADE_IN)
+        irregularity = journey.profile.under(track.start, SPEED)
         rail_z = track.settle(np.full(8, p.wheel_load))
         vehicle.put_rails(rail_z + irregularity(0.0), np.zeros(8))
         vehicle.settle()
@@ -248,7 +248,7 @@ def compare(fmus: Path, stop: float, picture: Path) -> None:
     for name in ("Track", "Vehicle", "TrackWithContact"):
         if not (fmus / f"{name}.fmu").is_file():
             sys.exit(f"{fmus / name}.fmu: no such file; make it by: railcosim export --out {fmus}")
-    p, profile = Vehicle(), synthesise("german-low", SPEED * stop + FADE_IN)
+    p, profile = Vehicle(), synthesise("german-low", SPEED * stop)
     journey = Journey(speed=SPEED, held=False, profile=profile)
     coarse, ours = (our_run(fmus, journey, Times(step, stop)) for step in OUR_STEPS)
     print("difference to railcosim with 0.025 ms: RMS and largest, % of the dynamic part")

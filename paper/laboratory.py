@@ -20,7 +20,7 @@ from railcosim.analysis.frequency import (
     on_rigid_track,
     wheelset_positions,
 )
-from railcosim.analysis.pair import FADE_IN, FORCES, Journey
+from railcosim.analysis.pair import FORCES, Journey
 from railcosim.analysis.parallel import Progress, Task, Workers
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.fmus.export import export
@@ -28,7 +28,7 @@ from railcosim.master.component import FloatArray
 from railcosim.master.files import load, save
 from railcosim.master.linear.receptance import FrequencyResponse
 from railcosim.master.schemes.jacobi import jacobi
-from railcosim.track.irregularity import synthesise
+from railcosim.track.irregularity import Profile, synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.contact import coefficient_for
 from railcosim.vehicle.parameters import Vehicle
@@ -196,10 +196,16 @@ def _models(found: dict[str, Any], name: str, positions: FloatArray) -> Models:
 
 
 def _file(out: Path, run: Run, effort: Effort, fmus: dict[str, Path]) -> Path:
-    """Name of a run's file: another FMU, or another duration, is another file."""
+    """Name of a run's file: another FMU, irregularity or duration is another."""
     guids = "".join(read_model_description(fmus[name]).guid for name in PAIR)
-    mark = hashlib.sha256(f"{guids}{effort.duration}{STEP}{SPECTRUM}{WAVELENGTHS}".encode())
+    profile = _profile(run, effort.duration)
+    mark = hashlib.sha256(f"{guids}{effort.duration}{STEP}{profile.digest}".encode())
     return out / "runs" / f"{run.name}_{mark.hexdigest()[:8]}.nc"
+
+
+def _profile(run: Run, duration: float) -> Profile:
+    """The irregularity of a run."""
+    return synthesise(SPECTRUM, SPEED * duration, run.seed, wavelengths=WAVELENGTHS)
 
 
 def _run(
@@ -211,8 +217,6 @@ def _run(
     progress: Progress,
 ) -> None:
     """Run the pair with Hertz's law that has the tangent k_H at the static load, and save it."""
-    length = SPEED * duration + FADE_IN
-    profile = synthesise(SPECTRUM, length, run.seed, wavelengths=WAVELENGTHS)
     plan = Plan(
         vehicle=fmus[PAIR[0]],
         track=fmus[PAIR[1]],
@@ -220,7 +224,7 @@ def _run(
             "contact.nonlinear": True,
             "contact.hertz_coefficient": coefficient_for(run.k_H, wheel_load),
         },
-        journey=Journey(speed=SPEED, held=not run.rolling, profile=profile),
+        journey=Journey(speed=SPEED, held=not run.rolling, profile=_profile(run, duration)),
         scheme=jacobi(degree=1),
         step=STEP,
         stop=duration,

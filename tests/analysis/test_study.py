@@ -22,6 +22,7 @@ from railcosim.master.component import Variable
 from railcosim.master.files import load
 from railcosim.master.linear.state_space import StateSpace
 from railcosim.track.irregularity import Profile, synthesise
+from railcosim.track.irregularity.synthesis import FADE_IN
 from railcosim.track.parameters import Track
 from railcosim.vehicle.contact import HertzContact, LinearContact
 from railcosim.vehicle.parameters import Vehicle
@@ -125,7 +126,7 @@ def test_reference_needs_inertia_between_force_and_compression() -> None:
 @pytest.fixture(scope="module")
 def ride() -> Ride:
     speed = 250 / 3.6
-    return Ride(speed=speed, profile=synthesise("german-low", speed * STOP + 10.0), stop=STOP)
+    return Ride(speed=speed, profile=synthesise("german-low", speed * STOP), stop=STOP)
 
 
 @pytest.fixture(scope="module")
@@ -167,7 +168,7 @@ def test_claimed_orders_from_one_to_four(contents) -> None:
     """
     x = np.arange(0.0, 13.0, 5e-4)
     wave = 1e-5 * np.sin(2 * np.pi * x / 0.1)
-    profile = Profile(name="wave of 0.1 m", x=x, left=wave, right=wave)
+    profile = Profile(name="wave of 0.1 m", x=x, left=wave, right=wave, fade=FADE_IN)
     ride = Ride(speed=250 / 3.6, profile=profile, stop=STOP)
     bodies = [contents[name] for name in FMUS[Owner.MASTER]]
     forces = reference(ride, STIFF, *bodies)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from railcosim.analysis.catalogue import FAMILIES, FMUS, Owner
-from railcosim.analysis.pair import FADE_IN, Journey, open_pair
+from railcosim.analysis.pair import Journey, open_pair
 from railcosim.master.checkpoint import Checkpoints, resume
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.pace import FixedStep
@@ -31,7 +31,7 @@ pace = (
     if job["adaptive"]
     else FixedStep(1e-4)
 )
-journey = Journey(speed=SPEED, held=False, profile=synthesise("german-low", SPEED * STOP + FADE_IN))
+journey = Journey(speed=SPEED, held=False, profile=synthesise("german-low", SPEED * STOP))
 with open_pair(vehicle, track, {"contact.nonlinear": True}, journey) as pair:
     recorder = Recorder(pair.system)
     run = cosimulate(pair.system, scheme, pace, STOP)

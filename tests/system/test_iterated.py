@@ -9,7 +9,7 @@ import pytest
 
 from railcosim.analysis.contact import FORCES, MOTIONS, WHEELS, WHEELSETS
 from railcosim.analysis.coupled_reference import compression_model, converged_forces
-from railcosim.analysis.pair import FADE_IN, Journey, open_pair
+from railcosim.analysis.pair import Journey, open_pair
 from railcosim.master.bonds import find_bonds
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.energy import EnergyMeter
@@ -25,7 +25,7 @@ from railcosim.vehicle.contact import LinearContact
 
 SPEED, STOP = 250 / 3.6, 0.05  # m/s, s
 K_H = 1e9  # N/m
-PROFILE = synthesise("german-low", SPEED * STOP + FADE_IN)
+PROFILE = synthesise("german-low", SPEED * STOP)
 FMUS = {
     "track": ("Vehicle", "TrackWithContact"),
     "vehicle": ("VehicleWithContact", "Track"),
@@ -62,7 +62,7 @@ def reference(exported):
     rest = [sum(s * now[f"{sides[m]}.{w}.{m}"] for m, s in MOTIONS.items()) for w in WHEELS]
     vehicle, track = (exported.folder / f"{name}.fmu" for name in FMUS["master"])
     model = compression_model(vehicle, track, positions)
-    heights = PROFILE.under(positions, SPEED, FADE_IN)
+    heights = PROFILE.under(positions, SPEED)
     return converged_forces(model, LinearContact(k_H=K_H), np.array(rest), heights, STOP)
 
 

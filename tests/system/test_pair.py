@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.frequency import linear_models
-from railcosim.analysis.pair import FADE_IN, FORCES, WHEELS, Journey, open_pair
+from railcosim.analysis.pair import FORCES, WHEELS, Journey, open_pair
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.cli.compare import frequency_errors, newmark_forces
 from railcosim.master.linear.receptance import frequency_response
@@ -46,7 +46,7 @@ def test_contact_force_against_newmark(exported, models, scheme, limit) -> None:
     """0.1 ms, 1 GN/m, contact in the track: relative RMS of the force's dynamic part."""
     run = plan(
         exported.folder, scheme, step=1e-4, stop=0.15,
-        profile=synthesise("german-low", SPEED * 0.15 + FADE_IN),
+        profile=synthesise("german-low", SPEED * 0.15),
     )  # fmt: skip
     dataset, stopped = run_pair(run, lambda done, total: None)
     assert stopped is None
@@ -60,9 +60,9 @@ def test_contact_force_against_newmark(exported, models, scheme, limit) -> None:
 @pytest.mark.parametrize("nonlinear", [True, False])
 def test_starts_at_rest(exported, owner, nonlinear) -> None:
     """At rest on a flat track nothing moves, whoever owns the contact, and the weight is borne."""
-    run = plan(exported.folder, jacobi(), step=1e-4, stop=1e-3, profile=flat(10.0), owner=owner)
+    run = plan(exported.folder, jacobi(), step=1e-4, stop=1e-3, profile=flat(), owner=owner)
     parameters = {"contact.nonlinear": nonlinear, "contact.stiffness": 1e9}
-    journey = Journey(speed=SPEED, held=True, profile=flat(10.0))
+    journey = Journey(speed=SPEED, held=True, profile=flat())
     with open_pair(run.vehicle, run.track, parameters, journey) as pair:
         pair.system.exchange()
         first = pair.system.outputs.copy()

@@ -13,7 +13,7 @@ from railcosim.analysis.catalogue import FMUS, Owner, members
 from railcosim.analysis.frequency import wheelset_positions
 from railcosim.analysis.growth import Bench, Kick
 from railcosim.analysis.linear_pair import linear_parts
-from railcosim.analysis.pair import FADE_IN, Journey, open_pair
+from railcosim.analysis.pair import Journey, open_pair
 from railcosim.analysis.stability import RATE, Contact, Coupling, static_stiffness
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.files import load
@@ -94,7 +94,7 @@ def test_predicted_error_is_that_of_a_run(exported, parts, owner, name) -> None:
     assert option.error <= accuracy < option.errors[np.searchsorted(STEPS, 1.1 * option.step)]
 
     def run(owner, scheme, step):
-        profile = synthesise("german-low", SPEED * duration + FADE_IN)
+        profile = synthesise("german-low", SPEED * duration)
         journey = Journey(speed=SPEED, held=True, profile=profile)
         with open_pair(*files(exported, owner), {**LINEAR, **INTERNAL}, journey) as pair:
             where = [i for i, n in enumerate(pair.system.names) if n.endswith(".force_z")]

@@ -10,7 +10,7 @@ START = np.zeros(4)
 
 def under(profile, places):
     """Heights that a run meets there, through the spline that runs use."""
-    heights = profile.under(START, 1.0, 0.0)
+    heights = profile.under(START, 1.0)
     return np.array([heights(float(x) - profile.x[0])[0] for x in places])
 
 

@@ -1,7 +1,9 @@
 """Vertical track irregularity: classes, random profiles, measured ones, single defects."""
 
 from .defects import dip, joint, wheel_flat
-from .profile import Profile, flat, read_profile, write_profile
+from .files import read_profile, write_profile
+from .profile import Profile, flat
+from .repetition import repeated
 from .spectra import QUALITIES, Quality, Spectrum
 from .synthesis import coherence, estimated_density, synthesise
 
@@ -16,6 +18,7 @@ __all__ = [
     "flat",
     "joint",
     "read_profile",
+    "repeated",
     "synthesise",
     "wheel_flat",
     "write_profile",

@@ -23,7 +23,7 @@ def dip(length: float, depth: float, at: float) -> Profile:
     x = _around(at, length)
     s = np.clip((x - at) / length + 0.5, 0, 1)
     z = depth / 2 * (1 - np.cos(2 * np.pi * s))
-    return Profile(name=f"dip of {1e3 * depth:g} mm over {length:g} m", x=x, left=z, right=z)
+    return _profile(f"dip of {1e3 * depth:g} mm over {length:g} m", x, z)
 
 
 def joint(length: float, depth: float, at: float) -> Profile:
@@ -43,7 +43,7 @@ def joint(length: float, depth: float, at: float) -> Profile:
     """
     x = _around(at, length)
     z = depth * np.clip(1 - 2 * np.abs(x - at) / length, 0, 1) ** 2
-    return Profile(name=f"joint of {1e3 * depth:g} mm over {length:g} m", x=x, left=z, right=z)
+    return _profile(f"joint of {1e3 * depth:g} mm over {length:g} m", x, z)
 
 
 def wheel_flat(flat_length: float, wheel_radius: float, at: float, turns: int) -> Profile:
@@ -68,7 +68,12 @@ def wheel_flat(flat_length: float, wheel_radius: float, at: float, turns: int) -
     x = np.unique(np.concatenate([_around(float(place), flat_length) for place in places]))
     s = (x[:, None] - places) / flat_length + 0.5
     z = (depth / 2 * (1 - np.cos(2 * np.pi * np.clip(s, 0, 1)))).sum(axis=1)
-    return Profile(name=f"wheel flat of {1e3 * flat_length:g} mm", x=x, left=z, right=z)
+    return _profile(f"wheel flat of {1e3 * flat_length:g} mm", x, z)
+
+
+def _profile(name: str, x: FloatArray, z: FloatArray) -> Profile:
+    """Both rails alike, level beyond."""
+    return Profile(name=name, x=x, left=z, right=z, level_beyond=True)
 
 
 def _around(at: float, length: float) -> FloatArray:

@@ -1,22 +1,22 @@
-"""Heights of both rails along the track: measured, or from elsewhere."""
+"""Heights of both rails along the track, and how a run meets them."""
 
 from __future__ import annotations
 
-import csv
+import hashlib
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from railcosim.parameters import ParameterError
-from railcosim.storage.whole import write_whole
 
 FloatArray = NDArray[np.float64]
 
-MAX_ROWS = 5_000_000  # of a measured profile: 1000 km at 0.2 m
+MAX_ROWS = 5_000_000  # of a profile: 1000 km at 0.2 m
+SLACK = 1e-6  # m beyond the end: rounding of a step's end
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,32 +31,72 @@ class Profile:
         Increasing, m.
     left, right : array, shape (n,)
         m.
+    fade : float
+        m at the beginning over which it rises from nothing to its heights, as half a cosine, so
+        that a run starts from rest without a bump; 0: met as it is.
+    level_beyond : bool
+        Whether the track is known to go on at the last height: that of a single defect is, a
+        measured or a random one is not, and a run must not get there.
+    recipe : str
+        What its heights follow from whatever its length; empty if from nothing but themselves.
     """
 
     name: str
     x: FloatArray
     left: FloatArray
     right: FloatArray
+    fade: float = 0.0
+    level_beyond: bool = False
+    recipe: str = ""
 
-    def under(self, start: FloatArray, speed: float, fade: float) -> Callable[[float], FloatArray]:
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.fade) and self.fade >= 0):
+            raise ParameterError(f"irregularity {self.name}: fade {self.fade:g} m must be >= 0")
+
+    @property
+    def length(self) -> float:
+        """From end to end, m."""
+        return float(self.x[-1] - self.x[0])
+
+    @property
+    def digest(self) -> str:
+        """Of what decides the heights that a run meets: the same for a run that is longer.
+
+        One name may stand for several profiles, such as those of an edited file.
+        """
+        heights = np.stack([self.x, self.left, self.right]).tobytes()
+        decides = self.recipe.encode() or heights
+        return hashlib.sha256(decides + f" fade {self.fade!r}".encode()).hexdigest()
+
+    def check_covers(self, distance: float) -> None:
+        """Raise ParameterError if the profile ends before a run over that distance (m) does."""
+        if not self.level_beyond and distance > self.length + SLACK:
+            raise ParameterError(
+                f"irregularity {self.name}: ends after {self.length:g} m, and the run needs "
+                f"{distance:.10g} m: shorten the run, or repeat the profile (--repeat)"
+            )
+
+    def under(self, start: FloatArray, speed: float) -> Callable[[float], FloatArray]:
         """Irregularity under four wheelsets that start at `start` (m) with `speed` (m/s).
 
-        Ahead of the first wheelset the profile fades in over a length, so that a run starts from
-        rest without a bump; behind its ends it is flat.
+        The first wheelset starts at the beginning of the profile. Behind it the track is level, at
+        the height with which the profile begins.
 
         Returns
         -------
         callable
-            Time (s) to heights, left 1..4, right 1..4, m.
+            Time (s) to heights, left 1..4, right 1..4, m. It raises ParameterError where the
+            profile has ended, unless it is `level_beyond`.
         """
         front = float(start.max())
-        window = np.clip((self.x - self.x[0]) / fade, 0, 1) if fade > 0 else np.ones_like(self.x)
-        window = 0.5 - 0.5 * np.cos(np.pi * window)
-        z = np.stack([self.left, self.right], axis=1) * window[:, None]
+        z = np.stack([self.left, self.right], axis=1) * self._window()[:, None]
         spline = CubicSpline(self.x - self.x[0] + front, z)
         first, last = spline.x[0], spline.x[-1]
+        until = math.inf if self.level_beyond else self.length + SLACK
 
         def heights(t: float) -> FloatArray:
+            if speed * t > until:
+                self.check_covers(speed * t)
             # np.clip and flattening by other means cost more than the spline.
             place = np.minimum(np.maximum(start + speed * t, first), last)
             at: FloatArray = spline(place).T.reshape(8)
@@ -64,53 +104,17 @@ class Profile:
 
         return heights
 
-
-def read_profile(path: Path) -> Profile:
-    """A measured profile: a CSV file with the columns x, left and (optional) right, all in m.
-
-    Lines that begin with ``#`` are comments. Without `right` both rails are alike.
-
-    Raises
-    ------
-    ParameterError
-        Naming the file, the line and what is wrong.
-    """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ParameterError(f"{path}: cannot be read: {error}") from error
-    numbered = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
-    if len(numbered) > MAX_ROWS:
-        raise ParameterError(f"{path}: over {MAX_ROWS} rows")
-    header = [cell.strip() for cell in numbered[0][1].split(",")] if numbered else []
-    if header not in (["x", "left"], ["x", "left", "right"]):
-        raise ParameterError(f"{path}: the header must be x,left,right (or x,left), in m")
-    rows = []
-    for (number, _), cells in zip(
-        numbered[1:], csv.reader(t for _, t in numbered[1:]), strict=True
-    ):
-        try:
-            row = [float(cell) for cell in cells]
-        except ValueError as error:
-            raise ParameterError(f"{path}, line {number}: {error}") from error
-        if len(row) != len(header) or not np.isfinite(row).all():
-            raise ParameterError(f"{path}, line {number}: {len(header)} finite numbers are wanted")
-        rows.append(row)
-    table = np.array(rows)
-    if len(rows) < 4 or (np.diff(table[:, 0]) <= 0).any():
-        raise ParameterError(f"{path}: x must increase, over four rows at least")
-    return Profile(name=path.name, x=table[:, 0], left=table[:, 1], right=table[:, -1])
+    def _window(self) -> FloatArray:
+        """What the fade leaves of the heights."""
+        if self.fade == 0:
+            return np.ones_like(self.x)
+        ahead = np.clip((self.x - self.x[0]) / self.fade, 0, 1)
+        window: FloatArray = 0.5 - 0.5 * np.cos(np.pi * ahead)
+        return window
 
 
-def flat(length: float) -> Profile:
+def flat() -> Profile:
     """No irregularity."""
-    x = np.linspace(0, max(length, 1.0), 4)
-    return Profile(name="none", x=x, left=np.zeros(4), right=np.zeros(4))
-
-
-def write_profile(profile: Profile, path: Path) -> None:
-    """Write a profile as `read_profile` reads it, in full precision."""
-    rows = np.stack([profile.x, profile.left, profile.right], axis=1)
-    lines = [",".join(repr(float(value)) for value in row) for row in rows]
-    head = [f"# {profile.name}; m, down positive", "x,left,right"]
-    write_whole(path, "\n".join([*head, *lines]) + "\n")
+    x = np.linspace(0.0, 1.0, 4)
+    level = np.zeros(4)
+    return Profile(name="none", x=x, left=level, right=level, level_beyond=True)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+from scipy.fft import next_fast_len
 from scipy.signal import welch
 
 from railcosim.parameters import ParameterError
 
-from .profile import Profile
+from .profile import MAX_ROWS, Profile
 from .spectra import QUALITIES, FloatArray, Quality, Spectrum
 
 USUAL = (0.8, 50.0)  # m, wavelengths that a profile contains if nothing else is asked for
-PERIOD = 1000.0  # m; a synthesised profile up to this long is a part of one and the same
+FADE_IN = 10.0  # m, of a random profile, which goes on behind the place where a run starts
+BLOCK = 100  # longest waves in a block: its lines are a hundredth of the lowest wavenumber apart
 SAMPLES_PER_WAVE = 16  # of the shortest wave: a cubic spline is then within 1e-4 of it
+MAX_RATIO = 1e4  # of the longest to the shortest wave: 16 million samples in a block
+BEYOND = 64  # samples behind the end: the end of a spline is felt by 0.27 of it a sample
+LEAST = 16  # samples of a profile whose spectrum is estimated
 
 
 def quality(name: str) -> Quality:
@@ -35,65 +42,107 @@ def synthesise(
 ) -> Profile:
     """A random profile with the spectrum of that name.
 
+    Class, seed and wavelengths alone decide it: a longer one begins with the same numbers, to the
+    last bit, and never repeats.
+
     Parameters
     ----------
     name : str
         A key of `QUALITIES`.
     length : float
-        m.
+        At least, m. There is a little more, so that a spline through the samples does not feel the
+        end either.
     seed : int
         Of the random phases.
     wavelengths : tuple of float
         Shortest and longest that the profile contains, m.
     coherent : bool
         Both rails alike; otherwise they differ by the cross-level of the class, half of it on
-        each, and are as coherent as `coherence` says.
+        each, and are as coherent as `coherence` says. Their mean is the same profile.
 
     Raises
     ------
     ParameterError
-        If there is no such class, it has no cross-level, or the wavelengths make no sense.
+        If there is no such class, it has no cross-level, the wavelengths make no sense or have
+        nothing of it, or the profile were too long.
+
+    Notes
+    -----
+    Blocks of 100 longest waves overlap by half. Each is a sum of waves of random phase [1]_, whose
+    mean squares are the integrals of the density over their lines; it fades in as a sine and out as
+    a cosine. The squares of both add up to one, so the variance is the integral of the density
+    everywhere. What is lost is the resolution in wavenumber beyond a line or two.
 
     References
     ----------
-    Shinozuka, M. & Jan, C.-M. (1972), Digital simulation of random processes and its applications,
-    J. Sound Vib. 25(1), 111-128.
+    .. [1] Shinozuka, M. & Jan, C.-M. (1972), Digital simulation of random processes and its
+       applications, J. Sound Vib. 25(1), 111-128.
     """
     shortest, longest = wavelengths
-    if not 0 < shortest < longest <= PERIOD:
+    if not (0 < shortest < longest < math.inf and longest <= MAX_RATIO * shortest):
         raise ParameterError(
-            f"wavelengths {shortest:g} to {longest:g} m: must be > 0, increasing, to {PERIOD:g} m"
+            f"wavelengths {shortest:g} to {longest:g} m: must be > 0 and increase, by a factor of "
+            f"{MAX_RATIO:g} at most"
         )
+    if seed < 0:
+        raise ParameterError(f"seed {seed}: must be >= 0")
     vertical, cross_level = quality(name).vertical, None if coherent else _cross_level(name)
-    step = shortest / SAMPLES_PER_WAVE
-    # Whole periods, so that runs of different length meet the same profile.
-    n = int(np.ceil(length / PERIOD)) * round(PERIOD / step)
-    random = np.random.default_rng(seed)
-    mean = _waves(vertical, n, step, wavelengths, random)
-    half = 0.0 if cross_level is None else _waves(cross_level, n, step, wavelengths, random) / 2
-    keep = min(int(np.ceil(length / step)) + 1, n)
-    x: FloatArray = step * np.arange(keep, dtype=np.float64)
-    left, right = (mean + half)[:keep], (mean - half)[:keep]
-    return Profile(name=f"{name}, seed {seed}", x=x, left=left, right=right)
+    half = next_fast_len(math.ceil(BLOCK * longest * SAMPLES_PER_WAVE / shortest / 2), real=True)
+    step = BLOCK * longest / (2 * half)
+    if not 0 < length <= MAX_ROWS * step:
+        raise ParameterError(
+            f"length {length:g} m: must be > 0 and, with waves of {shortest:g} m, at most "
+            f"{MAX_ROWS * step:g} m"
+        )
+    n = math.ceil(length / step) + 1 + BEYOND
+    mean = _waves(_amplitudes(vertical, wavelengths), n, half, (seed, 0))
+    apart: FloatArray | float = 0.0
+    if cross_level is not None:
+        apart = _waves(_amplitudes(cross_level, wavelengths), n, half, (seed, 1)) / 2
+    x: FloatArray = step * np.arange(n, dtype=np.float64)
+    rails = "alike" if coherent else "apart"
+    return Profile(
+        name=f"{name}, seed {seed}", x=x, left=mean + apart, right=mean - apart, fade=FADE_IN,
+        recipe=f"{name}, seed {seed}, {shortest!r} to {longest!r} m, rails {rails}, {step!r} m",
+    )  # fmt: skip
 
 
-def _waves(
-    spectrum: Spectrum,
-    n: int,
-    step: float,
-    wavelengths: tuple[float, float],
-    random: np.random.Generator,
-) -> FloatArray:
-    """Sum of waves of random phase over n samples, whose mean squares are the density's."""
-    dO = 2 * np.pi / (n * step)
-    wavenumber: FloatArray = dO * np.arange(n // 2 + 1, dtype=np.float64)
+def _amplitudes(spectrum: Spectrum, wavelengths: tuple[float, float]) -> FloatArray:
+    """Amplitudes of lines k / (block length): the power from half a line below to half above.
+
+    What of that is outside the wavelengths does not count, so that all lines together have the
+    integral of the density.
+    """
     shortest, longest = wavelengths
-    inside = (wavenumber >= 2 * np.pi / longest) & (wavenumber <= 2 * np.pi / shortest)
-    amplitude = np.zeros_like(wavenumber)
-    amplitude[inside] = np.sqrt(2 * spectrum.density(wavenumber[inside]) * dO)
-    phase = random.uniform(0, 2 * np.pi, wavenumber.size)
-    waves: FloatArray = np.fft.irfft(amplitude * np.exp(1j * phase), n) * n / 2
-    return waves
+    first, last = 2 * np.pi / longest, 2 * np.pi / shortest
+    line = first / BLOCK
+    middle: FloatArray = np.arange(round(last / line) + 2, dtype=np.float64)
+    low, high = np.clip([(middle - 0.5) * line, (middle + 0.5) * line], first, last)
+    # A line is a hundredth of its wavenumber wide at most: two points of Gauss give 1e-8.
+    points, weights = np.polynomial.legendre.leggauss(2)
+    at = (low + high)[:, None] / 2 + (high - low)[:, None] / 2 * points
+    power = spectrum.density(at) @ weights * (high - low) / 2
+    if not power.any():
+        given = " to ".join(f"{wave:g}" for wave in spectrum.wavelengths)
+        raise ParameterError(
+            f"{spectrum.title}: has no waves between {shortest:g} and {longest:g} m, it is given "
+            f"for {given} m"
+        )
+    amplitudes: FloatArray = np.sqrt(2 * power)
+    return amplitudes
+
+
+def _waves(amplitudes: FloatArray, n: int, half: int, seed: tuple[int, ...]) -> FloatArray:
+    """The first n samples of blocks of two halves, each with random phases of its own."""
+    window = np.sin(np.pi / (2 * half) * np.arange(2 * half))
+    blocks = math.ceil(n / half) + 1
+    z = np.zeros((blocks + 1) * half)
+    for block in range(blocks):
+        random = np.random.default_rng((*seed, block))
+        phase = random.uniform(0, 2 * np.pi, amplitudes.size)
+        waves = np.fft.irfft(amplitudes * np.exp(1j * phase), 2 * half) * half
+        z[block * half : (block + 2) * half] += window * waves
+    return z[half : half + n]
 
 
 def _cross_level(name: str) -> Spectrum:
@@ -146,9 +195,18 @@ def estimated_density(profile: Profile, segment: float) -> tuple[FloatArray, Flo
         rad/m, without zero.
     S : array, shape (n,)
         One-sided, m2/(rad/m).
+
+    Raises
+    ------
+    ParameterError
+        If the profile has too few samples.
     """
-    step = float(np.diff(profile.x).min())
+    step = max(float(np.diff(profile.x).min()), profile.length / MAX_ROWS)
     x = np.arange(profile.x[0], profile.x[-1] + step / 2, step)
+    if min(x.size, round(segment / step)) < LEAST:
+        raise ParameterError(
+            f"irregularity {profile.name}: {x.size} samples are too few for a spectrum"
+        )
     z = np.interp(x, profile.x, profile.left)
     n, density = welch(z, fs=1 / step, nperseg=min(round(segment / step), z.size))
     return 2 * np.pi * n[1:], density[1:] / (2 * np.pi)

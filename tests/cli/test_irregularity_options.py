@@ -1,0 +1,73 @@
+"""Which irregularity the commands take, and that none runs beyond its end."""
+
+import numpy as np
+import pytest
+
+from railcosim.analysis.pair import Journey
+from railcosim.analysis.study_point import Ride
+from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.cli import compare, run_command, study_command
+from railcosim.cli.irregularity_options import profile_of
+from railcosim.cli.options import UsageError
+from railcosim.master.schemes.jacobi import jacobi
+from railcosim.parameters import ParameterError
+from railcosim.track.irregularity import read_profile, synthesise
+
+
+@pytest.fixture
+def short(tmp_path):
+    """A measured profile of 3 m."""
+    path = tmp_path / "short.CSV"
+    path.write_text("x,left\n0,0\n1,1e-3\n2,0\n3,1e-3\n")
+    return path
+
+
+def test_seed_chooses_a_track_of_the_class() -> None:
+    known = synthesise("fra-5", 50.0, seed=4)
+    assert np.array_equal(profile_of("fra-5", 50.0, seed=4).left, known.left)
+    assert np.array_equal(profile_of("fra-5", 50.0).left, synthesise("fra-5", 50.0, 1).left)
+
+
+def test_a_class_fades_in_and_a_file_does_not(short) -> None:
+    assert profile_of("german-low", 2.0).fade == 10.0
+    assert profile_of(str(short), 2.0).fade == 0.0
+    assert profile_of("german-low", 2.0, fade=0.0).fade == 0.0
+    assert profile_of(str(short), 2.0, fade=1.5).fade == 1.5
+
+
+def test_a_file_is_repeated_on_request(short) -> None:
+    with pytest.raises(ParameterError, match=r"short.CSV: ends after 3 m.*50 m.*--repeat"):
+        profile_of(str(short), 50.0)
+    profile_of(str(short), 50.0, repeat=True).check_covers(50.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "options"),
+    [("none", {"seed": 1}), ("none", {"fade": 1.0}), ("german-low", {"repeat": True}),
+     ("short.csv", {"seed": 1})],
+)  # fmt: skip
+def test_options_that_say_nothing_are_refused(text, options) -> None:
+    with pytest.raises(UsageError, match=f"--{next(iter(options))}.*says nothing"):
+        profile_of(text, 10.0, **options)
+
+
+@pytest.mark.parametrize("command", [run_command.run, study_command.study, compare.compare])
+def test_commands_refuse_a_profile_that_ends_before_anything_is_made(
+    command, short, tmp_path, monkeypatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ParameterError, match=r"the run needs 6\.944"):
+        command(out=tmp_path / "r.nc", irregularity=str(short), time=0.1)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["short.CSV"]
+
+
+def test_python_refuses_it_before_anything_is_loaded(short) -> None:
+    profile = read_profile(short)
+    with pytest.raises(ParameterError, match="the run needs 6 m"):
+        Ride(speed=60.0, profile=profile, stop=0.1)
+    plan = Plan(
+        vehicle=short, track=short, parameters={}, scheme=jacobi(), step=1e-4, stop=0.1,
+        journey=Journey(speed=60.0, held=True, profile=profile),
+    )  # fmt: skip
+    with pytest.raises(ParameterError, match="the run needs 6 m"):
+        run_pair(plan, lambda done, total: None)
