@@ -31,7 +31,7 @@ distributed = pytest.importorskip("distributed")
 from railcosim.analysis.cluster import ClusterError, connect, measured  # noqa: E402
 
 STIFF = Contact(label="1e9", parameters={"contact.nonlinear": False, "contact.stiffness": 1e9})
-STOP = 0.02
+STOP, LONG = 0.02, 0.05
 
 # A wheel on a soft primary suspension over a sleeper on its bed, kg, N/m, N s/m.
 M = np.diag([840.0, 400.0])
@@ -126,7 +126,8 @@ def test_reference_needs_inertia_between_force_and_compression() -> None:
 @pytest.fixture(scope="module")
 def ride() -> Ride:
     speed = 250 / 3.6
-    return Ride(speed=speed, profile=synthesise("german-low", speed * STOP), stop=STOP)
+    # Over less, what is met is one bump or two, and an order is theirs.
+    return Ride(speed=speed, profile=synthesise("german-low", speed * LONG), stop=LONG)
 
 
 @pytest.fixture(scope="module")
@@ -156,7 +157,7 @@ def test_orders_of_the_pair(ride, contents) -> None:
         results.append((point, measure(ride, point, *pair, forces)))
     table = table_of(results, {}).isel(owner=0, contact=0)
     orders = table["observed_order"].sel(scheme=names).values
-    # Measured 0.97, 1.99, 3.01 over 0.05 s.
+    # Measured 0.96, 1.99, 3.02.
     assert orders == pytest.approx([1.0, 2.0, 3.0], abs=0.1)
     assert table["error"].sel(scheme="jacobi-quadratic").values.min() < 5e-6
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from railcosim.parameters import ParameterError
 from railcosim.track.irregularity import dip, joint, wheel_flat
 
 START = np.zeros(4)
@@ -16,7 +17,7 @@ def under(profile, places):
 
 def test_dip() -> None:
     profile = dip(length=2.0, depth=1e-3, at=12.0)
-    assert profile.x[0] <= 0
+    assert profile.x[0] == 0
     places = np.array([10.5, 11.0, 11.5, 12.0, 12.5, 13.0, 14.0])
     expected = [0, 0, 0.5e-3, 1e-3, 0.5e-3, 0, 0]
     # A spline over 200 samples a wave meets the cosine to 1e-9 of it, its kinks at the ends to
@@ -34,6 +35,21 @@ def test_joint_has_the_angle_it_says() -> None:
     h = profile.x[np.searchsorted(profile.x, 5.0)] - profile.x[np.searchsorted(profile.x, 5.0) - 1]
     z = profile.left[np.searchsorted(profile.x, 5.0) - 1]
     assert 2 * (2e-3 - z) / h == pytest.approx(8 * 2e-3 / 1.0, rel=0.01)  # one sample off the kink
+
+
+@pytest.mark.parametrize("at", [0.5, 1.0, 4.0, 30.0])
+def test_a_defect_is_where_it_says(at) -> None:
+    """From the first wheelset on, also where it is less than its level track away."""
+    heights = dip(length=1.0, depth=1e-3, at=at).under(START, 1.0)
+    assert heights(at)[0] == pytest.approx(1e-3, rel=1e-6)
+    assert heights(at + 0.25)[0] == pytest.approx(0.5e-3, rel=1e-5)
+    assert heights(at - 0.5)[0] == pytest.approx(0, abs=1e-7)
+
+
+@pytest.mark.parametrize(("length", "at"), [(1.0, 0.4), (0.0, 3.0), (-1.0, 3.0), (1.0, np.inf)])
+def test_a_defect_that_cannot_be_there(length, at) -> None:
+    with pytest.raises(ParameterError, match="defect"):
+        dip(length=length, depth=1e-3, at=at)
 
 
 def test_wheel_flat_comes_back_every_turn() -> None:

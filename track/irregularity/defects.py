@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+
+from railcosim.parameters import ParameterError
 
 from .profile import FloatArray, Profile
 
 SAMPLES = 200  # over a defect: a spline is then within 1e-5 of a cosine
-LEVEL = 5.0  # m of level track on each side at least
+LEVEL = 5.0  # m of level track behind it at least
 
 
 def dip(length: float, depth: float, at: float) -> Profile:
@@ -77,8 +81,12 @@ def _profile(name: str, x: FloatArray, z: FloatArray) -> Profile:
 
 
 def _around(at: float, length: float) -> FloatArray:
-    """Places: fine over the defect and as much again on each side, coarse to both ends."""
+    """Places from 0: fine over the defect and as much again on each side, coarse to both ends."""
+    if not 0 < length <= 2 * at < math.inf:
+        raise ParameterError(
+            f"a defect of {length:g} m at {at:g} m: must be longer than 0 and begin at 0 or behind"
+        )
     fine = at + np.linspace(-length, length, 2 * SAMPLES + 1)
-    level = np.linspace(min(0.0, at - length - LEVEL), at + length + LEVEL, 20)
+    level = np.linspace(0.0, at + length + LEVEL, 20)
     outside = level[(level < fine[0]) | (level > fine[-1])]
-    return np.sort(np.concatenate([outside, fine]))
+    return np.unique(np.concatenate([[0.0], outside, fine[fine > 0]]))
