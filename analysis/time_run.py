@@ -68,6 +68,7 @@ def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
             "speed": journey.speed,
             "motion": "irregularity moves" if journey.held else "wheels roll",
             "irregularity": journey.profile.name,
+            "irregularity fade": journey.profile.fade,
             "irregularity sha256": journey.profile.digest,
             **{f"parameter {k}": float(v) for k, v in plan.parameters.items()},
         }

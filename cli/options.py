@@ -144,8 +144,6 @@ def positive(option: str, value: float, unit: str) -> float:
     return value
 
 
-
-
 @contextmanager
 def progress(text: str) -> Iterator[Callable[[float, float], None]]:
     """A progress bar on standard error; the callable takes what is done and the total.
