@@ -39,11 +39,54 @@ def test_fra_unit_conversion() -> None:
     assert QUALITIES["fra-6"].vertical.density(POINT)[0] == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("name", "alignment", "gauge"),
+    [("german-low", 6.1869e-7, 8.7887e-8), ("german-high", 1.7883e-6, 1.7049e-7)],
+)
+def test_german_alignment_and_gauge_by_hand(name, alignment, gauge) -> None:
+    """At 0.5 rad/m, m2/(rad/m), with A_a 2.119e-7 and 6.125e-7, A_g 5.32e-8 and 1.032e-7 m2 rad/m.
+
+    Alignment A Oc^2 / ((O^2 + Or^2)(O^2 + Oc^2)), gauge the same times O^2 / (O^2 + Os^2).
+    """
+    quality, at = QUALITIES[name], np.array([0.5])
+    assert quality.alignment.density(at)[0] == pytest.approx(alignment, rel=1e-4)
+    assert quality.gauge.density(at)[0] == pytest.approx(gauge, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "wavenumber", "density"),
+    [
+        ("vertical", 0.01, 63.27), ("vertical", 0.03, 3.062), ("vertical", 0.1, 0.4577),
+        ("vertical", 0.4, 0.009332),
+        ("alignment", 0.01, 21.42), ("alignment", 0.1, 0.3790), ("alignment", 0.4, 0.009994),
+        ("cross_level", 0.01, 10.32), ("cross_level", 0.1, 0.4858), ("cross_level", 0.4, 0.03124),
+        ("gauge", 0.01, 2.492), ("gauge", 0.2, 0.1086), ("gauge", 0.4, 0.01265),
+    ],
+)  # fmt: skip
+def test_chinese_ballastless_by_hand(quantity, wavenumber, density) -> None:
+    """A / f^n of TB/T 3352-2014 in each piece, mm2/(1/m) at f in 1/m."""
+    found = getattr(QUALITIES["ballastless"], quantity).density(2 * np.pi * np.array([wavenumber]))
+    assert 1e6 * 2 * np.pi * found[0] == pytest.approx(density, rel=5e-4)  # four digits
+
+
+@pytest.mark.parametrize(
+    ("name", "density"),
+    [("fra-1", 1.225e-5), ("fra-2", 1.030e-5), ("fra-3", 6.896e-6), ("fra-4", 5.439e-6),
+     ("fra-5", 2.120e-6), ("fra-6", 3.430e-7)],
+)  # fmt: skip
+def test_american_classes_by_hand(name, density) -> None:
+    """0.25 A_v 0.8245^2 / (1 + 0.8245^2) at 1 rad/m, m2/(rad/m)."""
+    assert QUALITIES[name].vertical.density(POINT)[0] == pytest.approx(density, rel=3e-4)
+
+
 def test_wavenumber_conversion() -> None:
-    """S dOmega = S' dn: SNCF at n = 0.0489 1/m is A/8 in m2/(1/m), and A/8/(2 pi) in m2/(rad/m)."""
+    """S dOmega = S' dn: SNCF at n = 0.0489 1/m is A/8 in m2/(1/m), and A/8/(2 pi) in m2/(rad/m).
+
+    By hand: 308e-6 x 0.509 / 16 pi and 308e-6 x 1.790 / 16 pi.
+    """
     at = np.array([2 * np.pi * 0.0489])
-    expected = 308e-6 * 0.509 / 8 / (2 * np.pi)
-    assert QUALITIES["sncf-good"].vertical.density(at)[0] == pytest.approx(expected, rel=1e-12)
+    for name, expected in (("sncf-good", 3.1189e-6), ("sncf-poor", 1.09682e-5)):
+        assert QUALITIES[name].vertical.density(at)[0] == pytest.approx(expected, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -62,6 +105,19 @@ def test_pieces_meet(quantity, breaks) -> None:
         left, right = density(2 * np.pi * np.array([f * (1 - 1e-9), f * (1 + 1e-9)]))
         # The breaks have three digits: with exponents up to 4.6 that is half a per cent.
         assert left == pytest.approx(right, rel=0.01)
+
+
+def test_roughness_limit_as_printed() -> None:
+    """ISO 3095:2013, dB re 1 um, at the nominal wavelengths of third octaves in cm."""
+    printed = {40: 17.1, 25: 13.0, 10: 4.9, 5: -1.1, 3.15: -5.0, 2.5: -5.6, 1: -8.0, 0.315: -11.0}
+    density = QUALITIES["iso-3095"].vertical.density
+    for centimetres, level in printed.items():
+        wavelength = centimetres / 100
+        # A third octave is 23 % of its centre wide, in wavenumber as well.
+        width = 2 * np.pi / wavelength * (10**0.05 - 10**-0.05)
+        power = density(np.array([2 * np.pi / wavelength]))[0] * width
+        # Nominal wavelengths are rounded by up to half a per cent: 0.03 dB.
+        assert 10 * np.log10(power / 1e-12) == pytest.approx(level, abs=0.05)
 
 
 def test_roughness_levels() -> None:
