@@ -8,10 +8,12 @@ import warnings
 from importlib.metadata import version
 from typing import Annotated
 
-# Our matrices are small: threads wait for each other longer than they work. To be set before
-# numpy is loaded; who wants threads sets the variable.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-os.environ.setdefault("OMP_NUM_THREADS", "1")
+# Our matrices are small: threads wait for each other longer than they work. And how many there are
+# decides in which order sums are taken, so what is exported or computed would differ in its last
+# digits. To be set before numpy is loaded.
+os.environ.update(
+    OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1", VECLIB_MAXIMUM_THREADS="1"
+)
 
 import typer
 from rich.text import Text

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import uuid
-import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-from railcosim.storage.whole import written_whole
+from railcosim.storage.archive import write_archive
 
 from .content import Content
 from .description import fmi2, fmi3
@@ -53,14 +52,7 @@ class NativeRuntime:
         for platform, binary in self._binaries(libraries).items():
             place = f"binaries/{platform.folder(self.fmi)}/{content.name}{platform.suffix}"
             entries[place] = binary
-        with (
-            written_whole(target) as partial,
-            zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive,
-        ):
-            for place, data in entries.items():
-                entry = zipfile.ZipInfo(place)  # with the same date in every file
-                entry.external_attr = 0o644 << 16
-                archive.writestr(entry, data, zipfile.ZIP_DEFLATED)
+        write_archive(target, entries)
 
     def _binaries(self, libraries: dict[Platform, Path]) -> dict[Platform, bytes]:
         """What goes into the folder of each platform."""

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from pythonfmu.builder import FmuBuilder
 
+from railcosim.storage.archive import write_archive
 from railcosim.storage.temporary import scratch
-from railcosim.storage.whole import written_whole
 
 from .content import Content
 from .description.about import PYTHON, Description
@@ -78,11 +78,9 @@ class PythonRuntime:
                 work / n for n in (package, "model.npz", "interface.json", "modelDescription.xml")
             ]
             packed = FmuBuilder.build_FMU(script, dest=work / "built", project_files=resources)
-            with zipfile.ZipFile(packed, "a", zipfile.ZIP_DEFLATED) as archive:
-                for path, data in beside.items():
-                    archive.writestr(path, data)
-            with written_whole(target) as partial:
-                shutil.move(packed, partial)
+            with zipfile.ZipFile(packed) as archive:  # with today's date, in any order
+                entries = {name: archive.read(name) for name in sorted(archive.namelist())}
+            write_archive(target, entries | beside)
 
 
 def _copy_runtime(work: Path) -> str:

@@ -7,7 +7,6 @@ connected to from a wrong source. So inputs that nothing feeds have no connector
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from railcosim.master.ssp.structure import MAIN
 from railcosim.master.ssp.structure_xml import TYPES, Experiment, Part, structure_xml
 from railcosim.master.suggest import suggest
 from railcosim.master.units import IDENTITY, Linear
-from railcosim.storage.whole import written_whole
+from railcosim.storage.archive import write_archive
 
 
 def write_ssp(
@@ -61,14 +60,8 @@ def write_ssp(
     sources = _sources(parts)
     experiment = Experiment(start=start, stop=stop, step=step)
     text = structure_xml(target.stem, parts, wiring, sources, experiment)
-    with (
-        written_whole(target) as partial,
-        zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive,
-    ):
-        archive.writestr(MAIN, text)
-        for path, source in sources.items():
-            # An FMU is compressed already.
-            archive.write(path, source, compress_type=zipfile.ZIP_STORED)
+    fmus = {source: path.read_bytes() for path, source in sources.items()}
+    write_archive(target, {MAIN: text, **fmus})
     return target
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import os
+import time
 import zipfile
 from pathlib import Path
 
@@ -123,3 +125,14 @@ def test_valid(package, tmp_path, two_units):
         schema("SystemStructureParameterValues.xsd").assertValid(document)
     described = fmpy_ssd.read_ssd(str(path))
     assert len(fmpy_ssd.get_connections(described.system)) == 2
+
+
+def test_the_clock_is_not_in_the_file(package, tmp_path, monkeypatch):
+    """Written at two times, with FMUs of two ages: the same bytes."""
+    with open_ssp(package(nested(""))) as loaded:
+        first = exported(loaded, tmp_path / "pair.ssp").read_bytes()
+        for fmu in loaded.fmus:
+            os.utime(fmu.description.path, (1.6e9, 1.6e9))
+        monkeypatch.setattr(time, "time", lambda: 1.7e9)
+        second = exported(loaded, tmp_path / "pair.ssp").read_bytes()
+    assert first == second
