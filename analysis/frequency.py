@@ -20,6 +20,7 @@ from railcosim.master.linear.receptance import FrequencyResponse, frequency_resp
 from railcosim.master.linear.substructuring import Joint, couple
 
 from .pair import FORCES, WHEELS, WHEELSETS
+from .ring import check_ring_of
 
 # For FMUs without Model Exchange. Both wheels of a wheelset together, then against each other: each
 # shows half of the track's modes. The record lasts a third of the longest period of the vehicle,
@@ -74,6 +75,7 @@ def linear_models(vehicle: Path, track: Path | None, progress: Progress) -> Mode
     attributes = {"vehicle_fmu": sha256}
     if track is None:
         return Models(cars, None, positions, attributes)
+    check_ring_of(track, positions)
     rails, attributes["track_fmu"] = linear_track(
         track, positions, lambda a, b: progress(share + (1 - share) * a / b, 1.0)
     )

@@ -25,6 +25,7 @@ from railcosim.track.irregularity import Profile
 
 from .catalogue import Owner
 from .contact import FORCES, WHEELS, WHEELSETS, contact_law
+from .ring import check_ring_of
 
 __all__ = ["FORCES", "WHEELS", "WHEELSETS", "Journey", "Pair", "open_pair", "owner_in"]
 
@@ -100,7 +101,9 @@ def open_pair(
             fmu.enter_initialization(0.0)
         pool: Pool = {}
         _ask(cars, pool)
-        irregularity = _irregularity(journey, _positions(cars, pool))
+        place = _positions(cars, pool)
+        check_ring_of(track, place)
+        irregularity = _irregularity(journey, place)
         components: list[Component] = [irregularity, cars, rails]
         if not any(v.name == FORCES[0] for fmu in (cars, rails) for v in fmu.outputs):
             components.insert(2, contact_law(parameters))

@@ -27,6 +27,7 @@ from railcosim.master.cosimulation import Divergence
 from railcosim.master.fmi.archive import FmuError
 from railcosim.parameters import ParameterError
 from railcosim.storage.interruption import obey_all, reason
+from railcosim.track.decay import RingWarning
 
 from . import (
     advise_command,
@@ -53,6 +54,9 @@ BAD_INPUTS = (
 FAILURES = (
     Divergence, ComponentError, CompilationFailed, CompilerMissing, ArithmeticError, OSError,
 )  # fmt: skip
+
+# Parameters and the FMUs made from them say the same of a ring, in other words.
+ONCE = (RingWarning,)
 
 app = typer.Typer(
     name="railcosim",
@@ -124,8 +128,10 @@ def run() -> None:
         _fail(_one_line(usage()), BAD_INPUT)
 
 
-def _note(message: Warning | str, *where: object, **more: object) -> None:
+def _note(message: Warning | str, category: type[Warning], *where: object, **more: object) -> None:
     """Show a warning as a line for users: which line of ours gave it is of no use to them."""
+    if category in ONCE:
+        warnings.simplefilter("ignore", category)
     errors.print(f"note: {message}")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.parameters import write_toml
-from railcosim.track.decay import check_ring
+from railcosim.track.decay import check_ring, decay_along
 from railcosim.track.parameters import Track
 from railcosim.track.reduced import ReducedTrack, reduce_track
 from railcosim.vehicle.contact import hertz_coefficient, tangent_stiffness
@@ -22,6 +22,7 @@ from . import interface
 from .interface import Scalar
 
 Arrays = dict[str, NDArray[Any]]
+Annotations = dict[str, dict[str, str]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,6 +43,8 @@ class Content:
         Its model.
     parameters : str
         What it was made from, as text for people.
+    annotations : dict
+        Of the model description, by element and attribute: what a master may want to know.
     """
 
     name: str
@@ -50,6 +53,7 @@ class Content:
     table: list[Scalar]
     arrays: Arrays
     parameters: str
+    annotations: Annotations
 
     @property
     def has_contact(self) -> bool:
@@ -110,6 +114,12 @@ def contact_defaults(vehicle: Vehicle) -> interface.Contact:
     return interface.Contact(k_H=tangent_stiffness(C, vehicle.wheel_load), C=C)
 
 
+def ring_annotations(track: Track) -> Annotations:
+    """What a track says of its ring: its length, and what vehicle it is long enough for, m."""
+    longest = decay_along(track).longest_span(track.mesh.cells)
+    return {"Ring": {"length": repr(track.length), "longestVehicle": repr(longest)}}
+
+
 def contents(
     vehicle: Vehicle, track: Track, progress: Callable[[str], None] = lambda text: None
 ) -> list[Content]:
@@ -150,6 +160,7 @@ def contents(
                 table=interface.vehicle(**known),
                 arrays=vehicle_content,
                 parameters=write_toml(vehicle, "Vehicle"),
+                annotations={},
             ),
             Content(
                 name="TrackWithContact" if with_contact else "Track",
@@ -161,6 +172,7 @@ def contents(
                 table=interface.track(**known),
                 arrays=reduced,
                 parameters=write_toml(track, "Slab track"),
+                annotations=ring_annotations(track),
             ),
         ]
     return made

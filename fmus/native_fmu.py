@@ -74,6 +74,7 @@ class NativeRuntime:
             version=version("railcosim"),
             text=content.text,
             capabilities=NATIVE,
+            annotations=content.annotations,
         )
         files = [path.name for path in sources(self.fmi)]
         shown = None if content.has_contact else states

@@ -64,6 +64,7 @@ class PythonRuntime:
                 version=version("railcosim"),
                 text=content.text,
                 capabilities=PYTHON,
+                annotations=content.annotations,
             )
             xml = model_description(about, content.table)
             (work / "modelDescription.xml").write_bytes(xml)

@@ -8,6 +8,7 @@ number of cells, from one solution of one cell.
 from __future__ import annotations
 
 import warnings
+from bisect import bisect_left
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -100,6 +101,14 @@ class Decay:
             if self.worst(cells, span)[0] <= PROMISED:
                 return cells
         return None
+
+    def longest_span(self, cells: int) -> float:
+        """Farthest apart (m) that wheelsets may be for `PROMISED`, to 0.1 m; 0 if no two may be."""
+        tenths = int(10 * (cells * self.cell_length - NEAREST))
+        kept = bisect_left(
+            range(1, tenths + 1), x=True, key=lambda k: self.worst(cells, k / 10)[0] > PROMISED
+        )
+        return kept / 10
 
 
 @lru_cache(maxsize=8)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 AUTHOR = "The railcosim authors"
 COPYRIGHT = f"Copyright (c) 2026 {AUTHOR}"
 LICENCE = "MIT"
 LOG_CATEGORIES = {"logStatusError": "Why a call failed"}
+TOOL = "railcosim"  # whose annotations they are
 TOLERANCE = 1e-6  # of a solver that brings none of its own: a hundredth of what data warrant
 
 
@@ -59,6 +61,8 @@ class Description:
         Identity of the content (FMI 3: instantiation token), of the software, and one sentence.
     capabilities : Capabilities
         Of the runtime.
+    annotations : dict
+        Of our own, by element and attribute.
     step, stop : float
         Default experiment, s.
     """
@@ -68,6 +72,7 @@ class Description:
     version: str
     text: str
     capabilities: Capabilities
+    annotations: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     step: float = 1e-4
     stop: float = 1.0
 

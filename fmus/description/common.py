@@ -26,6 +26,12 @@ def frame(
     SubElement(root, "DefaultExperiment", experiment)
 
 
+def annotate(parent: Element, about: Description) -> None:
+    """Add our annotations."""
+    for element, attributes in about.annotations.items():
+        SubElement(parent, element, dict(attributes))
+
+
 def identity(v: Scalar, reference: int) -> dict[str, str]:
     """Attributes that say what a variable is."""
     known = {

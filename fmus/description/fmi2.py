@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from ..interface import Scalar
-from .about import Description
-from .common import boolean, frame, identity, local, to_bytes, value_attributes
+from .about import TOOL, Description
+from .common import annotate, boolean, frame, identity, local, to_bytes, value_attributes
 from .structure import Elements, States
 
 FIRST_STATE, FIRST_DERIVATIVE = 2**16, 2**24  # value references
@@ -39,6 +39,8 @@ def model_description(
     root.attrib.update(about.attributes())
     _interface_types(root, about, sources, model_exchange=states is not None)
     frame(root, about, table, model_exchange=states is not None)
+    if about.annotations:
+        annotate(SubElement(SubElement(root, "VendorAnnotations"), "Tool", name=TOOL), about)
     variables = SubElement(root, "ModelVariables")
     for reference, v in enumerate(table):
         scalar = SubElement(variables, "ScalarVariable", identity(v, reference))

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from ..interface import Scalar
-from .about import Description
-from .common import boolean, frame, identity, local, to_bytes, value_attributes
+from .about import TOOL, Description
+from .common import annotate, boolean, frame, identity, local, to_bytes, value_attributes
 from .structure import Block, Elements, States
 
 FIRST_STATE, FIRST_DERIVATIVE = 2**16, 2**24  # value references of the first block
@@ -47,6 +47,8 @@ def model_description(
     _state_variables(variables, blocks)
     structure = SubElement(root, "ModelStructure")
     _structure(structure, table, blocks, states.outputs if states is not None else {})
+    if about.annotations:
+        annotate(SubElement(SubElement(root, "Annotations"), "Annotation", type=TOOL), about)
     return to_bytes(root)
 
 

@@ -83,14 +83,35 @@ def unpack_archive(path: Path, main: str, check: Callable[[Path, bytes], object]
         If the file is missing, is not a zip archive, holds entries that leave the folder, collide
         or are links, unpacks to more than `MAX_TOTAL_SIZE`, or has no acceptable `main`.
     """
-    if not path.is_file():
-        raise FmuError(f"{path}: no such file; give the path of a {path.suffix or '.fmu'} file")
-    with _opened(path) as archive:
-        _check_entries(path, archive.infolist())
-        if main not in archive.namelist():
-            raise FmuError(f"{path}: no {main} at its top level; not {_kind(main)}")
+    with _checked(path, main) as archive:
         check(path, archive.read(main))
         return _extract(archive)
+
+
+def read_annotations(path: Path, tool: str) -> dict[str, dict[str, str]]:
+    """What a tool has noted in an FMU's model description (``VendorAnnotations``).
+
+    Parameters
+    ----------
+    path : Path
+        The ``.fmu`` file.
+    tool : str
+        Whose annotations.
+
+    Returns
+    -------
+    dict
+        Element to its attributes; empty if there are none.
+
+    Raises
+    ------
+    FmuError
+        As `unpack`.
+    """
+    with _checked(path, DESCRIPTION) as archive:
+        root = parse_xml(f"{path}: {DESCRIPTION}", archive.read(DESCRIPTION))
+    tools = [t for t in root.iterfind("VendorAnnotations/Tool") if t.get("name") == tool]
+    return {element.tag: dict(element.attrib) for t in tools for element in t}
 
 
 def unpacked_size(path: Path) -> int:
@@ -191,6 +212,18 @@ def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
         raise FmuError(
             f"{path}: not a readable zip archive (bad offset); export it again"
         ) from error
+
+
+@contextmanager
+def _checked(path: Path, main: str) -> Iterator[zipfile.ZipFile]:
+    """Open an archive whose entries may be written to a folder, and that has its main one."""
+    if not path.is_file():
+        raise FmuError(f"{path}: no such file; give the path of a {path.suffix or '.fmu'} file")
+    with _opened(path) as archive:
+        _check_entries(path, archive.infolist())
+        if main not in archive.namelist():
+            raise FmuError(f"{path}: no {main} at its top level; not {_kind(main)}")
+        yield archive
 
 
 def _kind(main: str) -> str:

@@ -287,3 +287,23 @@ def test_export_of_fmi_3(tmp_path) -> None:
     assert done.returncode == 0, done.stderr
     assert "Track.fmu" in done.stdout
     assert fmpy.read_model_description(str(tmp_path / "f" / "Track.fmu")).fmiVersion == "3.0"
+
+
+def test_vehicle_and_track_that_do_not_fit(tmp_path) -> None:
+    """122 m of vehicle on a ring of 100 m: no FMUs, but what to do; 18 m on 20 m: said once."""
+    (tmp_path / "long.toml").write_text("[geometry]\nbogie_half_distance = 59.75\n")
+    done = railcosim("export", "--vehicle", "long.toml", "--out", "fmus", folder=tmp_path)
+    assert done.returncode == 2
+    assert "122 m" in done.stderr
+    assert "100 m ([mesh] cells = 20)" in done.stderr
+    assert "cells = 34 (170 m)" in done.stderr
+    assert not (tmp_path / "fmus" / "Track.fmu").exists()
+    (tmp_path / "short.toml").write_text(
+        "[mesh]\ncells = 4\nhighest_slab_frequency = 300\nhighest_frequency = 1000\n"
+    )
+    done = railcosim(
+        "compare", "--track", "short.toml", "--time", 1e-3, "--frequencies", "10:20:10",
+        folder=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("ring of 20 m") == 1

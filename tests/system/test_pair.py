@@ -10,6 +10,8 @@ from railcosim.analysis.frequency import linear_models
 from railcosim.analysis.pair import FORCES, WHEELS, Journey, open_pair
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.cli.compare import frequency_errors, newmark_forces
+from railcosim.master.connections import CouplingError
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.receptance import frequency_response
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
@@ -75,6 +77,36 @@ def test_starts_at_rest(exported, owner, nonlinear) -> None:
     assert stopped is None
     # Ten steps at rest: what the balance left over, amplified by the contact in the vehicle.
     assert np.abs(dataset["wheelset[1].left.wheel_z"].diff("time")).max() < 1e-10
+
+
+def rough(floor):
+    """A loader of FMUs whose wheelsets are never accelerated by less than a floor, m/s2."""
+
+    class Rough(FmuComponent):
+        def read_outputs(self):
+            super().read_outputs()
+            for k, output in enumerate(self.outputs):
+                if output.name.endswith("].az") and output.name.startswith("wheelset"):
+                    self.y[k] = np.hypot(self.y[k], floor)
+
+    return Rough.load
+
+
+@pytest.mark.parametrize("owner", ["track", "vehicle"])
+def test_no_rest_is_no_start(exported, owner) -> None:
+    """What is left at rest is 1e-6 m/s2 (and 0.1 N) at most, or there is no run.
+
+    The limit is the same number for forces in units of 100 kN: a hundred times it is 10 N, as an
+    irregularity of 0.1 um at 0.1 GN/m, and would be taken for one; so twice it is refused.
+    """
+    run = plan(exported.folder, jacobi(), step=1e-4, stop=1e-3, profile=flat(10.0), owner=owner)
+    with open_pair(run.vehicle, run.track, run.parameters, run.journey, rough(5e-7)):
+        pass
+    with (
+        pytest.raises(CouplingError, match=r"no static equilibrium .*2\.\d+e-06 m/s2"),
+        open_pair(run.vehicle, run.track, run.parameters, run.journey, rough(2e-6)),
+    ):
+        pass
 
 
 def test_observed_orders(exported) -> None:

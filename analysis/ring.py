@@ -1,0 +1,73 @@
+"""Whether a vehicle fits on the ring of a track, where both are FMUs."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from railcosim.master.component import FloatArray
+from railcosim.master.connections import CouplingError
+from railcosim.master.fmi.archive import FmuError, read_annotations
+from railcosim.track.decay import NEAREST, PROMISED, PROMISED_TO, RingWarning
+
+TOOL, RING = "railcosim", "Ring"
+CURE = "export the track with more [mesh] cells"
+
+
+def check_ring_of(track: Path, positions: FloatArray) -> None:
+    """Check wheelsets against what a track FMU of ours says of its ring; others say nothing.
+
+    Parameters
+    ----------
+    track : Path
+        FMU file.
+    positions : array, shape (4,)
+        Of the wheelsets, m.
+
+    Raises
+    ------
+    FmuError
+        If what the FMU says is no number.
+    CouplingError
+        If the first wheelset meets the last one through the ring.
+
+    Warns
+    -----
+    RingWarning
+        If they are farther apart than the track is made for.
+    """
+    noted = read_annotations(track, TOOL).get(RING)
+    if noted is None:
+        return
+    length, longest = (_number(track, noted, name) for name in ("length", "longestVehicle"))
+    span = float(np.ptp(positions))
+    if length - span < NEAREST:
+        raise CouplingError(
+            f"{track}: is a ring of {length:g} m; the vehicle is {span:g} m long from its first "
+            f"wheelset to its last, and less than {NEAREST:g} m are left the other way round: "
+            f"{CURE}"
+        )
+    if span > longest:
+        fit = f"for wheelsets up to {longest:g} m apart" if longest else "for no vehicle"
+        warnings.warn(
+            f"{track}: a ring of {length:g} m whose receptance is within {PROMISED:.0%} of an "
+            f"endless track's to {PROMISED_TO:g} Hz {fit}; these are {span:g} m apart: {CURE}",
+            RingWarning,
+            stacklevel=2,
+        )
+
+
+def _number(track: Path, noted: dict[str, str], name: str) -> float:
+    try:
+        value = float(noted[name])
+    except (KeyError, ValueError):
+        value = math.nan
+    if not 0.0 <= value < math.inf:
+        raise FmuError(
+            f"{track}: its annotation {RING} has {name} = {noted.get(name)!r}: must be a length in "
+            "m; export it again"
+        )
+    return value
