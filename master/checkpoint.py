@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 import warnings
 from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -16,10 +16,12 @@ from typing import Any
 from railcosim.master import plain
 from railcosim.master.component import Component, ComponentError
 from railcosim.master.cosimulation import CommunicationPoint, Cosimulation
-from railcosim.master.journal import Journal, read_journal
+from railcosim.master.journal import Journal, Seals, is_journal, read_journal
 from railcosim.master.recording import Recorder
+from railcosim.storage.lock import held
+from railcosim.storage.whole import TargetError, check_regular, check_target, write_whole
 
-_FORMAT = "railcosim checkpoint 1"
+_FORMAT = "railcosim checkpoint 2"
 
 About = Mapping[str, str | float]
 """What a run is made with beyond its system and scheme: parameters, speed, irregularity."""
@@ -74,7 +76,7 @@ class Checkpoints:
         Raises
         ------
         CheckpointError
-            If a component cannot write its state.
+            If a component cannot write its state, or as `claimed`.
 
         Warns
         -----
@@ -83,6 +85,40 @@ class Checkpoints:
         """
         _check_able(run)
         identity = _identity(run, about)
+        with self.claimed():
+            yield from self._watch(run, recorder, about, identity)
+
+    @contextmanager
+    def claimed(self) -> Iterator[None]:
+        """Hold both files, as `watch` does while it lasts.
+
+        Raises
+        ------
+        CheckpointError
+            If another run holds them, they cannot be written, or are there and something else.
+        """
+        results = results_of(self.path)
+        with ExitStack() as stack:
+            try:
+                for path in (self.path, results):
+                    check_target(path)
+                if self.path.exists() and self.path.stat().st_size:
+                    _read(self.path)
+                if results.exists() and not is_journal(results):
+                    raise CheckpointError(f"{results}: not rows of a checkpoint")
+                stack.enter_context(held(self.path))
+            except CheckpointError as error:
+                raise CheckpointError(
+                    f"{error}; it is not replaced: take another name, or delete it"
+                ) from error
+            except OSError as error:
+                raise CheckpointError(str(error)) from error
+            yield
+
+    def _watch(
+        self, run: Cosimulation, recorder: Recorder, about: About, identity: dict[str, str]
+    ) -> Iterator[CommunicationPoint]:
+        """Do what `watch` says."""
         journal: Journal | None = None
         due = -math.inf
         for point in run:
@@ -99,7 +135,7 @@ class Checkpoints:
                         results_of(self.path), columns, _digest(identity), recorder.rows()
                     )
                 journal.append(recorder.rows(len(journal)))
-                _replace(self.path, state)
+                write_whole(self.path, plain.dumps((*state, journal.seals)))
             except OSError as error:
                 warnings.warn(
                     f"{self.path}: no checkpoint at t = {point.time:.9g} s ({error}); "
@@ -134,7 +170,7 @@ def resume(path: Path, run: Cosimulation, recorder: Recorder, about: About) -> N
     CheckpointError
         If a file is missing or damaged, or of a run that differs: in what.
     """
-    time, seen, n_rows, identity, system, stepper, walk = _read(path)
+    time, seen, n_rows, identity, system, stepper, walk, seals = _read(path)
     here = _identity(run, about)
     if identity != here:
         raise CheckpointError(f"{path}: of another run: {_difference(identity, here)}")
@@ -144,7 +180,7 @@ def resume(path: Path, run: Cosimulation, recorder: Recorder, about: About) -> N
         )
     results = results_of(path)
     try:
-        rows = read_journal(results, recorder.to_dataset(), _digest(identity), n_rows)
+        rows = read_journal(results, recorder.to_dataset(), _digest(identity), n_rows, seals)
     except (OSError, ValueError) as error:
         raise CheckpointError(f"{results}: cannot be used: {error}") from error
     try:
@@ -167,14 +203,14 @@ def _check_able(run: Cosimulation) -> None:
             )
 
 
-def _state(run: Cosimulation, recorder: Recorder, identity: dict[str, str]) -> bytes:
+def _state(run: Cosimulation, recorder: Recorder, identity: dict[str, str]) -> tuple[Any, ...]:
     """All that decides how a run goes on."""
     system = run.system
     try:
         state = system.serialize_state(system.save_state())
     except (ComponentError, ValueError) as error:  # FmuError is a ValueError
         raise CheckpointError(f"no checkpoint of this run is possible: {error}") from error
-    value = (
+    return (
         _FORMAT,
         run.time,
         recorder.seen,
@@ -184,13 +220,15 @@ def _state(run: Cosimulation, recorder: Recorder, identity: dict[str, str]) -> b
         run.stepper.memory,
         run.walk.memory,
     )
-    return plain.dumps(value)
 
 
-def _read(path: Path) -> tuple[float, int, int, dict[str, str], Any, Any, Any]:
+def _read(path: Path) -> tuple[float, int, int, dict[str, str], Any, Any, Any, Seals]:
     """Read a checkpoint, and see that it is one."""
     try:
+        check_regular(path)
         value = plain.loads(path.read_bytes())
+    except TargetError as error:
+        raise CheckpointError(f"{error}, no checkpoint") from error
     except OSError as error:
         raise CheckpointError(f"{path}: cannot be read ({error.strerror})") from error
     except plain.PlainError as error:
@@ -198,13 +236,14 @@ def _read(path: Path) -> tuple[float, int, int, dict[str, str], Any, Any, Any]:
     try:
         kind, time, seen, n_rows, identity, *others = value
         identity = {str(k): str(v) for k, v in json.loads(identity).items()}
-        system, stepper, walk = others
+        system, stepper, walk, seals = others
         good = kind == _FORMAT and math.isfinite(time) and 0 < int(n_rows) <= int(seen)
+        good = good and all(isinstance(e, int) and isinstance(d, str) for e, d in seals) and seals
     except (TypeError, ValueError, AttributeError):
         good = False
     if not good:
         raise CheckpointError(f"{path}: not a {_FORMAT}")
-    return time, seen, n_rows, identity, system, stepper, walk
+    return time, seen, n_rows, identity, system, stepper, walk, seals
 
 
 def _identity(run: Cosimulation, about: About) -> dict[str, str]:
@@ -239,21 +278,3 @@ def _difference(there: dict[str, str], here: dict[str, str]) -> str:
     ]
     more = [f"and {len(keys) - 3} more"] if len(keys) > 3 else []
     return "; ".join(sentences + more)
-
-
-def _replace(path: Path, data: bytes) -> None:
-    """Write a file, in one piece or not at all, and see that it is on the disk."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)  # the new name, too
-    finally:
-        os.close(folder)

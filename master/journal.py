@@ -4,14 +4,19 @@ A file of netCDF 3 is a header, which holds the number of records, and the recor
 written behind the last record, and only then the number is changed, 4 bytes at once. Whenever the
 process is killed, the file is complete with what was there before or after. (HDF5, which is netCDF
 4, keeps tables that are wrong in between.) Each row is written once, however long the run gets.
+
+Whether a file is still what was written is known by its seals: digests of all bytes up to some
+places, kept elsewhere.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import string
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, TypeAlias
 from urllib.parse import quote
 
 import numpy as np
@@ -19,9 +24,16 @@ import xarray as xr
 from scipy.io import netcdf_file
 
 from railcosim.master.component import FloatArray
+from railcosim.storage.whole import check_regular, written_whole
+
+Seals: TypeAlias = tuple[tuple[int, str], ...]
+"""Places in a file, bytes from its beginning, each with a digest of all before it."""
 
 _COUNT_AT = 4  # bytes from the beginning of the file: the number of records
+_COUNT_END = 8
 _ID = "railcosim_run"
+_HEADER = 1 << 20  # bytes from the beginning, in which a journal says that it is one
+_MOST_SEALS = 512
 
 
 class Journal:
@@ -41,27 +53,57 @@ class Journal:
 
     def __init__(self, path: Path, columns: xr.Dataset, identity: str, rows: FloatArray) -> None:
         self._path = path
-        partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-        try:
+        with written_whole(path) as partial:
             _write_header(partial, columns, identity)
-            self._begin = partial.stat().st_size - 8 * rows.shape[1]
-            _append(partial, self._begin, 0, rows)
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
-        self._count = len(rows)
+            begin = partial.stat().st_size - 8 * rows.shape[1]
+            with partial.open("rb") as file:
+                self._sum = _sum_of_header(file.read(begin))
+            self._seals: list[tuple[int, str]] = [(begin, self._sum.hexdigest())]
+            self._count = 0
+            self._append(partial, rows)
 
     def __len__(self) -> int:
         return self._count
 
+    @property
+    def seals(self) -> Seals:
+        """By which `read_journal` sees whether all is as it was written."""
+        return tuple(self._seals)
+
     def append(self, rows: FloatArray) -> None:
         """Add rows, shape (n, 1 + n_variables)."""
         if len(rows):
-            _append(self._path, self._begin, self._count, rows)
-            self._count += len(rows)
+            self._append(self._path, rows)
+
+    def _append(self, path: Path, rows: FloatArray) -> None:
+        """Write rows, and then their number; each reaches the disk in turn."""
+        data, end = rows.astype(">f8").tobytes(), self._seals[-1][0]
+        with path.open("r+b") as file:
+            file.seek(end)
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+            file.seek(_COUNT_AT)
+            file.write((self._count + len(rows)).to_bytes(4, "big"))
+            file.flush()
+            os.fsync(file.fileno())
+        self._count += len(rows)
+        self._sum.update(data)
+        self._seals.append((end + len(data), self._sum.hexdigest()))
+        if len(self._seals) > _MOST_SEALS:  # they only say more closely where the damage is
+            del self._seals[1:-1:2]
 
 
-def read_journal(path: Path, columns: xr.Dataset, identity: str, n_rows: int) -> FloatArray:
+def is_journal(path: Path) -> bool:
+    """Whether a file is a journal, of whatever run."""
+    with path.open("rb") as file:
+        begin = file.read(_HEADER)
+    return begin.startswith(b"CDF") and _ID.encode() in begin
+
+
+def read_journal(
+    path: Path, columns: xr.Dataset, identity: str, n_rows: int, seals: Seals
+) -> FloatArray:
     """Read the first rows of a `Journal`.
 
     Parameters
@@ -70,6 +112,8 @@ def read_journal(path: Path, columns: xr.Dataset, identity: str, n_rows: int) ->
         As it was written.
     n_rows : int
         How many.
+    seals : Seals
+        As they were when there were so many.
 
     Returns
     -------
@@ -81,8 +125,9 @@ def read_journal(path: Path, columns: xr.Dataset, identity: str, n_rows: int) ->
     OSError
         If it cannot be read.
     ValueError
-        If it is damaged, of another run, or has too few rows.
+        If it is damaged, and where; of another run, or has too few rows.
     """
+    _check_seals(path, seals, n_rows)
     try:
         with netcdf_file(path, mmap=False) as file:
             found = getattr(file, _ID, b"").decode("ascii", "replace")
@@ -117,14 +162,33 @@ def _write_header(path: Path, columns: xr.Dataset, identity: str) -> None:
                 setattr(variable, str(key), str(value).encode())
 
 
-def _append(path: Path, begin: int, count: int, rows: FloatArray) -> None:
-    """Write rows behind `count` others, and then their number; each reaches the disk in turn."""
-    with path.open("r+b") as file:
-        file.seek(begin + count * rows.shape[1] * 8)
-        file.write(rows.astype(">f8").tobytes())
-        file.flush()
-        os.fsync(file.fileno())
-        file.seek(_COUNT_AT)
-        file.write((count + len(rows)).to_bytes(4, "big"))
-        file.flush()
-        os.fsync(file.fileno())
+def _sum_of_header(header: bytes) -> Any:
+    """Digest of a header but for the number of records in it."""
+    return hashlib.sha256(header[:_COUNT_AT] + header[_COUNT_END:])
+
+
+def _check_seals(path: Path, seals: Seals, n_rows: int) -> None:
+    """Raise ValueError if a byte of what was sealed is not as it was, saying where."""
+    check_regular(path)
+    begin, last = seals[0][0], seals[-1][0]
+    width = (last - begin) / n_rows
+    here, digest = 0, ""
+    with path.open("rb") as file:
+        for end, seal in seals:
+            data = file.read(max(end - here, 0))
+            if here == 0:
+                total = _sum_of_header(data)
+            else:
+                total.update(data)
+            digest = total.hexdigest()
+            if len(data) != end - here or digest != seal:
+                places = [round((place - begin) / width) for place in (here, end)]
+                where = (
+                    f"between points {places[0] + 1} and {places[1]}"
+                    if here
+                    else "in its head, or of another run"
+                )
+                raise ValueError(
+                    f"it is damaged {where} (bytes {here} to {end} are not as they were written)"
+                )
+            here = end

@@ -6,6 +6,7 @@ import io
 import os
 import pickle
 import random
+import re
 import subprocess
 import sys
 import time
@@ -18,7 +19,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from railcosim.master import checkpoint, plain
+from railcosim.master import journal, plain
 from railcosim.master.checkpoint import (
     CheckpointError,
     Checkpoints,
@@ -256,6 +257,95 @@ def test_damage_is_found(tmp_path):
             go_on(path)
 
 
+def test_damage_in_the_rows_is_found(tmp_path):
+    """Any bit that counts, with the file's name and the place."""
+    path = tmp_path / "run"
+    write(path, stop_after=0.95)
+    results = results_of(path)
+    data = results.read_bytes()
+    rng = random.Random(3)
+    for place in [*range(4, 8), *(rng.randrange(len(data)) for _ in range(200))]:
+        bad = bytearray(data)
+        bad[place] ^= 1 << rng.randrange(8)
+        results.write_bytes(bad)
+        with pytest.raises(CheckpointError) as caught:
+            go_on(path)
+        assert str(caught.value).startswith(f"{results}: ")
+        if 4 <= place < 8:  # how many rows there are
+            continue
+        begin, end = map(int, re.search(r"bytes (\d+) to (\d+)", str(caught.value)).groups())
+        assert begin <= place < end
+        points = re.search(r"between points (\d+) and (\d+)", str(caught.value))
+        if points is not None:
+            first, last = map(int, points.groups())
+            assert 40 * (last - first + 1) == end - begin  # five columns
+            assert last - first <= 10  # a checkpoint every 0.1 s
+
+
+def test_seals_stay_few(tmp_path, monkeypatch):
+    """However many checkpoints there were, and all is still sealed."""
+    monkeypatch.setattr(journal, "_MOST_SEALS", 10)
+    path = tmp_path / "run"
+    write(path, stop_after=0.5, every=STEP)
+    n_rows = len(go_on(path)[1])
+    assert n_rows > 45
+    assert len(plain.loads(path.read_bytes())[-1]) <= 11
+    data = results_of(path).read_bytes()
+    for row in range(n_rows):
+        bad = bytearray(data)
+        bad[-40 * n_rows + 40 * row] ^= 1  # five columns
+        results_of(path).write_bytes(bad)
+        with pytest.raises(CheckpointError, match="it is damaged between points"):
+            go_on(path)
+
+
+# --- one run a file ------------------------------------------------------------------------------
+
+
+def test_a_second_run_is_refused(tmp_path):
+    path = tmp_path / "run"
+    run, recorder = make_run()
+    points = Checkpoints(path, 0.1).watch(run, recorder, ABOUT)
+    recorder.add(next(points))
+    second = Checkpoints(path, 0.1).watch(*make_run(), ABOUT)
+    with pytest.raises(CheckpointError, match="run: another run is writing it"):
+        next(second)
+    whole = finish(*make_run())
+    assert finish(points, recorder) == whole
+    assert finish(*go_on(path)) == whole
+    write(path)  # free again
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["run", "run.nc"]
+
+
+@pytest.mark.parametrize(
+    ("name", "other", "words"),
+    [
+        ("run", "notes", "run: damaged, or not a checkpoint .*; it is not replaced"),
+        ("run.nc", "CDF results", "run.nc: not rows of a checkpoint; it is not replaced"),
+    ],
+)
+def test_what_is_something_else_stays(tmp_path, name, other, words):
+    (tmp_path / name).write_text(other)
+    with pytest.raises(CheckpointError, match=words):
+        write(tmp_path / "run")
+    assert (tmp_path / name).read_text() == other
+
+
+def test_devices(tmp_path):
+    """Endless to read, and never to be replaced."""
+    (tmp_path / "run").symlink_to("/dev/zero")
+    with pytest.raises(CheckpointError, match="run: is a device"):
+        go_on(tmp_path / "run")
+    with pytest.raises(CheckpointError, match="run: is a device"):
+        write(tmp_path / "run")
+    write(tmp_path / "other")
+    results_of(tmp_path / "other").unlink()
+    results_of(tmp_path / "other").symlink_to("/dev/zero")
+    with pytest.raises(CheckpointError, match=r"other\.nc: is a device"):
+        go_on(tmp_path / "other")
+    assert Path("/dev/zero").is_char_device()
+
+
 def rewritten(path, change):
     """A checkpoint whose values were changed, its sums being right."""
     values = list(plain.loads(path.read_bytes()))
@@ -316,7 +406,7 @@ def test_results_are_checked(tmp_path):
         assert "\n" not in str(caught.value)
     write(tmp_path / "other", scheme=jacobi(degree=1))
     results.write_bytes(results_of(tmp_path / "other").read_bytes())
-    with pytest.raises(CheckpointError, match="it is of another run"):
+    with pytest.raises(CheckpointError, match="in its head, or of another run"):
         go_on(path)
 
 
@@ -357,7 +447,7 @@ def test_full_disk_is_a_warning(tmp_path, monkeypatch):
             raise OSError(28, "No space left on device")
         fsync(file)
 
-    monkeypatch.setattr(checkpoint.os, "fsync", full)
+    monkeypatch.setattr(os, "fsync", full)
     run, recorder = make_run()
     points = Checkpoints(tmp_path / "run", 0.1).watch(run, recorder, ABOUT)
     with pytest.warns(CheckpointWarning, match=r"no checkpoint at t = .* \(.*No space left"):
@@ -415,14 +505,14 @@ JOB = Path(__file__).with_name("killed_job.py")
 def test_killed_at_each_stage_of_writing(tmp_path):
     """Before and after each call that makes something lasting, in the first two checkpoints."""
     whole = finish(*make_run())
-    calls = 22  # the first checkpoint makes six calls, the second five; before and after each
+    calls = 30  # trials make two calls, a checkpoint eight, the next five; before and after each
     with subprocess.Popen(
         [sys.executable, JOB, tmp_path, str(calls)], stdout=subprocess.DEVNULL
     ) as job:
         assert job.wait() == 0
     for call in range(calls):
         path = tmp_path / str(call)
-        if call < 9:  # nothing has its name yet, or only the results
+        if call < 17:  # nothing has its name yet, or only the results
             assert not path.exists()
             continue
         run, recorder = go_on(path)
