@@ -18,7 +18,7 @@ os.environ.update(
 import typer
 from rich.text import Text
 
-from railcosim.fmus.native_runtime.compile import CompilationFailed, CompilerMissing
+from railcosim.fmus.native_runtime.compile import CacheRefused, CompilationFailed, CompilerMissing
 from railcosim.fmus.native_runtime.platforms import UnknownPlatform
 from railcosim.master.checkpoint import CheckpointError
 from railcosim.master.component import ComponentError
@@ -52,7 +52,8 @@ BAD_INPUTS = (
     ParameterError, FmuError, CouplingError, CheckpointError, UnknownPlatform, UsageError,
 )  # fmt: skip
 FAILURES = (
-    Divergence, ComponentError, CompilationFailed, CompilerMissing, ArithmeticError, OSError,
+    Divergence, ComponentError, CompilationFailed, CompilerMissing, CacheRefused, ArithmeticError,
+    OSError,
 )  # fmt: skip
 
 # Parameters and the FMUs made from them say the same of a ring, in other words.

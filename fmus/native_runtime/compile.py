@@ -1,25 +1,27 @@
-"""The C runtime compiled into shared libraries, each made once and kept in the user's cache."""
+"""The C runtime as shared libraries: those that came with railcosim, or compiled and kept."""
 
 from __future__ import annotations
 
-import hashlib
 import os
 import shlex
-import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import fmpy
 
-from .platforms import Platform, UnknownPlatform, local_platform
+from railcosim.storage.temporary import scratch
+
+from .compilers import Compiler, CompilerMissing, compiler_for, is_own_choice, zig
+from .kept import CacheRefused, cache, digest, find, keep
+from .platforms import Platform, local_platform
+
+__all__ = ["CacheRefused", "CompilationFailed", "CompilerMissing", "build", "headers", "sources"]
 
 SOURCES = Path(__file__).parent / "c"
+COMPILED = "compiled"  # folder beside the sources: libraries that an installed railcosim brings
 # No -ffast-math: the order of sums is ours, and a repeated step gives the same bits. No
 # contraction: processors and compilers differ in what they fuse. Without it Linux, Windows and ARM
 # have the same bits but where libm differs; with it a step is a twentieth cheaper.
@@ -27,28 +29,8 @@ FLAGS = ("-std=c99", "-O3", "-ffp-contract=off", "-fvisibility=hidden", "-fPIC",
 LINES = 8  # of a compiler's complaints that we pass on
 
 
-class CompilerMissing(ValueError):  # noqa: N818 (it says what happened)
-    """There is no compiler for what is asked for."""
-
-
 class CompilationFailed(RuntimeError):  # noqa: N818 (it says what happened)
     """A compiler refused the sources, or could not be run, or its result not be kept."""
-
-
-@dataclass(frozen=True)
-class Compiler:
-    """How to call a compiler for one platform.
-
-    Attributes
-    ----------
-    command : tuple of str
-        Program and first arguments.
-    identity : str
-        Program and version: a new one compiles anew.
-    """
-
-    command: tuple[str, ...]
-    identity: str
 
 
 def sources(fmi: int) -> list[Path]:
@@ -62,8 +44,7 @@ def sources(fmi: int) -> list[Path]:
 
 def headers(fmi: int) -> list[Path]:
     """The headers they include: ours, and FMI's own, which FMPy brings."""
-    theirs = (Path(fmpy.__file__).parent / "c-code").glob(f"fmi{fmi}*.h")
-    return sorted(SOURCES.glob("*.h")) + sorted(theirs)
+    return sorted(SOURCES.glob("*.h")) + _of_the_standard(fmi)
 
 
 def build(
@@ -71,10 +52,11 @@ def build(
     platforms: Sequence[Platform] | None = None,
     progress: Callable[[str], None] = lambda text: None,
 ) -> dict[Platform, Path]:
-    """Compile the runtime; platforms side by side.
+    """The runtime's libraries: as installed with railcosim, else compiled, platforms side by side.
 
-    What has been compiled before is taken from `$XDG_CACHE_HOME/railcosim` (`~/.cache/railcosim`).
-    Several processes may do this at once.
+    What has been compiled before is taken from the user's cache (`kept.cache`). A library that is
+    not what its name says is made again. Several processes may do this at once. With `$CC` set, the
+    one for this machine is compiled by that.
 
     Parameters
     ----------
@@ -92,116 +74,74 @@ def build(
 
     Raises
     ------
-    CompilerMissing, CompilationFailed, UnknownPlatform
+    CompilerMissing, CompilationFailed, CacheRefused, UnknownPlatform
         See there.
     """
     wanted = (local_platform(),) if platforms is None else tuple(platforms)
-    compilers = {platform: compiler_for(platform) for platform in wanted}
-    places = {p: _place(fmi, p, compiler) for p, compiler in compilers.items()}
-    waiting = {p for p, place in places.items() if not place.is_file()}
+    places = {p: None if is_own_choice(p) else installed(fmi, p) for p in wanted}
+    compilers = {p: compiler_for(p) for p, place in places.items() if place is None}
+    if compilers:
+        folder = _writable_cache()
+        stems = {p: _stem_in_cache(fmi, p, compiler) for p, compiler in compilers.items()}
+        places |= {p: find(folder, stem, p.suffix) for p, stem in stems.items()}
+    waiting = {p for p, place in places.items() if place is None}
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        tasks = {pool.submit(_compile, fmi, compilers[p], places[p]): p for p in waiting}
+        tasks = {
+            pool.submit(make, fmi, p, compilers[p], folder, stems[p]): p for p in waiting
+        }  # fmt: skip
         done = as_completed(tasks)
         while waiting:
             progress("compiling for " + ", ".join(sorted(p.fmi2 for p in waiting)))
             task = next(done)
-            task.result()
+            places[tasks[task]] = task.result()
             waiting.remove(tasks[task])
-    return places
+    return {p: place for p, place in places.items() if place is not None}
 
 
-def compiler_for(platform: Platform) -> Compiler:
-    """For this machine `$CC` if set, then zig, then the system's compiler; for others zig.
+def installed(fmi: int, platform: Platform) -> Path | None:
+    """The library that came with this installation, if one did."""
+    return find(SOURCES.parent / COMPILED, stem_of(fmi, platform), platform.suffix)
 
-    Zig first, because what it makes also runs on systems older than this one: it asks for glibc
-    2.17 at most. The system's compiler asks for what the system has, for instance for the exp() of
-    glibc 2.29.
+
+def compile_for_wheel(platforms: Sequence[Platform], folder: Path) -> None:
+    """Compile for both versions of FMI, by zig, into a folder: what `installed` finds later.
 
     Raises
     ------
-    CompilerMissing
-        If there is none.
+    CompilerMissing, CompilationFailed
+        See there.
     """
-    local = platform == _local()
-    if local and (named := os.environ.get("CC")):
-        return _system(_words(named))
-    try:
-        zig = version("ziglang")
-    except PackageNotFoundError:
-        pass
-    else:
-        command = (sys.executable, "-m", "ziglang", "cc", "-target", platform.target)
-        return Compiler(command, f"ziglang {zig}")
-    if not local:
-        raise CompilerMissing(
-            f"a binary for {platform.fmi2} is made by zig, which is not installed: "
-            f'pip install "railcosim[native]", or leave {platform.fmi2} out'
-        )
-    for name in ("cc", "gcc", "clang"):
-        if shutil.which(name):
-            return _system([name])
-    raise CompilerMissing(
-        "a native FMU needs a C compiler, and there is none (no cc, gcc or clang on the PATH, no "
-        "zig in this Python). Three ways out: install one (Debian, Ubuntu: apt install gcc "
-        'libc6-dev); or pip install "railcosim[native]"; or export with --runtime python'
-    )
+    for fmi in (2, 3):
+        for p in platforms:
+            if (compiler := zig(p)) is None:
+                raise CompilerMissing("zig is not installed where the wheel is built")
+            make(fmi, p, compiler, folder, stem_of(fmi, p))
 
 
-def _local() -> Platform | None:
-    try:
-        return local_platform()
-    except UnknownPlatform:
-        return None
+def stem_of(fmi: int, platform: Platform, *more: str | Path) -> str:
+    """Beginning of a library's name, from our sources, our flags, and `more`."""
+    parts = [text.encode() for text in (platform.target, *FLAGS)]
+    parts += [
+        f"{path.name} ".encode() + path.read_bytes()
+        for path in [*sources(fmi), *sorted(SOURCES.glob("*.h"))]
+    ]
+    parts += [part.read_bytes() if isinstance(part, Path) else part.encode() for part in more]
+    whole = b"".join(f"{len(part)} ".encode() + part for part in parts)
+    return f"fmi{fmi}-{platform.fmi3}-{digest(whole)}"
 
 
-def _words(named: str) -> list[str]:
-    try:
-        return shlex.split(named)
-    except ValueError as error:
-        raise CompilerMissing(
-            f"the variable CC = {named!r} is no command ({error}); correct or unset it"
-        ) from None
+def make(fmi: int, platform: Platform, compiler: Compiler, folder: Path, stem: str) -> Path:
+    """Compile, and keep the library in a folder under a name that begins with `stem`.
 
-
-def _system(command: list[str]) -> Compiler:
-    try:
-        told = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
-    except OSError as error:
-        raise CompilerMissing(
-            f"the C compiler {shlex.join(command)!r} cannot be run ({error.strerror}); "
-            "is the variable CC right?"
-        ) from None
-    return Compiler(tuple(command), shlex.join(command) + told.stdout)
-
-
-def _place(fmi: int, platform: Platform, compiler: Compiler) -> Path:
-    """Where the library is kept: named by all that goes into it."""
-    digest = hashlib.sha256()
-    for text in (platform.target, compiler.identity, *FLAGS):
-        digest.update(text.encode() + b"\0")
-    for path in sources(fmi) + headers(fmi):
-        content = path.read_bytes()
-        digest.update(f"{path.name} {len(content)}\0".encode() + content)
-    return _cache() / f"fmi{fmi}-{platform.fmi3}-{digest.hexdigest()[:32]}{platform.suffix}"
-
-
-def _cache() -> Path:
-    try:
-        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "railcosim"
-    except RuntimeError:
-        raise CompilationFailed(
-            "there is no home folder to keep the compiled runtime in; set XDG_CACHE_HOME to a "
-            "folder that can be written"
-        ) from None
-
-
-def _compile(fmi: int, compiler: Compiler, place: Path) -> None:
-    """Compile in a folder of our own, then move: others see the whole library or none."""
+    Raises
+    ------
+    CompilationFailed
+        If the compiler complains, or the library cannot be kept.
+    """
     folders = sorted({str(path.parent) for path in headers(fmi)})
     try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=place.parent, prefix="building-") as folder:
-            made = Path(folder) / place.name
+        with tempfile.TemporaryDirectory(dir=scratch()) as work:
+            made = Path(work) / f"runtime{platform.suffix}"
             command = [
                 *compiler.command, *FLAGS, *(f"-I{f}" for f in folders), "-o", str(made),
                 *(str(path) for path in sources(fmi)), "-lm",
@@ -209,12 +149,31 @@ def _compile(fmi: int, compiler: Compiler, place: Path) -> None:
             told = subprocess.run(command, capture_output=True, text=True, check=False)
             if told.returncode != 0:
                 raise CompilationFailed(_complaint(command, told))
-            made.replace(place)
+            return keep(folder, stem, platform.suffix, made.read_bytes())
     except OSError as error:
-        raise CompilationFailed(
-            f"the compiled runtime cannot be kept in {place.parent} ({error.strerror}); "
-            "set XDG_CACHE_HOME to a folder that can be written"
-        ) from None
+        raise _not_kept(folder, error) from None
+
+
+def _of_the_standard(fmi: int) -> list[Path]:
+    return sorted((Path(fmpy.__file__).parent / "c-code").glob(f"fmi{fmi}*.h"))
+
+
+def _stem_in_cache(fmi: int, platform: Platform, compiler: Compiler) -> str:
+    return stem_of(fmi, platform, compiler.identity, *_of_the_standard(fmi))
+
+
+def _writable_cache() -> Path:
+    try:
+        return cache()
+    except OSError as error:
+        raise _not_kept("the user's cache", error) from None
+
+
+def _not_kept(folder: Path | str, error: OSError) -> CompilationFailed:
+    return CompilationFailed(
+        f"the compiled runtime cannot be kept in {folder} ({error.strerror}); "
+        "set XDG_CACHE_HOME to a folder that can be written"
+    )
 
 
 def _complaint(command: list[str], told: subprocess.CompletedProcess[str]) -> str:

@@ -74,8 +74,9 @@ class Variant:
 
 def _conserving(s: int, name: str) -> Variant:
     """Lobatto points, and the best polynomial of degree s - 1: order 2 s."""
-    inner = legendre.legroots(legendre.legder(np.eye(s + 1)[s]))
-    points = np.concatenate([[0.0], (np.sort(inner) + 1) / 2, [1.0]])
+    # Real, all of them; numpy 2.5 gives them as complex numbers.
+    inner = np.sort(legendre.legroots(legendre.legder(np.eye(s + 1)[s])).real)
+    points = np.concatenate([[0.0], (inner + 1) / 2, [1.0]])
     nodes, project = best_fit(s - 1)
     weights = lagrange(points, nodes)
     return Variant(

@@ -25,6 +25,7 @@ def test_a_missing_compiler_is_told_before_anything_is_made(short_track, tmp_pat
     def missing(*_: object) -> None:
         raise compiling.CompilerMissing("no compiler")
 
+    monkeypatch.setattr(compiling, "installed", lambda *_: None)
     monkeypatch.setattr(compiling, "compiler_for", missing)
     told: list[str] = []
     with pytest.raises(compiling.CompilerMissing):

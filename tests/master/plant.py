@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shlex
 import subprocess
 import tempfile
 import zipfile
@@ -17,6 +15,8 @@ from railcosim.master.cosimulation import cosimulate
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.ssp import initialise
 from railcosim.master.system import System
+
+from ..c_compiler import c_compiler
 
 NAMESPACES = (
     'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" '
@@ -38,9 +38,8 @@ def library() -> bytes:
     """The compiled plant.c."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "plant.so"
-        command = shlex.split(os.environ.get("CC", "cc"))
         source = Path(__file__).with_name("plant.c")
-        subprocess.run([*command, "-shared", "-fPIC", "-o", out, source], check=True)
+        subprocess.run([*c_compiler(), "-shared", "-fPIC", "-o", out, source], check=True)
         return out.read_bytes()
 
 

@@ -416,3 +416,10 @@ def test_refusals() -> None:
         interface_jacobian(tolerance=0.0)
     with pytest.raises(ValueError, match="max_evaluations must be at least 2, got 1"):
         interface_jacobian(max_evaluations=1)
+
+
+def test_lobatto_points() -> None:
+    """Abramowitz & Stegun, table 25.6: x = 0, and 1/sqrt(5), at x = 2 tau - 1."""
+    assert CONSERVING_4.points == pytest.approx((0.5, 1.0), abs=1e-15)
+    x = 1 / np.sqrt(5)
+    assert CONSERVING_6.points == pytest.approx(((1 - x) / 2, (1 + x) / 2, 1.0), abs=1e-15)

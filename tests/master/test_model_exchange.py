@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shlex
 import subprocess
 import zipfile
 from pathlib import Path
@@ -17,6 +15,8 @@ from railcosim.master.fmi.archive import FmuError
 from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT, Pulses, best_way
 from railcosim.master.linear.linear_form import error_estimate
 from railcosim.master.linear.model_exchange import exact, linear_model
+
+from ..c_compiler import c_compiler
 
 G, LENGTH, DAMPING, INERTIA = 9.81, 0.5, 0.3, 2.0 * 0.25
 PULSES = Pulses(amplitude=1.0, step=1e-3, steps=1000)
@@ -52,7 +52,7 @@ XML = """<?xml version="1.0" encoding="UTF-8"?>
 def pendulum(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("pendulum")
     library = folder / f"pendulum{fmpy.sharedLibraryExtension}"
-    command = shlex.split(os.environ.get("CC", "cc"))
+    command = c_compiler()
     source = Path(__file__).with_name("pendulum.c")
     subprocess.run(
         [*command, "-shared", "-fPIC", "-Wall", "-Wextra", "-o", library, source, "-lm"], check=True

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shlex
 import subprocess
 import zipfile
 from pathlib import Path
@@ -14,6 +12,8 @@ from railcosim.master.component import Variable
 from railcosim.master.connections import Connection
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
+
+from ..c_compiler import c_compiler
 
 _DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Trouble" guid="trouble">
@@ -37,7 +37,7 @@ def make_fmu(folder: Path, trouble: str = "NONE") -> Path:
     """Compile and pack one."""
     library, path = folder / f"{trouble}.so", folder / f"{trouble}.fmu"
     source = Path(__file__).with_suffix(".c")
-    command = [*shlex.split(os.environ.get("CC", "cc")), "-shared", "-fPIC", f"-DTROUBLE={trouble}"]
+    command = [*c_compiler(), "-shared", "-fPIC", f"-DTROUBLE={trouble}"]
     subprocess.run([*command, "-o", library, source], check=True)
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("modelDescription.xml", _DESCRIPTION)

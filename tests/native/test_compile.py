@@ -2,16 +2,22 @@
 
 import ctypes
 import importlib.metadata
+import os
 import shutil
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
 from railcosim.fmus.native_runtime import compile as compiling
-from railcosim.fmus.native_runtime import platforms
-from railcosim.fmus.native_runtime.compile import CompilationFailed, CompilerMissing, build
+from railcosim.fmus.native_runtime import compilers, kept, platforms
+from railcosim.fmus.native_runtime.compile import (
+    CacheRefused,
+    CompilationFailed,
+    CompilerMissing,
+    build,
+)
 from railcosim.fmus.native_runtime.platforms import (
     PLATFORMS,
     UnknownPlatform,
@@ -24,13 +30,19 @@ FRONT = """#include "fmi{0}Functions.h"
 const char *fmi{0}GetVersion(void) {{ return common(); }}
 """
 WINDOWS = platforms_named("win64")[0]
+# Another process that builds, from the sources of a folder.
+BUILDS = """import sys; from pathlib import Path
+from railcosim.fmus.native_runtime import compile as compiling
+compiling.SOURCES = Path(sys.argv[1])
+sys.stdin.readline()
+print(*compiling.build(2).values())"""
 
 
 @pytest.fixture
 def stub(tmp_path, monkeypatch):
     """Sources with two fronts and a common part, an empty cache; its folder."""
-    sources = tmp_path / "C sources ä"  # as a user's home might be called
-    sources.mkdir()
+    sources = tmp_path / "home ä" / "c"  # as a user's home might be called
+    sources.mkdir(parents=True)
     for fmi in (2, 3):
         (sources / f"fmi{fmi}.c").write_text(FRONT.format(fmi))
     (sources / "common.h").write_text("const char *common(void);\n")
@@ -64,7 +76,7 @@ def no_zig(monkeypatch):
     def absent(name):
         raise importlib.metadata.PackageNotFoundError(name)
 
-    monkeypatch.setattr(compiling, "version", absent)
+    monkeypatch.setattr(compilers, "version", absent)
 
 
 def version_of(library, fmi):
@@ -98,7 +110,7 @@ def test_compiled_again_when_something_changed(counted, stub, change, monkeypatc
     first = build(2)[local_platform()]
     if change == "compiler":
         monkeypatch.setattr(
-            compiling, "_system", lambda c: compiling.Compiler(tuple(c), "version 2")
+            compilers, "_system", lambda c: compilers.Compiler(tuple(c), "version 2")
         )
     elif change != "version of FMI":
         path = stub / change
@@ -109,12 +121,107 @@ def test_compiled_again_when_something_changed(counted, stub, change, monkeypatc
     assert first.is_file()  # another release of railcosim may still use it
 
 
-def test_several_at_once_get_whole_libraries(counted):
-    with ThreadPoolExecutor(4) as pool:
-        made = list(pool.map(lambda _: build(2)[local_platform()], range(4)))
-    assert len(set(made)) == 1
-    assert version_of(made[0], 2) == b"2.0"
-    assert list(made[0].parent.iterdir()) == [made[0]]  # nothing half-made
+def test_four_processes_at_once_get_whole_libraries(counted, stub):
+    """All have found nothing when the first one is done, or begin when it is: either is well."""
+    others = [
+        subprocess.Popen(
+            [sys.executable, "-c", BUILDS, str(stub)],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )
+        for _ in range(4)
+    ]  # fmt: skip
+    for other in others:
+        print(file=other.stdin, flush=True)
+    made = {other.communicate(timeout=120)[0].strip() for other in others}
+    assert [other.returncode for other in others] == [0] * 4
+    assert len(made) == 1
+    library = Path(made.pop())
+    assert version_of(library, 2) == b"2.0"
+    assert list(library.parent.iterdir()) == [library]  # nothing half-made
+
+
+@pytest.mark.parametrize("damage", ["half", "nothing", "one bit", "other code"])
+def test_a_damaged_library_is_made_again(counted, damage):
+    library = build(2)[local_platform()]
+    whole = library.read_bytes()
+    library.write_bytes({
+        "half": whole[: len(whole) // 2],
+        "nothing": b"",
+        "one bit": whole[:5000] + bytes([whole[5000] ^ 1]) + whole[5001:],
+        "other code": b"\x7fELF of somebody",
+    }[damage])  # fmt: skip
+    again = build(2)[local_platform()]
+    assert counted() == 2
+    assert again.read_bytes() == whole
+    assert version_of(again, 2) == b"2.0"
+
+
+def mode(path):
+    return path.stat().st_mode & 0o777
+
+
+def test_the_cache_is_its_users_alone(counted, stub):
+    folder = build(2)[local_platform()].parent
+    assert mode(folder) == 0o700
+    folder.chmod(0o755)  # as it was made before; others could read only
+    build(2)
+    assert mode(folder) == 0o700
+    assert counted() == 1
+
+
+@pytest.mark.parametrize("writable", [0o777, 0o770, 0o1777])
+def test_a_cache_that_others_can_write_in(counted, stub, writable):
+    """Whoever can write there has code run: it is refused, whatever lies in it."""
+    folder = build(2)[local_platform()].parent
+    folder.chmod(writable)
+    with pytest.raises(CacheRefused, match=r"others may write in it.*remove it, or set XDG"):
+        build(2)
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="root can give away")
+def test_another_users_cache(counted, stub):
+    folder = build(2)[local_platform()].parent
+    os.chown(folder, 12345, -1)
+    with pytest.raises(CacheRefused, match="belongs to user 12345"):
+        build(2)
+
+
+def brought(stub, fmi=2):
+    """A library beside the sources, as an installation without a compiler brings it."""
+    (compiled := stub.parent / "compiled").mkdir()
+    made = build(fmi)[local_platform()].read_bytes()
+    name = compiling.stem_of(fmi, local_platform())
+    return kept.keep(compiled, name, local_platform().suffix, made)
+
+
+def test_what_was_installed_needs_no_compiler_and_no_cache(counted, stub, monkeypatch):
+    library = brought(stub)
+    monkeypatch.delenv("CC")
+    monkeypatch.setenv("PATH", str(stub))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(stub / "common.c" / "no folder"))
+    no_zig(monkeypatch)
+    told = []
+    assert build(2, progress=told.append) == {local_platform(): library}
+    assert told == []
+    with pytest.raises(CompilerMissing):
+        build(3)
+
+
+def test_a_compiler_that_is_named_goes_first(counted, stub):
+    library = brought(stub)
+    assert build(2)[local_platform()].parent != library.parent
+
+
+@pytest.mark.parametrize("change", ["the library", "a source", "a header"])
+def test_what_was_installed_is_not_believed_either(counted, stub, monkeypatch, change):
+    library = brought(stub)
+    monkeypatch.delenv("CC")
+    no_zig(monkeypatch)
+    path = {"the library": library, "a source": stub / "common.c", "a header": stub / "common.h"}[
+        change
+    ]
+    path.write_bytes(path.read_bytes() + b"\n")
+    assert build(2)[local_platform()].parent != library.parent
 
 
 def test_the_compilers_own_words(counted, stub):
@@ -123,7 +230,7 @@ def test_the_compilers_own_words(counted, stub):
         build(2)
     assert str(stub / "common.c") in str(failed.value)  # the command, to try by hand
     assert len(str(failed.value).splitlines()) < 12
-    cache = stub.parent / "cache ä" / "railcosim"
+    cache = stub.parent.parent / "cache ä" / "railcosim"
     assert list(cache.iterdir()) == []
 
 
@@ -141,8 +248,8 @@ def test_nobody_is_at_home(counted, monkeypatch):
         raise RuntimeError
 
     monkeypatch.delenv("XDG_CACHE_HOME")
-    monkeypatch.setattr(compiling.Path, "home", homeless)
-    with pytest.raises(CompilationFailed, match="XDG_CACHE_HOME"):
+    monkeypatch.setattr(kept.Path, "home", homeless)
+    with pytest.raises(CacheRefused, match="XDG_CACHE_HOME"):
         build(2)
 
 
@@ -151,7 +258,12 @@ def test_no_compiler_at_all(stub, monkeypatch):
     monkeypatch.setenv("PATH", str(stub))
     with pytest.raises(CompilerMissing) as missing:
         build(2)
-    for way_out in ("apt install gcc", 'pip install "railcosim[native]"', "--runtime python"):
+    for way_out in (
+        "install railcosim anew",
+        "apt install gcc",
+        'pip install "railcosim[native]"',
+        "--runtime python",
+    ):
         assert way_out in str(missing.value)
 
 
