@@ -1,16 +1,28 @@
-"""The contact of wheel and rail, owned by the master."""
+"""The contact of wheel and rail: its numbers, made once for a pair, and its law in the master.
+
+Whoever owns the contact, FMU, master or reference, is given the same complete parameters:
+``contact.nonlinear``, and ``contact.hertz_coefficient`` or ``contact.stiffness``. What is not given
+is the vehicle's, whose wheels they are.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from railcosim.fmus.content import contact_defaults
 from railcosim.master.component import Variable
+from railcosim.master.connections import CouplingError
+from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.law import Law
-from railcosim.vehicle.contact import ContactLaw, HertzContact, LinearContact
-from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.contact import (
+    ContactLaw,
+    HertzContact,
+    LinearContact,
+    coefficient_for,
+    tangent_stiffness,
+)
 
 WHEELSETS = [f"wheelset[{i}]" for i in (1, 2, 3, 4)]
 WHEELS = [f"{w}.{side}" for side in ("left", "right") for w in WHEELSETS]
@@ -20,27 +32,98 @@ FORCES = [f"{wheel}.force_z" for wheel in WHEELS]
 MOTIONS = {"wheel_z": 1.0, "rail_z": -1.0, "irregularity_z": -1.0}
 
 
-def law_of(parameters: Mapping[str, float | bool]) -> ContactLaw:
-    """The law that the parameters of an FMU with contact describe; defaults as in our FMUs."""
-    default = contact_defaults(Vehicle())
-    if parameters.get("contact.nonlinear", True):
-        return HertzContact(C=float(parameters.get("contact.hertz_coefficient", default.C)))
-    return LinearContact(k_H=float(parameters.get("contact.stiffness", default.k_H)))
+Parameters = Mapping[str, float | bool]
+"""Of FMUs, by name; of the contact, also `TANGENT`."""
+
+NONLINEAR, STIFFNESS = "contact.nonlinear", "contact.stiffness"
+HERTZ = "contact.hertz_coefficient"
+TANGENT = "contact.tangent"
+"""Asks for Hertz's law whose tangent at the static load is this, N/m; `at_load` answers."""
 
 
-def contact_law(parameters: Mapping[str, float | bool]) -> Law:
-    """Eight contacts as a component named ``contact``: motions of wheel and rail to forces."""
+def completed(parameters: Parameters, fmus: Sequence[LoadedFmu]) -> dict[str, float | bool]:
+    """With the number that the contact law needs and that is not given, if an FMU tells it.
+
+    Parameters
+    ----------
+    parameters : mapping
+        Of the contact, as far as they are given, and others.
+    fmus : sequence of LoadedFmu
+        Those that may tell, by the start value of a parameter of this name. The first one counts:
+        the vehicle, whose wheels they are. If another tells something else, a warning says so.
+    """
+    known = {NONLINEAR: True, **parameters}
+    needed = HERTZ if known[NONLINEAR] else STIFFNESS
+    if needed in known or TANGENT in known:
+        return known
+    told = {
+        fmu.description.path.name: float(fmu.description.parameters[needed].start)
+        for fmu in fmus
+        if needed in fmu.description.parameters and fmu.description.parameters[needed].start
+    }
+    for path, value in told.items():
+        known.setdefault(needed, value)
+        if value != known[needed]:
+            first = next(iter(told))
+            warnings.warn(
+                f"{needed} is {known[needed]:.6g} in {first} and {value:.6g} in {path}: that of "
+                "the vehicle is taken; --contact-stiffness hertz:N/m or N/m sets another",
+                stacklevel=2,
+            )
+    return known
+
+
+def at_load(parameters: Parameters, load: float) -> dict[str, float | bool]:
+    """With Hertz's coefficient for the tangent that is asked for at a static load (N)."""
+    others = {name: value for name, value in parameters.items() if name != TANGENT}
+    return {**others, NONLINEAR: True, HERTZ: coefficient_for(float(parameters[TANGENT]), load)}
+
+
+def law_of(parameters: Parameters) -> ContactLaw:
+    """The law that complete parameters describe.
+
+    Raises
+    ------
+    CouplingError
+        If a number is missing.
+    """
+    needed = HERTZ if parameters[NONLINEAR] else STIFFNESS
+    if needed not in parameters:
+        raise CouplingError(
+            f"neither FMU tells {needed}, and it is not given: the vehicle should have it as a "
+            "parameter, or give --contact-stiffness hertz:N/m or N/m"
+        )
+    number = float(parameters[needed])
+    return HertzContact(C=number) if needed == HERTZ else LinearContact(k_H=number)
+
+
+def stiffness_at(parameters: Parameters, load: float) -> float:
+    """The tangent of the law of complete parameters at a load (N), N/m."""
+    law = law_of(parameters)
+    return tangent_stiffness(law.C, load) if isinstance(law, HertzContact) else law.k_H
+
+
+def contact_law(law: ContactLaw, nominal: Mapping[str, float]) -> Law:
+    """Eight contacts as a component named ``contact``: motions of wheel and rail to forces.
+
+    Parameters
+    ----------
+    law : ContactLaw
+        Of every contact.
+    nominal : mapping
+        Nominal values of the forces, N, by name.
+    """
     motions = [
         Variable(name=f"{wheel}.{motion}", unit="m", nominal=1e-3)
         for wheel in WHEELS
         for motion in MOTIONS
     ]
-    load = Vehicle().wheel_load
     forces = [
         Variable(
-            name=name, unit="N", description="contact force, compression positive", nominal=load
+            name=name, unit="N", description="contact force, compression positive",
+            nominal=nominal.get(name, 1e5),
         )
         for name in FORCES
-    ]
+    ]  # fmt: skip
     compression = np.kron(np.eye(len(WHEELS)), list(MOTIONS.values()))
-    return Law("contact", law_of(parameters), motions, forces, compression)
+    return Law("contact", law, motions, forces, compression)

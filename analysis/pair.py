@@ -19,12 +19,25 @@ from railcosim.master.fmi.archive import unpack
 from railcosim.master.fmi.description import read_description
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
+from railcosim.master.law import Law
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
 from railcosim.track.irregularity import Profile
 
 from .catalogue import Owner
-from .contact import FORCES, WHEELS, WHEELSETS, contact_law
+from .contact import (
+    FORCES,
+    NONLINEAR,
+    STIFFNESS,
+    TANGENT,
+    WHEELS,
+    WHEELSETS,
+    Parameters,
+    at_load,
+    completed,
+    contact_law,
+    law_of,
+)
 from .ring import check_ring_of
 
 __all__ = ["FORCES", "WHEELS", "WHEELSETS", "Journey", "Pair", "open_pair", "owner_in"]
@@ -42,11 +55,20 @@ class Pair:
     """The two FMUs, and their system with the irregularity, ready to run.
 
     Where neither FMU owns the contact springs, the system has a `Law` named ``contact`` that does.
+    The parameters are those it was opened with and all that the contact law needs.
     """
 
     vehicle: LoadedFmu
     track: LoadedFmu
     system: System
+    parameters: dict[str, float | bool]
+
+    @property
+    def static_load(self) -> float:
+        """Force at rest of the most loaded contact, N; of a pair that has not moved."""
+        self.system.exchange()
+        now = dict(zip(self.system.names, self.system.outputs.tolist(), strict=True))
+        return max(value for name, value in now.items() if name.partition(".")[2] in FORCES)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +94,7 @@ class Journey:
 def open_pair(
     vehicle: Path,
     track: Path,
-    parameters: dict[str, float | bool],
+    parameters: Parameters,
     journey: Journey,
     load: Load = FmuComponent.load,
 ) -> Iterator[Pair]:
@@ -82,8 +104,9 @@ def open_pair(
     ----------
     vehicle, track : Path
         FMU files. If neither owns the contact springs, the master does.
-    parameters : dict
-        Of the contact, for whoever owns it.
+    parameters : mapping
+        Of the contact, for whoever owns it. ``contact.tangent`` asks for Hertz's law of that
+        stiffness at the static load, which is found here.
     journey : Journey
         Speed and irregularity.
     load : callable, optional
@@ -92,9 +115,11 @@ def open_pair(
     with ExitStack() as stack:
         cars = stack.enter_context(load(vehicle, name="vehicle"))
         rails = stack.enter_context(load(track, name="track"))
-        for fmu in (cars, rails):
-            known = fmu.description.parameters
-            fmu.set_parameters({k: v for k, v in parameters.items() if k in known})
+        given = completed(parameters, (cars, rails))
+        first = given
+        if TANGENT in given:  # the static load does not depend on the law: any does to find it
+            first = {**given, NONLINEAR: False, STIFFNESS: given[TANGENT]}
+        _set(first, cars, rails)
         if "speed" in cars.description.parameters:
             cars.set_parameters({"speed": 0.0 if journey.held else journey.speed})
         for fmu in (cars, rails):
@@ -104,18 +129,45 @@ def open_pair(
         place = _positions(cars, pool)
         check_ring_of(track, place)
         irregularity = _irregularity(journey, place)
-        components: list[Component] = [irregularity, cars, rails]
-        if not any(v.name == FORCES[0] for fmu in (cars, rails) for v in fmu.outputs):
-            components.insert(2, contact_law(parameters))
+        owned = any(v.name == FORCES[0] for fmu in (cars, rails) for v in fmu.outputs)
+        nominal = {v.name: v.nominal for v in (*cars.inputs, *rails.inputs)}
+        law: list[Law] = [] if owned else [contact_law(law_of(first), nominal)]
+        components = [irregularity, cars, *law, rails]
         needed = [*(f"{w}.position" for w in WHEELSETS), *FORCES]
         system = System(components, connect_by_name(components, required=needed))
         heights = irregularity.get_outputs()
         pool.update(zip((v.name for v in irregularity.outputs), heights, strict=True))
-        _settle(cars, rails, components[2:-1], pool)
+        _settle(cars, rails, law, pool)
+        complete = first
+        if TANGENT in given:
+            complete = at_load(given, _static_load(cars, pool))
+            _set(complete, cars, rails)
+            for spring in law:
+                spring.law = law_of(complete)
+            _settle(cars, rails, law, pool)
         for fmu in (cars, rails):
             _tell(fmu, pool)
             fmu.exit_initialization()
-        yield Pair(cars, rails, system)
+        yield Pair(cars, rails, system, complete)
+
+
+def _set(parameters: Parameters, *fmus: LoadedFmu) -> None:
+    """Set the parameters that an FMU has."""
+    for fmu in fmus:
+        known = fmu.description.parameters
+        fmu.set_parameters({k: v for k, v in parameters.items() if k in known})
+
+
+def _static_load(vehicle: LoadedFmu, pool: Pool) -> float:
+    """The mean of the contact forces at rest, N: an eighth of the weight."""
+    load = float(np.mean([pool.get(name, 0.0) for name in FORCES]))
+    if load > 0.0:
+        return load
+    raise CouplingError(
+        f"{vehicle.description.path}: its static load was not found (it has no "
+        f"{WHEELSETS[0]}.start_z, or nothing rests on the wheels), so no law has its tangent there;"
+        " give --contact-stiffness hertz or N/m"
+    )
 
 
 def owner_in(vehicle: Path, track: Path) -> Owner:

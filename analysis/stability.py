@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import brentq
 
 from railcosim.master.component import ComponentError
 from railcosim.master.schemes import Scheme
@@ -17,7 +16,7 @@ from railcosim.master.stability.amplification import Amplifier
 from railcosim.track.irregularity import flat
 
 from .catalogue import Owner
-from .contact import FORCES, contact_law
+from .contact import Parameters, stiffness_at
 from .linear_pair import Part, coupled
 from .pair import Journey, open_pair
 
@@ -181,21 +180,16 @@ def _observed(scheme: Scheme) -> Scheme:
     return scheme
 
 
-def static_stiffness(vehicle: Path, track: Path, parameters: dict[str, float | bool]) -> float:
+def static_stiffness(vehicle: Path, track: Path, parameters: Parameters) -> float:
     """Tangent of the contact law at the static load of the most loaded wheel, N/m.
 
     Parameters
     ----------
     vehicle, track : Path
         FMU files that take contact forces.
-    parameters : dict
-        Of the contact.
+    parameters : mapping
+        Of the contact, as far as they are given; see `open_pair`.
     """
     journey = Journey(speed=1.0, held=True, profile=flat())
     with open_pair(vehicle, track, parameters, journey) as pair:
-        pair.system.exchange()
-        names = pair.system.names
-        force = np.array([pair.system.outputs[names.index(f"contact.{name}")] for name in FORCES])
-    law = contact_law(parameters).law
-    compression = brentq(lambda x: float(law.force(np.array([x]))[0]) - force.max(), 0.0, 1.0)
-    return float(law.stiffness(np.array([compression]))[0])
+        return stiffness_at(pair.parameters, pair.static_load)

@@ -147,8 +147,8 @@ def reference(ride: Ride, contact: Contact, vehicle: bytes, track: bytes) -> Con
         sides = dict(zip(MOTIONS, ("vehicle", "track", "irregularity"), strict=True))
         rest = [sum(s * now[f"{sides[m]}.{w}.{m}"] for m, s in MOTIONS.items()) for w in WHEELS]
         model = compression_model(cars, rails, positions)
+        law = law_of(pair.parameters)
     heights = ride.profile.under(positions, ride.speed)
-    law = law_of(contact.parameters)
     return converged_forces(model, law, np.array(rest), heights, ride.stop)
 
 

@@ -10,6 +10,7 @@ import xarray as xr
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.schemes import Scheme
 
+from .contact import Parameters
 from .pair import Journey, Load, open_pair
 from .recorded_run import OUTPUTS_ONLY, Course, Keeping, Progress, Stopped, recorded_run
 
@@ -24,8 +25,8 @@ class Plan:
     ----------
     vehicle, track : Path
         FMUs. If neither owns the contact springs, the master does.
-    parameters : dict
-        Of the contact.
+    parameters : mapping
+        Of the contact, as far as they are given; see `open_pair`.
     journey : Journey
         Speed and irregularity.
     scheme : Scheme
@@ -42,7 +43,7 @@ class Plan:
 
     vehicle: Path
     track: Path
-    parameters: dict[str, float | bool]
+    parameters: Parameters
     journey: Journey
     scheme: Scheme
     step: float
@@ -70,7 +71,7 @@ def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
             "irregularity": journey.profile.name,
             "irregularity fade": journey.profile.fade,
             "irregularity sha256": journey.profile.digest,
-            **{f"parameter {k}": float(v) for k, v in plan.parameters.items()},
+            **{f"parameter {k}": float(v) for k, v in pair.parameters.items()},
         }
         for fmu in (pair.vehicle, pair.track):
             for key, value in fmu.description.as_attributes().items():

@@ -59,7 +59,8 @@ def demo(
     """
     begun = time.perf_counter()
     folder_of("--out", out)
-    fmus = exported(Vehicle(), Track(), out)
+    vehicle, track = Vehicle(), Track()
+    fmus = exported(vehicle, track, out)
     _say(begun, f"four FMUs in {out}")
     plan = Plan(
         vehicle=fmus["Vehicle"],
@@ -79,7 +80,7 @@ def demo(
         models = linear_models(fmus["Vehicle"], fmus["Track"], update)
     _say(begun, "linearised")
     _frequency_results(models, out)
-    lab = Laboratory(effort=FULL, models=models)
+    lab = Laboratory(effort=FULL, models=models, vehicle=vehicle, track=track)
     findings = [f for number in NUMBERS for f in FIGURES[number](lab).findings if f.unit == "Hz"]
     write_table(findings, out / "table.csv")
     console.print(_table(findings))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from functools import partial
 from typing import Annotated
 
@@ -35,7 +36,10 @@ from .results import PICTURES, Suffixes, keep
 VEHICLE = ["carbody.z", "carbody.pitch", "bogie[1].z", "bogie[1].pitch", "bogie[2].z",
            "bogie[2].pitch"]  # fmt: skip
 WHEELSETS = [f"wheelset[{i}].left" for i in (1, 2, 3, 4)]
-WINDOWS = {"carbody.z": (0.4, 1.2), "carbody.pitch": (0.5, 1.4)}  # Hz, for any usual coach
+MODES = ("carbody.z", "carbody.pitch")
+# Hz and points: where a car body may stand on its springs. What it does is largest at its own
+# resonance, whatever the vehicle; those of the bogies below it are a fraction of that.
+RANGE = (0.05, 20.0, 800)
 ORDERS = (1, 2, 3)
 FILES = Suffixes("--out", (".nc",))
 
@@ -110,14 +114,19 @@ def _dataset(
 def _critical(models: Models, kind: str, k_H: float) -> list[Critical]:
     """Critical points with the resonances of this track, from the response to a wheelset."""
     found = []
-    for name, window in WINDOWS.items():
-        frequency = np.geomspace(*window, 200)
-        omega = 2 * np.pi * frequency
-        rigid = kind == "rigid"
-        system = on_rigid_track(models, omega, k_H) if rigid else coupled(models, omega, k_H)
-        values = system.combined([f"{WHEELSETS[3]}.gap"], [1.0])
-        size = np.abs(values[:, system.rows([f"vehicle.{name}"])[0]])
-        found.append(resonance(frequency, size))
+    frequency = np.geomspace(*RANGE)
+    omega = 2 * np.pi * frequency
+    rigid = kind == "rigid"
+    system = on_rigid_track(models, omega, k_H) if rigid else coupled(models, omega, k_H)
+    values = system.combined([f"{WHEELSETS[3]}.gap"], [1.0])
+    for name in MODES:
+        found.append(resonance(frequency, np.abs(values[:, system.rows([f"vehicle.{name}"])[0]])))
+        if found[-1] in frequency[[0, -1]]:
+            warnings.warn(
+                f"{name} on {kind} track has no resonance between {RANGE[0]:g} and {RANGE[1]:g} Hz,"
+                " so no critical speed is known of it", stacklevel=2,
+            )  # fmt: skip
+            found[-1] = np.nan
     bounce, pitch = found
     return critical_points(models.positions, bounce, pitch, ORDERS)
 
@@ -150,7 +159,9 @@ def _chart(result: xr.Dataset, show: str, critical: dict[str, list[Critical]]) -
     for kind, name in (("flexible", show), ("rigid", f"{show}.rigid")):
         if name not in result:
             continue
-        points = [p for p in critical[kind] if p.mode == modes.get(show)]
+        points = [
+            p for p in critical[kind] if p.mode == modes.get(show) and np.isfinite(p.frequency)
+        ]
         curves = []
         if points:
             y = 3.6 * wavelength * points[0].frequency

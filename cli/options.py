@@ -13,10 +13,10 @@ import typer
 from numpy.typing import NDArray
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
+from railcosim.analysis.contact import NONLINEAR, STIFFNESS, TANGENT
 from railcosim.parameters import read_toml
 from railcosim.storage.interruption import noting
 from railcosim.track.parameters import Track
-from railcosim.vehicle.contact import coefficient_for
 from railcosim.vehicle.parameters import Vehicle
 
 from .terminal import console, errors
@@ -113,15 +113,14 @@ def grid_of(option: str, text: str, unit: str) -> FloatArray:
 def contact_parameters(text: str) -> dict[str, float | bool]:
     """FMU parameters for ``hertz``, ``hertz:k_H``, or a stiffness k_H in N/m.
 
-    With ``hertz:k_H`` the tangent at the static load of our vehicle's wheels is k_H.
+    With ``hertz:k_H`` the tangent at the static load of the vehicle's wheels is k_H.
     """
     kind, _, tangent = text.partition(":")
     if kind != "hertz":
-        return {"contact.nonlinear": False, "contact.stiffness": stiffness_of(text)}
+        return {NONLINEAR: False, STIFFNESS: stiffness_of(text)}
     if not tangent:
-        return {"contact.nonlinear": True}
-    C = coefficient_for(stiffness_of(tangent), Vehicle().wheel_load)
-    return {"contact.nonlinear": True, "contact.hertz_coefficient": C}
+        return {NONLINEAR: True}
+    return {NONLINEAR: True, TANGENT: stiffness_of(tangent)}
 
 
 def stiffness_of(text: str) -> float:

@@ -27,6 +27,7 @@ from .variables import (
     rail_z,
     start_heights,
     time,
+    told_coefficient,
     wheel_vz,
     wheel_z,
     wheels,
@@ -76,7 +77,7 @@ def track(
 
 def owns_contact(table: Sequence[Scalar]) -> bool:
     """Whether an interface is that of an FMU with the contact springs inside."""
-    return any(v.name.startswith("contact.") for v in table)
+    return any(v.name == "contact.nonlinear" for v in table)
 
 
 def vehicle(
@@ -101,5 +102,6 @@ def vehicle(
             pressed = force(i, side, "output")
             table.append(replace(pressed, depends_on=own, starts_from=own + start))
     table += [*bodies(names(heights)), *axleboxes(names(heights), law)]
-    step = [internal_step(with_contact=True)] if with_contact else []
-    return [*table, input_hold(), *trip, *heights, *step, *law]
+    if not with_contact:
+        return [*table, input_hold(), *trip, *heights, told_coefficient(contact)]
+    return [*table, input_hold(), *trip, *heights, internal_step(with_contact=True), *law]

@@ -254,12 +254,20 @@ def contact_parameters(contact: Contact) -> list[Scalar]:
             start=contact.k_H, minimum=1.0, nominal=1e9,
             description="k_H of the linear law; default: tangent of Hertz at the static load",
         ),
-        Scalar(
-            name="contact.hertz_coefficient", unit="N/m1.5", causality="parameter",
-            variability="fixed", start=contact.C, minimum=1.0, nominal=1e11,
-            description="C of the nonlinear law",
-        ),
+        _coefficient(contact, "C of the nonlinear law"),
     ]  # fmt: skip
+
+
+def told_coefficient(contact: Contact) -> Scalar:
+    """Of a vehicle that does not own the contact, whose wheels it is made with all the same."""
+    return _coefficient(contact, "C of its wheels on the rail, for the owner of the contact")
+
+
+def _coefficient(contact: Contact, description: str) -> Scalar:
+    return Scalar(
+        name="contact.hertz_coefficient", unit="N/m1.5", causality="parameter",
+        variability="fixed", start=contact.C, minimum=1.0, nominal=1e11, description=description,
+    )  # fmt: skip
 
 
 def journey(start_position: float) -> list[Scalar]:

@@ -109,14 +109,16 @@ class Laboratory:
         The same with wheelset 4 between two railseats, if asked for.
     runs : dict
         Runs in time, if asked for.
+    vehicle, track : Vehicle, Track
+        What the FMUs were made from.
     """
 
     effort: Effort
     models: Models
+    vehicle: Vehicle
+    track: Track
     midspan: Models | None = None
     runs: dict[Run, xr.Dataset] = field(default_factory=dict)
-    vehicle: Vehicle = field(default_factory=Vehicle)
-    track: Track = field(default_factory=Track)
 
     @property
     def positions(self) -> FloatArray:

@@ -9,8 +9,6 @@ from railcosim.cli.scheme_options import Inputs, choice_of, scheme_of
 from railcosim.cli.stability_command import schemes_of
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.isolation import IsolatedComponent
-from railcosim.vehicle.contact import tangent_stiffness
-from railcosim.vehicle.parameters import Vehicle
 
 
 def test_scheme_and_owner_decide_each_other():
@@ -58,9 +56,9 @@ def test_what_is_kept(tmp_path):
     assert loader_of(isolate=False) == FmuComponent.load
 
 
-def test_hertz_with_a_tangent():
-    C = contact_parameters("hertz:1e9")["contact.hertz_coefficient"]
-    # Both formulas are powers: their product is 1 to rounding.
-    assert tangent_stiffness(C, Vehicle().wheel_load) == pytest.approx(1e9, rel=1e-12)
+def test_contact_stiffness():
+    assert contact_parameters("hertz") == {"contact.nonlinear": True}
+    assert contact_parameters("hertz:1e9") == {"contact.nonlinear": True, "contact.tangent": 1e9}
+    assert contact_parameters("2e9") == {"contact.nonlinear": False, "contact.stiffness": 2e9}
     with pytest.raises(UsageError, match="must be a number > 0"):
         contact_parameters("hertz:-1")
