@@ -79,7 +79,7 @@ def at_load(parameters: Parameters, load: float) -> dict[str, float | bool]:
     return {**others, NONLINEAR: True, HERTZ: coefficient_for(float(parameters[TANGENT]), load)}
 
 
-def law_of(parameters: Parameters) -> ContactLaw:
+def law_of(parameters: Parameters) -> HertzContact | LinearContact:
     """The law that complete parameters describe.
 
     Raises

@@ -67,8 +67,8 @@ class Pair:
     def static_load(self) -> float:
         """Force at rest of the most loaded contact, N; of a pair that has not moved."""
         self.system.exchange()
-        now = dict(zip(self.system.names, self.system.outputs.tolist(), strict=True))
-        return max(value for name, value in now.items() if name.partition(".")[2] in FORCES)
+        names = [name.partition(".")[2] for name in self.system.names]
+        return float(max(self.system.outputs[names.index(force)] for force in FORCES))
 
 
 @dataclass(frozen=True, kw_only=True)
