@@ -19,6 +19,7 @@ from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import FrequencyResponse, frequency_response, lag
 from railcosim.master.linear.substructuring import Joint, couple
 
+from .memory import afford
 from .pair import FORCES, WHEELS, WHEELSETS
 from .ring import check_ring_of
 
@@ -30,6 +31,11 @@ from .ring import check_ring_of
 PULSES = Pulses(
     amplitude=1e4, step=1e-4, steps=13_500, directions=np.kron([[1, 1], [1, -1]], np.eye(4))
 )
+EXCITATIONS = {
+    "irregularity_z",
+    *(f"{w}.{what}" for w in WHEELSETS for what in ("force_z", "rail_force_z", "irregularity_z")),
+}
+COPIES = 4  # of all responses at once: those of both parts, and of the whole while it is solved
 VEHICLE_SHARE = 0.2  # of the time that both take
 Progress = Callable[[float, float], None]
 
@@ -156,6 +162,12 @@ def coupled(models: Models, omega: FloatArray, k_H: float) -> FrequencyResponse:
 def _responses(models: Models, omega: FloatArray) -> tuple[FrequencyResponse, FrequencyResponse]:
     if models.track is None:
         raise CouplingError("the track was left out when the FMUs were linearised")
+    outputs = len(models.vehicle.outputs) + len(models.track.outputs) + len(WHEELS)
+    afford(
+        COPIES * 16.0 * len(omega) * outputs * 3 * len(WHEELS),
+        f"{outputs} responses to {3 * len(WHEELS)} inputs at {len(omega)} frequencies",
+        "take fewer frequencies",
+    )
     return frequency_response(models.vehicle, omega), frequency_response(models.track, omega)
 
 
@@ -184,6 +196,15 @@ def apart(models: Models, omega: FloatArray) -> FrequencyResponse:
     )
 
 
+def check_excitation(excitation: str) -> None:
+    """Raise CouplingError if no system of ours has an excitation of that name; see `response`."""
+    if excitation not in EXCITATIONS:
+        raise CouplingError(
+            f"excitation {excitation}: must be irregularity_z, or one of wheelset[1] to "
+            f"wheelset[{len(WHEELSETS)}] with .force_z, .rail_force_z or .irregularity_z"
+        )
+
+
 def response(
     system: FrequencyResponse, excitation: str, positions: FloatArray, speed: float
 ) -> ComplexArray:
@@ -202,6 +223,7 @@ def response(
     speed : float
         m/s, for the irregularity.
     """
+    check_excitation(excitation)
     inputs = set(system.inputs)
     wanted: dict[str, complex | ComplexArray] = {}
     for w in WHEELSETS:
@@ -217,11 +239,6 @@ def response(
         delays = (positions.max() - positions) / speed
         phases = lag(system.omega, np.tile(delays, 2))
         wanted = {f"{wheel}.gap": phases[:, k] for k, wheel in enumerate(WHEELS)}
-    if not wanted:
-        raise CouplingError(
-            f"excitation {excitation}: must be wheelset[1..4].force_z, "
-            "wheelset[1..4].rail_force_z, wheelset[1..4].irregularity_z or irregularity_z"
-        )
     if not set(wanted) <= inputs:
         raise CouplingError(f"excitation {excitation}: there is no such input in {system.name}")
     amplitudes = [np.broadcast_to(v, system.omega.shape) for v in wanted.values()]

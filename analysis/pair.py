@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -15,8 +14,6 @@ from scipy.optimize import root
 
 from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import CouplingError, connect_by_name
-from railcosim.master.fmi.archive import unpack
-from railcosim.master.fmi.description import read_description
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.law import Law
@@ -24,7 +21,6 @@ from railcosim.master.signals import Signal
 from railcosim.master.system import System
 from railcosim.track.irregularity import Profile
 
-from .catalogue import Owner
 from .contact import (
     FORCES,
     NONLINEAR,
@@ -40,7 +36,7 @@ from .contact import (
 )
 from .ring import check_ring_of
 
-__all__ = ["FORCES", "WHEELS", "WHEELSETS", "Journey", "Pair", "open_pair", "owner_in"]
+__all__ = ["FORCES", "WHEELS", "WHEELSETS", "Journey", "Pair", "open_pair"]
 
 FIRST_COMPRESSION = 1e-4  # m, about the static one: where the search for equilibrium begins
 STILL = 1e-6  # m/s2, and 0.1 N: a thousandth of what a bump of 1e-6 m does
@@ -168,19 +164,6 @@ def _static_load(vehicle: LoadedFmu, pool: Pool) -> float:
         f"{WHEELSETS[0]}.start_z, or nothing rests on the wheels), so no law has its tangent there;"
         " give --contact-stiffness hertz or N/m"
     )
-
-
-def owner_in(vehicle: Path, track: Path) -> Owner:
-    """Tell who owns the contact springs of two FMU files."""
-    for owner, path in ((Owner.VEHICLE, vehicle), (Owner.TRACK, track)):
-        folder = unpack(path)
-        try:
-            outputs = read_description(path, folder).outputs
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
-        if any(v.name == FORCES[0] for v in outputs):
-            return owner
-    return Owner.MASTER
 
 
 def _irregularity(journey: Journey, place: FloatArray) -> Signal:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ import xarray as xr
 from railcosim.master.bonds import find_bonds
 from railcosim.master.checkpoint import Checkpoints, resume
 from railcosim.master.component import ComponentError
+from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import CommunicationPoint, Divergence, cosimulate
 from railcosim.master.energy import EnergyMeter
 from railcosim.master.pace import FixedStep, Pace
@@ -22,6 +24,8 @@ from railcosim.master.schemes import Scheme
 from railcosim.master.step_control import StepControl
 from railcosim.master.system import System
 from railcosim.storage.interruption import finishing
+
+from .memory import TooLargeError, afford
 
 Stopped = Divergence | ComponentError | KeyboardInterrupt | None
 Progress = Callable[[float, float], None]
@@ -53,7 +57,30 @@ class Keeping:
 
 
 OUTPUTS_ONLY = Keeping()
+MOST_STEPS = 10**9  # a day and a night of computing where a step is 0.1 ms
+COPIES = 3  # of the outputs at once: recorded, as a dataset, and as what is written
 SHORTEST = 1e-4  # of the longest step: below it, no coupling of ours has gained anything
+
+
+def count_steps(start: float, stop: float, step: float) -> int:
+    """How many communication steps of `step` (s) lead from `start` to `stop` (s).
+
+    Raises
+    ------
+    TooLargeError
+        If the time does not move on by a step, one step is longer than all, or they are more than
+        `MOST_STEPS`.
+    """
+    span = stop - start
+    if step > (1 + 1e-9) * span:  # a whole run of one step may be rounded
+        raise TooLargeError(f"a step of {step:g} s is longer than the run of {span:g} s")
+    if span / step > MOST_STEPS or stop - step == stop:
+        raise TooLargeError(
+            f"from {start:g} to {stop:g} s there are {span / step:.3g} steps of {step:g} s; at "
+            f"most {MOST_STEPS:.0e} are run, and a step must move the time on: take a longer step "
+            "or less time"
+        )
+    return math.ceil(span / step)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +105,9 @@ class Course:
     stop: float
     start: float = 0.0
     tolerance: float | None = None
+
+    def __post_init__(self) -> None:
+        count_steps(self.start, self.stop, self.step)
 
     @property
     def pace(self) -> Pace:
@@ -125,7 +155,17 @@ def recorded_run(
     exception or None
         What stopped the run early.
     """
-    run = cosimulate(system, course.scheme, course.pace, course.stop, course.start)
+    steps = count_steps(course.start, course.stop, course.step)
+    columns = 1 + len(system.variables)
+    afford(
+        COPIES * 8.0 * steps * columns,
+        f"{steps} steps of {columns} numbers",
+        "take a longer step or less time",
+    )
+    try:
+        run = cosimulate(system, course.scheme, course.pace, course.stop, course.start)
+    except ValueError as error:  # the scheme does not suit the system
+        raise CouplingError(str(error)) from error
     recorder = Recorder(system)
     if keeping.resume is not None:
         resume(keeping.resume, run, recorder, about)

@@ -23,7 +23,6 @@ def run_ssp(
     make_scheme: Callable[[str], Scheme],
     progress: Progress,
     *,
-    first: str | None = None,
     step: float | None = None,
     time: float | None = None,
     load: Load = FmuComponent.load,
@@ -39,11 +38,9 @@ def run_ssp(
     path : Path
         The ``.ssp`` file. The code in it is run.
     make_scheme : callable
-        From the name of the component that steps first, where the scheme asks for one.
+        From the name of the file's first component, where the scheme asks who steps first.
     progress : callable
         Given the time and the end, s, now and then.
-    first : str, optional
-        That name; the first component of the file if not given.
     step : float, optional
         Communication step, s; the file's if not given.
     time : float, optional
@@ -74,7 +71,7 @@ def run_ssp(
             warnings.warn(f"{path}: {note}", stacklevel=2)
         start, stop, step = _experiment(path, loaded, step, time)
         system = System(loaded.components, loaded.connections)
-        scheme = make_scheme(first or loaded.fmus[0].name)
+        scheme = make_scheme(loaded.fmus[0].name)
         if not initialise(system, loaded.fmus, start):
             warnings.warn(
                 f"{path}: initial values did not settle: outputs depend on each other in a circle "

@@ -15,6 +15,7 @@ from rich.table import Table
 from railcosim.analysis.catalogue import FMUS, Owner
 from railcosim.analysis.frequency import Models, coupled, linear_models, response
 from railcosim.analysis.pair import FORCES, Journey
+from railcosim.analysis.recorded_run import count_steps
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
@@ -53,7 +54,7 @@ from .scheme_options import (
     InputsOption,
     SchemeOption,
     choice_of,
-    scheme_of,
+    maker_of,
 )
 from .uncoupled import compare_uncoupled
 
@@ -113,8 +114,8 @@ def compare(
     k_H = stiffness_of(contact_stiffness)
     chosen, owner = choice_of(scheme, contact)
     v = positive("--speed", speed, "km/h") / 3.6
-    positive("--step", step, "s")
-    profile = profile_of(irregularity, v * positive("--time", time, "s"), seed, fade, repeat)
+    count_steps(0.0, positive("--time", time, "s"), positive("--step", step, "s"))
+    profile = profile_of(irregularity, v * time, seed, fade, repeat)
     frequency = frequencies_of(frequencies)
     cars, rails = vehicle_of(vehicle), track_of(track)
     with TemporaryDirectory(dir=scratch()) as folder:
@@ -132,7 +133,7 @@ def compare(
                 track=fmus[names[1]],
                 parameters=contact_parameters(contact_stiffness),
                 journey=Journey(speed=v, held=True, profile=profile),
-                scheme=scheme_of(chosen, inputs, Owner.VEHICLE),
+                scheme=maker_of(chosen, inputs)(Owner.VEHICLE),
                 step=step,
                 stop=time,
             )

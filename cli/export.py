@@ -11,7 +11,9 @@ from typing import Annotated
 
 import typer
 
+from railcosim.analysis.catalogue import Owner
 from railcosim.analysis.export_pair import PAIR, export_pair
+from railcosim.analysis.roles import owns_contact
 from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime, Runtime
 from railcosim.fmus.native_runtime.platforms import platforms_named
 from railcosim.parameters import write_toml
@@ -109,7 +111,18 @@ def exported(
 def fmus_of(
     vehicle: Path | None, track: Path | None, vehicle_name: str, track_name: str
 ) -> Iterator[tuple[Path, Path]]:
-    """FMU files given by the user, or ours, exported for as long as the block lasts."""
+    """FMU files given by the user, or ours, exported for as long as the block lasts.
+
+    Raises
+    ------
+    FmuError, CouplingError
+        At once if a file cannot take the place of ours of that name.
+    """
+    given = ((vehicle, Owner.VEHICLE, vehicle_name), (track, Owner.TRACK, track_name))
+    for path, role, name in given:
+        if path is not None and owns_contact(path, role) != name.endswith("WithContact"):
+            is_one = "owns" if name in {"Vehicle", "Track"} else "does not own"
+            raise UsageError(f"{path}: {is_one} the contact springs; give one like {name}.fmu")
     if vehicle is not None and track is not None:
         yield vehicle, track
         return

@@ -9,6 +9,7 @@ import typer
 
 from railcosim.analysis.frequency import (
     apart,
+    check_excitation,
     coupled,
     dataset,
     linear_models,
@@ -27,6 +28,7 @@ from .options import (
     TrackFmu,
     UsageError,
     VehicleFmu,
+    check_finite,
     frequencies_of,
     positive,
     progress,
@@ -66,6 +68,11 @@ def frf(
         raise UsageError("--uncoupled and --rigid-track exclude each other")
     k_H = stiffness_of(contact_stiffness)
     v = positive("--speed", speed, "km/h") / 3.6
+    check_excitation(excitation)
+    if uncoupled and "irregularity" in excitation:
+        raise UsageError(f"--input {excitation}: has no effect with --uncoupled, without contact")
+    if rigid_track and "rail_force" in excitation:
+        raise UsageError(f"--input {excitation}: has no effect with --rigid-track")
     omega = 2 * np.pi * frequencies_of(frequencies)
     with (
         fmus_of(vehicle_fmu, track_fmu, "Vehicle", "Track") as (vehicle, track),
@@ -79,6 +86,7 @@ def frf(
     else:
         system = coupled(models, omega, k_H)
     values = response(system, excitation, models.positions, v)
+    check_finite(omega / (2 * np.pi), values)
     result = dataset(
         system, values, models, excitation,
         contact_stiffness=k_H, speed=v, title=f"{system.name}, response to {excitation}",

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from railcosim.master.suggest import suggest
 from railcosim.track.irregularity import (
     QUALITIES,
     Profile,
@@ -80,6 +81,9 @@ def profile_of(
         profile = flat()
     elif file:
         profile = read_profile(Path(text))
+    elif text not in QUALITIES:
+        names = f"none, {', '.join(QUALITIES)}, or a file that ends in .csv"
+        raise UsageError(f"--irregularity {text}: must be {names}{suggest(text, QUALITIES)}")
     else:
         profile = synthesise(text, length, SEED if seed is None else seed)
     if repeat:

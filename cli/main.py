@@ -18,6 +18,7 @@ os.environ.update(
 import typer
 from rich.text import Text
 
+from railcosim.analysis.memory import TooLargeError
 from railcosim.fmus.native_runtime.compile import CacheRefused, CompilationFailed, CompilerMissing
 from railcosim.fmus.native_runtime.platforms import UnknownPlatform
 from railcosim.master.checkpoint import CheckpointError
@@ -49,7 +50,8 @@ from .options import UsageError, console, errors
 BAD_INPUT, FAILED = 2, 1
 LONGEST = 2000  # characters of a message: what a stranger's file is quoted with may fill screens
 BAD_INPUTS = (
-    ParameterError, FmuError, CouplingError, CheckpointError, UnknownPlatform, UsageError,
+    ParameterError, FmuError, CouplingError, CheckpointError, TooLargeError, UnknownPlatform,
+    UsageError,
 )  # fmt: skip
 FAILURES = (
     Divergence, ComponentError, CompilationFailed, CompilerMissing, CacheRefused, ArithmeticError,

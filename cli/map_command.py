@@ -13,6 +13,7 @@ from rich.table import Table
 
 from railcosim.analysis.critical import Critical, critical_points
 from railcosim.analysis.frequency import Models, coupled, linear_models, on_rigid_track
+from railcosim.analysis.memory import afford
 from railcosim.analysis.plane import Transfer, plane, plane_dataset, transfer
 from railcosim.analysis.resonance import resonance
 from railcosim.master.component import FloatArray
@@ -20,6 +21,7 @@ from railcosim.plots.chart import Chart, Curve, Map, Mark
 
 from .export import fmus_of
 from .options import (
+    LIMITS,
     ContactStiffness,
     Out,
     PlotFile,
@@ -42,6 +44,7 @@ MODES = ("carbody.z", "carbody.pitch")
 RANGE = (0.05, 20.0, 800)
 ORDERS = (1, 2, 3)
 FILES = Suffixes("--out", (".nc",))
+BYTES = 48  # for each value: complex, and both its parts as they are written
 
 
 def map_command(
@@ -74,6 +77,18 @@ def map_command(
                *(f"vehicle.{w}.wheel_z" for w in WHEELSETS),
                *(f"track.{w}.rail_z" for w in WHEELSETS)]  # fmt: skip
     names = [name.partition(".")[2] for name in outputs]
+    ends = float(speed[0] / wavelength[-1]), float(speed[-1] / wavelength[0])
+    least, most = LIMITS["--frequencies"]
+    if not least <= ends[0] <= ends[1] <= most:
+        raise UsageError(
+            f"--speeds {speeds} over --wavelengths {wavelengths}: are {ends[0]:g} to {ends[1]:g} "
+            f"Hz; they must be from {least:g} to {most:g} Hz"
+        )
+    afford(
+        BYTES * (len(outputs) + len(VEHICLE) + len(WHEELSETS)) * wavelength.size * speed.size,
+        f"{wavelength.size} wavelengths at {speed.size} speeds",
+        "take fewer --wavelengths or --speeds",
+    )
     if show not in names:
         raise UsageError(f"--show {show}: must be one of {', '.join(names)}")
     with (
@@ -81,7 +96,6 @@ def map_command(
         progress("linearising") as update,
     ):
         models = linear_models(vehicle, track, update)
-    ends = float(speed[0] / wavelength[-1]), float(speed[-1] / wavelength[0])
     on_track = [o for o in outputs if o.startswith("vehicle.")]
     tables = {
         "flexible": transfer(lambda w: coupled(models, w, k_H), outputs, *ends),

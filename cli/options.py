@@ -26,6 +26,22 @@ __all__ = ["console", "errors"]  # beside what is defined here
 FloatArray = NDArray[np.float64]
 
 MAX_FREQUENCIES = 1_000_000
+LIMITS = {  # wider than anything that is built: what is outside is a slip, or overflows
+    "--amplitude": (1e-100, 1e100),
+    "--frequencies": (
+        1e-3,
+        1e6,
+    ),  # below, 1 / omega^2 of a free vehicle takes the digits: 1e-7 left
+    "--length": (1.0, 1e6),
+    "--shortest": (1e-3, 1e3),
+    "--speed": (1e-3, 1e4),
+    "--speeds": (1e-3, 1e4),
+    "--step": (1e-12, 1e9),
+    "--steps": (1e-12, 1e9),
+    "--time": (1e-9, 1e9),
+    "--wavelengths": (1e-3, 1e6),
+}
+STIFFEST, SOFTEST = 1e15, 1e3  # N/m; softer, a wheel would hang metres below its place
 
 
 class UsageError(ValueError):
@@ -74,13 +90,25 @@ def track_of(file: Path | None) -> Track:
     return Track() if file is None else read_toml(Track, file)
 
 
-def frequencies_of(text: str) -> FloatArray:
+def frequencies_of(text: str, limits: tuple[float, float] | None = None) -> FloatArray:
     """Read ``start:stop:step`` or ``start:stop:N@log``, Hz; see `grid_of`."""
-    return grid_of("--frequencies", text, "Hz")
+    return grid_of("--frequencies", text, "Hz", limits)
 
 
-def grid_of(option: str, text: str, unit: str) -> FloatArray:
-    """Read ``start:stop:step`` or ``start:stop:N@log``, all positive.
+def check_finite(frequency: FloatArray, values: NDArray[np.complex128]) -> None:
+    """Raise ArithmeticError if a response, shape (n, ...), is no number at a frequency (Hz)."""
+    wrong = ~np.isfinite(values).reshape(len(frequency), -1).all(axis=1)
+    if wrong.any():
+        raise ArithmeticError(
+            f"the response at {frequency[wrong][0]:g} Hz is no finite number: nothing is written; "
+            "take --frequencies nearer to those the model moves at"
+        )
+
+
+def grid_of(
+    option: str, text: str, unit: str, limits: tuple[float, float] | None = None
+) -> FloatArray:
+    """Read ``start:stop:step`` or ``start:stop:N@log``, within limits, the option's if not given.
 
     Raises
     ------
@@ -93,8 +121,12 @@ def grid_of(option: str, text: str, unit: str) -> FloatArray:
         start, stop, third = (float(part) for part in parts)
     except ValueError as error:
         raise UsageError(f"{option} {text}: must be {form}") from error
-    if not (0 < start <= stop and third > 0 and math.isfinite(stop + third)):
-        raise UsageError(f"{option} {text}: needs 0 < start <= stop and a third number > 0")
+    least, most = LIMITS[option] if limits is None else limits
+    if not (least <= start <= stop <= most and 0 < third < math.inf):
+        raise UsageError(
+            f"{option} {text}: needs {least:g} <= start <= stop <= {most:g} {unit} and a third "
+            "number > 0"
+        )
     if text.endswith("@log"):
         count = int(third)
         if count != third:
@@ -129,17 +161,21 @@ def stiffness_of(text: str) -> float:
         k_H = float(text)
     except ValueError:
         k_H = math.nan
-    if not (math.isfinite(k_H) and k_H > 0):
+    if not SOFTEST <= k_H <= STIFFEST:
         raise UsageError(
-            f"--contact-stiffness {text}: must be a number > 0 in N/m, hertz, or hertz:N/m"
+            f"--contact-stiffness {text}: must be a number from {SOFTEST:g} to {STIFFEST:g} in "
+            "N/m, hertz, or hertz:N/m"
         )
     return k_H
 
 
 def positive(option: str, value: float, unit: str) -> float:
-    """Check a number that must be finite and positive."""
+    """Check a number that must be positive and within the option's limits."""
     if not (math.isfinite(value) and value > 0):
         raise UsageError(f"{option} {value:g}: must be > 0 {unit}")
+    least, most = LIMITS.get(option, (0.0, math.inf))
+    if not least <= value <= most:
+        raise UsageError(f"{option} {value:g}: must be from {least:g} to {most:g} {unit}")
     return value
 
 

@@ -51,12 +51,13 @@ def figures_of(text: str) -> list[int]:
     for part in text.split(","):
         ends = part.split("-", 1)
         try:
-            wanted |= set(range(int(ends[0]), int(ends[-1]) + 1))
+            first, last = int(ends[0]), int(ends[-1])
         except ValueError as error:
             raise UsageError(f"--figures {text}: {part!r} is no number and no range") from error
-    unknown = sorted(wanted - set(FIGURES))
-    if unknown or not wanted:
-        raise UsageError(f"--figures {text}: there are figures 3 to 23")
+        least, most = min(FIGURES), max(FIGURES)
+        if not least <= first <= last <= most:
+            raise UsageError(f"--figures {text}: there are figures {least} to {most}")
+        wanted |= set(range(first, last + 1))
     return sorted(wanted)
 
 

@@ -24,6 +24,7 @@ from .options import (
     PlotFile,
     TrackFile,
     UsageError,
+    check_finite,
     console,
     frequencies_of,
     positive,
@@ -31,6 +32,8 @@ from .options import (
     track_of,
 )
 from .results import PICTURES, RESULTS, keep
+
+ANY = 1e-12, 1e12  # Hz: an FMU may be of any field
 
 
 class Load(StrEnum):
@@ -73,7 +76,8 @@ def receptance(
         ),
     ] = 1e-4,
     steps: Annotated[
-        int, typer.Option(min=500, help="After a pulse: until what lasts moves alone.")
+        int,
+        typer.Option(min=500, max=1_000_000, help="After a pulse: until what lasts moves alone."),
     ] = 13_500,
     amplitude: Annotated[float, typer.Option(help="Pulse height, in the input's unit.")] = 1e4,
     plot: PlotFile = None,
@@ -83,7 +87,7 @@ def receptance(
     PICTURES.check(plot)
     positive("--step", step, "s")
     positive("--amplitude", amplitude, "of the input's unit")
-    frequency = frequencies_of(frequencies)
+    frequency = frequencies_of(frequencies, ANY)
     omega = 2 * np.pi * frequency
     pulses = Pulses(amplitude=amplitude, step=step, steps=steps)
     ways: dict[Method, Way] = {
@@ -186,6 +190,7 @@ def _keep(
     plot: Path | None,
 ) -> None:
     """Save, and draw if wanted."""
+    check_finite(frequency, values)
     axis = ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})
     column = ("frequency", values, {"units": unit, "long_name": name})
     title = ", ".join(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +12,9 @@ import typer
 import xarray as xr
 
 from railcosim.analysis.catalogue import FAMILIES, FMUS, Owner, SchemeName
-from railcosim.analysis.pair import FORCES, Journey, owner_in
+from railcosim.analysis.pair import FORCES, Journey
+from railcosim.analysis.recorded_run import count_steps
+from railcosim.analysis.roles import owners
 from railcosim.analysis.system_run import run_ssp
 from railcosim.analysis.time_run import Plan, Stopped, run_pair
 from railcosim.plots.chart import Chart
@@ -55,7 +56,7 @@ from .scheme_options import (
     InputsOption,
     SchemeOption,
     choice_of,
-    scheme_of,
+    maker_of,
 )
 
 # Stable up to 8 GN/m and, with the contact in the vehicle, up to Hertz at the static load.
@@ -136,13 +137,19 @@ def run(
     load = loader_of(isolate)
     if system is not None:
         _refuse(context, system, OF_THE_PAIR)
+        chosen = scheme or SchemeName.JACOBI
+        if FAMILIES[chosen].owners == (Owner.MASTER,):
+            raise UsageError(
+                f"--scheme {chosen}: solves the contact of our pair, and a system in a file has "
+                "none that the master owns; take another"
+            )
+        make_scheme = maker_of(chosen, inputs, first)
         with finishing():
             with progress("running") as update:
                 dataset, stopped = run_ssp(
                     system,
-                    partial(scheme_of, scheme or SchemeName.JACOBI, inputs),
+                    make_scheme,
                     update,
-                    first=first,
                     step=step,
                     time=time,
                     load=load,
@@ -151,11 +158,15 @@ def run(
                 )
             conclude(dataset, stopped, out, plot, outputs_chart)
         return
-    if vehicle_fmu and track_fmu:
-        contact = owner_in(vehicle_fmu, track_fmu)
-    chosen, owner = choice_of(scheme, contact)
+    chosen, owner = choice_of(scheme, contact, owners(vehicle_fmu, track_fmu))
+    make_scheme = maker_of(chosen, inputs, first)
+    if first not in {None, Owner.VEHICLE, Owner.TRACK}:
+        raise UsageError(f"--first {first}: must be {Owner.VEHICLE} or {Owner.TRACK}")
     v = positive("--speed", speed, "km/h") / 3.6
     stop = TIME if time is None else time
+    step = _step(chosen, owner) if step is None else step
+    count_steps(0.0, stop, step)
+    parameters = contact_parameters(contact_stiffness)
     journey = Journey(
         speed=v, held=held, profile=profile_of(irregularity, v * stop, seed, fade, repeat)
     )
@@ -163,10 +174,10 @@ def run(
         plan = Plan(
             vehicle=vehicle,
             track=track,
-            parameters=contact_parameters(contact_stiffness),
+            parameters=parameters,
             journey=journey,
-            scheme=scheme_of(chosen, inputs, first or "vehicle"),
-            step=_step(chosen, owner) if step is None else step,
+            scheme=make_scheme(Owner.VEHICLE),
+            step=step,
             stop=stop,
             tolerance=tolerance,
             keeping=keeping,

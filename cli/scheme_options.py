@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from typing import Annotated
 
@@ -51,26 +52,63 @@ ContactOption = Annotated[
 ]
 
 
-def choice_of(scheme: SchemeName | None, contact: Owner | None) -> tuple[SchemeName, Owner]:
-    """Scheme and owner of the contact, from options of which each may decide the other."""
-    if scheme is None:
-        solved = contact is Owner.MASTER
-        scheme = SchemeName.INTERFACE_JACOBIAN if solved else SchemeName.JACOBI
-    owners = FAMILIES[scheme].owners
-    if contact is None:
-        return scheme, owners[0]
-    if contact not in owners:
+def choice_of(
+    scheme: SchemeName | None, contact: Owner | None, possible: Sequence[Owner] = tuple(Owner)
+) -> tuple[SchemeName, Owner]:
+    """Scheme and owner of the contact, from options of which each may decide the other.
+
+    Parameters
+    ----------
+    scheme : SchemeName or None
+        As chosen.
+    contact : Owner or None
+        As chosen.
+    possible : sequence of Owner
+        Owners with the FMUs that are given.
+
+    Raises
+    ------
+    UsageError
+        If they exclude each other.
+    """
+    if contact is not None and contact not in possible:
         raise UsageError(
-            f"--contact {contact}: with --scheme {scheme} it must be {' or '.join(owners)}"
+            f"--contact {contact}: with the FMUs given it must be {' or '.join(possible)}"
         )
-    return scheme, contact
+    wanted = possible if contact is None else (contact,)
+    if scheme is None:
+        solved = tuple(wanted) == (Owner.MASTER,)
+        scheme = SchemeName.INTERFACE_JACOBIAN if solved else SchemeName.JACOBI
+    suiting = [owner for owner in FAMILIES[scheme].owners if owner in wanted]
+    if not suiting:
+        must = " or ".join(FAMILIES[scheme].owners)
+        if contact is not None:
+            raise UsageError(f"--contact {contact}: with --scheme {scheme} it must be {must}")
+        raise UsageError(
+            f"--scheme {scheme}: the contact must be the {must}'s, and with the FMUs given it is "
+            f"the {' or '.join(wanted)}'s"
+        )
+    return scheme, suiting[0]
 
 
-def scheme_of(name: SchemeName, inputs: Inputs | None, first: str) -> Scheme:
-    """A scheme from its options."""
+def maker_of(
+    name: SchemeName, inputs: Inputs | None, first: str | None = None
+) -> Callable[[str], Scheme]:
+    """A scheme from its options, once it is known who steps first where the user does not say.
+
+    Raises
+    ------
+    UsageError
+        If an option says nothing of this scheme.
+    """
     family = FAMILIES[name]
+    if first is not None and not family.sequential:
+        able = " or ".join(other for other, family in FAMILIES.items() if family.sequential)
+        raise UsageError(
+            f"--first {first}: {name} has no first; leave it out, or take --scheme {able}"
+        )
     degree = family.degrees[0] if inputs is None else NAMES.index(inputs)
     if degree not in family.degrees:
         able = " or ".join(NAMES[d] for d in sorted(family.degrees))
         raise UsageError(f"--inputs {inputs}: {name} has {able} inputs only; leave the option out")
-    return family.make(degree, first)
+    return lambda usual: family.make(degree, first or usual)

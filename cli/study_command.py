@@ -16,6 +16,8 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from railcosim.analysis.catalogue import Member, Owner, members
+from railcosim.analysis.memory import afford
+from railcosim.analysis.recorded_run import count_steps
 from railcosim.analysis.study import Folder, Grid, StudyError, settings_of
 from railcosim.analysis.study_point import Contact, Measurement, Point, Ride
 from railcosim.analysis.study_table import save_table, table_of
@@ -50,6 +52,7 @@ from .terminal import Terminal
 
 Results = list[tuple[Point, Measurement]]
 WIDTH = 120  # of the table, characters
+BYTES = 500  # that a step of a run takes: its forces, its report, and what holds them
 
 
 class StudyFailedError(ArithmeticError):
@@ -260,4 +263,6 @@ def _step(text: str, time: float) -> float:
         raise UsageError(f"--steps {text}: must be numbers > 0, in s") from error
     if step > time:
         raise UsageError(f"--steps {text}: is longer than --time {time:g} s")
+    steps = count_steps(0.0, time, step)
+    afford(BYTES * steps, f"--steps {text}: {steps} steps", "take longer steps, or less --time")
     return step

@@ -248,7 +248,9 @@ class System:
         """Find the index of a component."""
         names = [component.name for component in self.components]
         if name not in names:
-            raise CouplingError(f"no component {name!r}{suggest(name, names)}")
+            raise CouplingError(
+                f"no component {name!r}{suggest(name, names)}; there are {', '.join(names)}"
+            )
         return names.index(name)
 
     # --- state ---------------------------------------------------------------------------------

@@ -217,6 +217,8 @@ def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
 @contextmanager
 def _checked(path: Path, main: str) -> Iterator[zipfile.ZipFile]:
     """Open an archive whose entries may be written to a folder, and that has its main one."""
+    if path.is_dir():
+        raise FmuError(f"{path}: is a folder; give {_kind(main)}")
     if not path.is_file():
         raise FmuError(f"{path}: no such file; give the path of a {path.suffix or '.fmu'} file")
     with _opened(path) as archive:
@@ -228,7 +230,7 @@ def _checked(path: Path, main: str) -> Iterator[zipfile.ZipFile]:
 
 def _kind(main: str) -> str:
     """What an archive without its main entry is not."""
-    return "an FMU" if main == DESCRIPTION else f"a {Path(main).suffix} package"
+    return "an FMU" if main == DESCRIPTION else "an SSP"
 
 
 def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:

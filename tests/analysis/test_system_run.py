@@ -79,7 +79,9 @@ def package(tmp_path, plant):
 
 def test_foreign_system_from_a_start(package):
     experiment = '<ssd:DefaultExperiment startTime="3" stopTime="4"/>'
-    dataset, stopped = run_ssp(package(-1.0, experiment), sequential, quiet, first="b", step=0.25)
+    dataset, stopped = run_ssp(
+        package(-1.0, experiment), lambda usual: sequential("b"), quiet, step=0.25
+    )
     assert stopped is None
     np.testing.assert_array_equal(dataset["time"], [3.0, 3.25, 3.5, 3.75, 4.0])
     # Euler's rule; powers of 0.75 are exact in binary numbers.
@@ -114,8 +116,8 @@ def test_what_is_missing(package):
         run_ssp(path, held, quiet, time=1.0)
     with pytest.raises(FmuError, match=r"stops at 0 s, with a step of 0\.1 s; it must"):
         run_ssp(path, held, quiet, time=0.0, step=0.1)
-    with pytest.raises(CouplingError, match="no component 'c'"):
-        run_ssp(path, sequential, quiet, first="c", time=1.0, step=0.1)
+    with pytest.raises(CouplingError, match="no component 'c'; there are a, b"):
+        run_ssp(path, lambda usual: sequential("c"), quiet, time=1.0, step=0.1)
 
 
 def test_no_component(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 from railcosim.analysis.catalogue import FAMILIES, Owner, SchemeName, members
 from railcosim.cli.keeping_options import keeping_of, loader_of
 from railcosim.cli.options import UsageError, contact_parameters
-from railcosim.cli.scheme_options import Inputs, choice_of, scheme_of
+from railcosim.cli.scheme_options import Inputs, choice_of, maker_of
 from railcosim.cli.stability_command import schemes_of
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.isolation import IsolatedComponent
@@ -18,6 +18,20 @@ def test_scheme_and_owner_decide_each_other():
     assert choice_of(solved, None) == (solved, Owner.MASTER)
     with pytest.raises(UsageError, match="must be master"):
         choice_of(solved, Owner.TRACK)
+    without = Owner.VEHICLE, Owner.MASTER  # a track that owns no contact
+    assert choice_of(None, None, without) == (SchemeName.JACOBI, Owner.VEHICLE)
+    assert choice_of(None, None, [Owner.MASTER]) == (SchemeName.INTERFACE_JACOBIAN, Owner.MASTER)
+    with pytest.raises(UsageError, match="--contact track: with the FMUs given it must be vehicle"):
+        choice_of(None, Owner.TRACK, without)
+    with pytest.raises(UsageError, match=r"hermite: .* it is the track's"):
+        choice_of(solved, None, [Owner.TRACK])
+
+
+def test_first_is_of_schemes_that_have_one():
+    scheme = maker_of(SchemeName.GAUSS_SEIDEL, None, "track")("vehicle")
+    assert "track first" in scheme.describe()
+    with pytest.raises(UsageError, match="--first track: jacobi has no first"):
+        maker_of(SchemeName.JACOBI, None, "track")
 
 
 def test_every_name_makes_its_scheme():
@@ -25,9 +39,9 @@ def test_every_name_makes_its_scheme():
     for name, family in FAMILIES.items():
         for degree in family.degrees:
             inputs = list(Inputs)[degree]
-            assert scheme_of(SchemeName(name), inputs, "vehicle").order >= degree + 1
+            assert maker_of(SchemeName(name), inputs)("vehicle").order >= degree + 1
     with pytest.raises(UsageError, match="--inputs quadratic: nepce has constant inputs only"):
-        scheme_of(SchemeName.NEPCE, Inputs.QUADRATIC, "vehicle")
+        maker_of(SchemeName.NEPCE, Inputs.QUADRATIC)
 
 
 def test_only_what_is_linear_is_predicted():
@@ -60,5 +74,5 @@ def test_contact_stiffness():
     assert contact_parameters("hertz") == {"contact.nonlinear": True}
     assert contact_parameters("hertz:1e9") == {"contact.nonlinear": True, "contact.tangent": 1e9}
     assert contact_parameters("2e9") == {"contact.nonlinear": False, "contact.stiffness": 2e9}
-    with pytest.raises(UsageError, match="must be a number > 0"):
+    with pytest.raises(UsageError, match="must be a number from"):
         contact_parameters("hertz:-1")

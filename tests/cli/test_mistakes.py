@@ -1,6 +1,16 @@
 """Whatever is wrong: the exit status that fits, one line that helps, no traceback, in a moment."""
 
+import shlex
+
 import pytest
+
+from ..master.plant import component, make_fmu, pack, ssd
+
+V, VC, T, TC = "Vehicle.fmu", "VehicleWithContact.fmu", "Track.fmu", "TrackWithContact.fmu"
+PAIR = f"--vehicle-fmu {V} --track-fmu {TC}"
+PARTS = f"--vehicle-fmu {V} --track-fmu {T}"
+RUN, FRF, SSP = "run --out r.nc", "frf --out f.nc", "run --out r.nc Pair.ssp"
+ANY = f"receptance {V} --input wheelset[1].left.force_z --output carbody.z --out r.nc"
 
 MISTAKES = {
     # Words on their way to the screen.
@@ -13,26 +23,125 @@ MISTAKES = {
     "export --out e --vehicle .": ".: is no file",
     "export --out e --vehicle missing.toml": "missing.toml: cannot be read: No such file",
     "export --out e --vehicle binary.toml": "binary.toml: not a TOML file",
+    # Numbers that are none, or too large or small for anything.
+    f"{RUN} --time 1e300": "--time 1e+300: must be from 1e-09 to 1e+09 s",
+    f"{RUN} --time nan": "--time nan: must be > 0 s",
+    f"{RUN} --time 0": "--time 0: must be > 0 s",
+    f"{RUN} --time inf": "--time inf: must be > 0 s",
+    f"{RUN} --speed 1e308": "--speed 1e+308: must be from 0.001 to 10000 km/h",
+    f"{RUN} --speed 1e-308": "--speed 1e-308: must be from",
+    f"{RUN} --tolerance 2": "--tolerance 2: must be between 0 and 1",
+    f"{RUN} --contact-stiffness 1": "--contact-stiffness 1: must be a number from 1000 to 1e+15",
+    f"{RUN} --contact-stiffness 1e300": "--contact-stiffness 1e300: must be",
+    f"{RUN} --contact-stiffness nan": "--contact-stiffness nan: must be",
+    f"{RUN} --contact-stiffness hertz:1": "--contact-stiffness 1: must be",
+    f"{RUN} --contact-stiffness hertz:1e300": "--contact-stiffness 1e300: must be",
+    f"{FRF} --frequencies 1e-300:1e-300:1": "needs 0.001 <= start <= stop <= 1e+06 Hz",
+    f"{FRF} --frequencies 1e300:1e300:1": "needs 0.001 <= start <= stop <= 1e+06 Hz",
+    f"{FRF} --frequencies 1:2:nan": "a third number > 0",
+    f"{ANY} --frequencies 1e-300:1e-300:1": "needs 1e-12 <= start",
+    f"{ANY} --method pulses --step 1e-308": "--step 1e-308: must be from 1e-12",
+    f"{ANY} --method pulses --amplitude 1e308": "--amplitude 1e+308: must be from",
+    f"{ANY} --method pulses --steps 1000000000000": "Invalid value for '--steps'",
+    "track-receptance --out t.nc --frequencies 1e300:1e300:1": "<= 1e+06 Hz",
+    "track-receptance --out t.nc --at nan": "--at nan: must be railseat",
+    "irregularity --out p.csv --length 1e15": "--length 1e+15: must be from 1 to 1e+06 m",
+    "irregularity --out p.csv --shortest 1e-300": "--shortest 1e-300: must be from",
+    "irregularity --out p.csv --longest nan": "must be",
+    "map --out m.nc --wavelengths 1e-300:1e300:10@log": "--wavelengths 1e-300:1e300:10@log: needs",
+    "map --out m.nc --wavelengths 1e5:1e6:10@log": "they must be from 0.001 to 1e+06 Hz",
+    "stability --contact-stiffness 1e308": "--contact-stiffness 1e308: must be",
+    "stability --contact-stiffness ,": "--contact-stiffness : must be",
+    "advise --accuracy nan": "--accuracy nan: must be between 0 and 1",
+    "paper --out p --figures 1-99999999999": "there are figures 3 to 23",
+    "paper --out p --figures 5-3": "there are figures 3 to 23",
+    # Too much at once.
+    f"{RUN} --step 1e-12": "1e+12 steps of 1e-12 s; at most 1e+09 are run",
+    f"{RUN} --step 1e-30": "--step 1e-30: must be from 1e-12",
+    f"{RUN} --time 1e7": "1e+11 steps of 0.0001 s; at most 1e+09 are run",
+    f"{RUN} --step 3": "a step of 3 s is longer than the run of 1 s",
+    f"{RUN} {PAIR} --irregularity none --time 9e4": "900000000 steps of 69 numbers need",
+    f"{SSP} --step 1e-3 --time 1e9": "1e+12 steps of 0.001 s",
+    f"{SSP} --time 9e4": "900000000 steps of 61 numbers need",
+    "compare --time 1e300": "--time 1e+300: must be",
+    "compare --step 1 --time 0.1": "a step of 1 s is longer than the run of 0.1 s",
+    "compare --step 1e-12 --time 0.1": "1e+11 steps",
+    "study --time 1e300": "--time 1e+300: must be",
+    "study --speed 1e308": "--speed 1e+308: must be",
+    "study --steps 1e-12": "5e+10 steps",
+    "study --steps 1e-8 --time 9": "900000000 steps need 450 GB of memory",
+    f"{FRF} {PARTS} --frequencies 1:999999:1": "responses to 24 inputs at 999999 frequencies need",
+    "map --out m.nc --wavelengths 0.1:60:0.0001 --speeds 10:400:0.001": "599001 wavelengths at",
+    # Files of another kind.
+    f"{RUN} --vehicle-fmu wordy.toml": "wordy.toml: is no FMU but parameters; railcosim export",
+    f"{RUN} --vehicle-fmu Pair.ssp": "Pair.ssp: is no FMU but a whole system; railcosim run",
+    f"{RUN} --vehicle-fmu .": ".: is a folder; give an FMU",
+    f"{RUN} --track-fmu missing.fmu": "missing.fmu: no such file",
+    f"{RUN} --track-fmu binary.fmu": "binary.fmu: not a readable zip archive",
+    f"{RUN} --track-fmu empty.fmu": "empty.fmu: not a readable zip archive",
+    f"{RUN} --vehicle-fmu {T}": f"{T}: cannot be the vehicle: it is a track",
+    f"{RUN} --track-fmu {V}": f"{V}: cannot be the track: it is a vehicle",
+    f"{RUN} --vehicle-fmu Plant.fmu": "Plant.fmu: cannot be the vehicle: it has no output wheelset",
+    f"{FRF} --vehicle-fmu {T} --track-fmu {V}": f"{T}: cannot be the vehicle: it is a track",
+    f"{FRF} --vehicle-fmu {VC}": f"{VC}: owns the contact springs; give one like {V}",
+    f"stability --track-fmu {TC}": f"{TC}: owns the contact springs; give one like {T}",
+    f"{RUN} .": ".: is a folder",
+    f"{RUN} wordy.toml": "wordy.toml: not a readable zip archive",
+    f"{RUN} {V}": f"{V}: no SystemStructure.ssd at its top level; not an SSP",
+    "receptance . --input a --output b --out r.nc": ".: is a folder",
+    # Options that exclude each other, or say nothing.
+    f"{RUN} --vehicle-fmu {VC} --track-fmu {TC}": f"{VC} and {TC} both own the contact springs",
+    f"{RUN} {PAIR} --contact vehicle": "--contact vehicle: with the FMUs given it must be track",
+    f"{RUN} {PAIR} --scheme interface-jacobian": "--scheme interface-jacobian: the contact must be",
+    f"{RUN} {PAIR} --first track": "--first track: jacobi has no first",
+    f"{RUN} {PAIR} --scheme gauss-seidel --first me": "--first me: must be vehicle or track",
+    f"{SSP} --first vehicle": "--first vehicle: jacobi has no first",
+    f"{SSP} --scheme gauss-seidel --first me": "no component 'me'; there are vehicle, track",
+    f"{SSP} --scheme interface-jacobian": "--scheme interface-jacobian: solves the contact of our",
+    "run --out r.nc Plant.ssp --step 0.1 --time 1 --scheme picard": "a cannot go back",
+    f"{FRF} --input wheelset[5].force_z": "excitation wheelset[5].force_z: must be irregularity_z",
+    f"{FRF} --input wheelset[1].rail_force_z --rigid-track": "has no effect with --rigid-track",
+    f"{FRF} --input irregularity_z --uncoupled": "has no effect with --uncoupled",
+    # Classes of track.
+    "irregularity --class none --out p.csv": "'none': there are german-low",
+    f"ride --class none --out r.nc {PARTS}": "'none': there are german-low",
+    "advise --class x.csv": "'x.csv': there are german-low",
+    f"{RUN} --irregularity foo": "--irregularity foo: must be none, german-low",
+    f"{RUN} --irregularity ''": "--irregularity : must be none, german-low",
 }
 
 
-@pytest.fixture
-def files(tmp_path):
-    (tmp_path / "escape.toml").write_text('["\\u001b]0;pwn\\u0007"]\n')
-    (tmp_path / "wordy.toml").write_text(f'rail = "{"A" * 900_000}"\n')
-    (tmp_path / "binary.toml").write_bytes(bytes(range(256)))
+@pytest.fixture(scope="module")
+def files(exported, tmp_path_factory):
+    """A folder with FMUs, a system that cannot go back, and what is none of either."""
+    folder = tmp_path_factory.mktemp("files")
+    for path in [*exported.values(), exported["Vehicle"].with_name("Pair.ssp")]:
+        (folder / path.name).symlink_to(path)
+    (folder / "escape.toml").write_text('["\\u001b]0;pwn\\u0007"]\n')
+    (folder / "wordy.toml").write_text(f'rail = "{"A" * 900_000}"\n')
+    (folder / "binary.toml").write_bytes(bytes(range(256)))
+    (folder / "binary.fmu").write_bytes(bytes(range(256)))
+    (folder / "empty.fmu").touch()
+    elements = component("a", u="input", x="output")
+    make_fmu(folder / "Plant.fmu")
+    system = ssd(f"<ssd:Elements>{elements}</ssd:Elements>")
+    pack(folder / "Plant.ssp", system, P__fmu=folder / "Plant.fmu")
+    return folder
 
 
-@pytest.mark.usefixtures("files")
 @pytest.mark.parametrize("command", MISTAKES)
-def test_a_mistake_is_one_line_and_status_2(railcosim, command):
-    status, out, err = railcosim(*command.split())
+def test_a_mistake_is_one_line_and_status_2(railcosim, files, monkeypatch, command):
+    monkeypatch.chdir(files)
+    monkeypatch.setattr("railcosim.cli.export.export_pair", None)  # not even begun
+    monkeypatch.setattr("railcosim.analysis.memory.available", lambda: 8e9)
+    status, out, err = railcosim(*shlex.split(command))
     assert (status, out) == (2, "")
     assert err.startswith("error: ")
     assert MISTAKES[command] in err
     assert err.count("\n") == 1
     assert len(err) < 2100
     assert err.strip().isprintable()
+    assert not list(files.glob("[rfmtpe].*"))  # nothing is written
 
 
 def test_exhausted_memory_is_one_line_and_status_1(railcosim, monkeypatch):

@@ -25,10 +25,7 @@ LEAST = 16  # samples of a profile whose spectrum is estimated
 def quality(name: str) -> Quality:
     """A class of track by its name; ParameterError if there is none."""
     if name not in QUALITIES:
-        raise ParameterError(
-            f"unknown irregularity {name!r}: allowed are none, {', '.join(QUALITIES)}, or a .csv "
-            "file"
-        )
+        raise ParameterError(f"no class of track {name!r}: there are {', '.join(QUALITIES)}")
     return QUALITIES[name]
 
 

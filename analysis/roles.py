@@ -1,0 +1,72 @@
+"""What an FMU file can be in a pair, told from its description before anything is made or run."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from railcosim.master.connections import CouplingError
+from railcosim.master.fmi.archive import FmuError, unpack
+from railcosim.master.fmi.description import read_description
+
+from .catalogue import Owner
+from .contact import FORCES, WHEELS, WHEELSETS
+
+SIGNS = {Owner.VEHICLE: f"{WHEELSETS[0]}.position", Owner.TRACK: f"{WHEELS[0]}.rail_z"}
+"""The output by which a vehicle, and a track, is known."""
+OTHERS = {
+    ".toml": "parameters; railcosim export makes FMUs of them",
+    ".ssp": "a whole system; railcosim run takes it without options for FMUs",
+}
+
+
+def owns_contact(path: Path, role: Owner) -> bool:
+    """Whether an FMU owns the contact springs.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    role : Owner
+        VEHICLE or TRACK: what it is given as.
+
+    Raises
+    ------
+    FmuError
+        If it is not an FMU.
+    CouplingError
+        If it cannot be what it is given as.
+    """
+    outputs = _outputs(path)
+    if SIGNS[role] not in outputs:
+        found = [other.value for other, sign in SIGNS.items() if sign in outputs]
+        known = f"it is a {found[0]}" if found else f"it has no output {SIGNS[role]}"
+        raise CouplingError(f"{path}: cannot be the {role}: {known}")
+    return FORCES[0] in outputs
+
+
+def owners(vehicle: Path | None, track: Path | None) -> tuple[Owner, ...]:
+    """Who may own the contact springs of FMU files, where None stands for one of ours.
+
+    Raises
+    ------
+    CouplingError
+        If both own them, or a file cannot be what it is given as.
+    """
+    given = {Owner.VEHICLE: vehicle, Owner.TRACK: track}
+    owning = {role: owns_contact(path, role) for role, path in given.items() if path is not None}
+    having = [role for role, owns in owning.items() if owns]
+    if len(having) > 1:
+        raise CouplingError(f"{vehicle} and {track} both own the contact springs; give one without")
+    return tuple(having) or tuple(role for role in Owner if role not in owning)
+
+
+def _outputs(path: Path) -> set[str]:
+    """Names of the outputs of an FMU."""
+    if path.suffix.lower() in OTHERS:
+        raise FmuError(f"{path}: is no FMU but {OTHERS[path.suffix.lower()]}")
+    folder = unpack(path)
+    try:
+        return {variable.name for variable in read_description(path, folder).outputs}
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
