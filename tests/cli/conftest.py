@@ -1,10 +1,12 @@
 """The command line in this process: a new one takes seconds to begin."""
 
 import warnings
+from contextlib import ExitStack
 from typing import NamedTuple
 
 import pytest
 
+from railcosim.cli import results
 from railcosim.cli.main import run
 
 
@@ -26,11 +28,13 @@ def railcosim(tmp_path, monkeypatch, capfd):
     def call(*arguments):
         monkeypatch.setattr("sys.argv", ["railcosim", *(str(a) for a in arguments)])
         capfd.readouterr()
-        try:
-            run()
-            status = 0
-        except SystemExit as stop:
-            status = stop.code or 0
+        with ExitStack() as claimed:  # files are a command's until its process ends
+            monkeypatch.setattr(results, "_claimed", claimed)
+            try:
+                run()
+                status = 0
+            except SystemExit as stop:
+                status = stop.code or 0
         return Said(status, *capfd.readouterr())
 
     return call

@@ -52,6 +52,6 @@ def test_options(package, tmp_path):
     with pytest.raises(UsageError, match=r"--step 0: must be > 0 s"):
         run_system(path, tmp_path / "s.nc", step=0.0, time=1.0)
     with pytest.raises(UsageError, match=r"--time -1: must be > 0 s"):
-        run_system(path, tmp_path / "s.nc", step=0.1, time=-1.0)
+        run_system(path, tmp_path / "t.nc", step=0.1, time=-1.0)
     with pytest.raises(UsageError, match=r"--out .*must end in"):
         run_system(path, tmp_path / "s.txt", step=0.1, time=1.0)
