@@ -9,11 +9,12 @@ import typer
 
 from railcosim.analysis.pair import Load
 from railcosim.analysis.recorded_run import Keeping
-from railcosim.master.checkpoint import Checkpoints
+from railcosim.master.checkpoint import Checkpoints, results_of
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.isolation import IsolatedComponent
 
 from .options import UsageError, positive
+from .resuming import check_agreement, options_in, resumed
 
 EVERY = 0.1  # s
 
@@ -27,7 +28,13 @@ EveryOption = Annotated[
 ]
 ResumeOption = Annotated[
     Path | None,
-    typer.Option("--resume", help="Go on from a checkpoint; all else as before.", metavar="F"),
+    typer.Option(
+        "--resume",
+        help="Go on from a checkpoint, with its options; a longer --time may be given.",
+        metavar="F",
+        is_eager=True,
+        callback=resumed,
+    ),
 ]
 IsolateOption = Annotated[
     bool,
@@ -39,17 +46,30 @@ EnergyOption = Annotated[
 
 
 def keeping_of(
-    checkpoint: Path | None, every: float | None, resume: Path | None, energy: bool
+    context: typer.Context,
+    out: Path,
+    checkpoint: Path | None,
+    every: float | None,
+    resume: Path | None,
+    energy: bool,
 ) -> Keeping:
-    """What is kept of a run, from the options."""
+    """What is kept of a run, from the options; its files are there to be written."""
     if every is not None and checkpoint is None:
         raise UsageError(f"--every {every:g}: of what? Give --checkpoint FILE as well")
-    if checkpoint is not None and not checkpoint.parent.is_dir():
-        raise UsageError(f"--checkpoint {checkpoint}: there is no folder {checkpoint.parent}")
+    if checkpoint is not None and results_of(checkpoint).absolute() == out.absolute():
+        raise UsageError(
+            f"--out {out}: is where --checkpoint {checkpoint} keeps its rows; take another name"
+        )
     if energy and (checkpoint or resume):
         raise UsageError("--energy: is not kept in checkpoints; leave out one of the two")
     interval = EVERY if every is None else positive("--every", every, "s")
-    checkpoints = None if checkpoint is None else Checkpoints(checkpoint, interval)
+    checkpoints = None
+    if resume is not None:
+        check_agreement(context, resume)
+    if checkpoint is not None:
+        checkpoints = Checkpoints(checkpoint, interval, options_in(context))
+        with checkpoints.claimed():
+            pass  # found out now, not after a long export; the run holds it
     return Keeping(checkpoints=checkpoints, resume=resume, energy=energy)
 
 

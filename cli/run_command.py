@@ -51,6 +51,7 @@ from .options import (
     progress,
 )
 from .results import PICTURES, RESULTS, ResultError, keep
+from .resuming import keep_fmus
 from .scheme_options import (
     ContactOption,
     InputsOption,
@@ -133,7 +134,7 @@ def run(
             positive(option, value, "s")
     if tolerance is not None and not 0.0 < tolerance < 1.0:
         raise UsageError(f"--tolerance {tolerance:g}: must be between 0 and 1, such as 1e-4")
-    keeping = keeping_of(checkpoint, every, resume, energy)
+    keeping = keeping_of(context, out, checkpoint, every, resume, energy)
     load = loader_of(isolate)
     if system is not None:
         _refuse(context, system, OF_THE_PAIR)
@@ -170,7 +171,9 @@ def run(
     journey = Journey(
         speed=v, held=held, profile=profile_of(irregularity, v * stop, seed, fade, repeat)
     )
-    with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner]) as (vehicle, track):
+    with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner]) as made:
+        options = keeping.checkpoints.options if keeping.checkpoints else {}
+        vehicle, track = keep_fmus(checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1])
         plan = Plan(
             vehicle=vehicle,
             track=track,

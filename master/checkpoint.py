@@ -5,30 +5,29 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from railcosim.master import plain
+from railcosim.master.checkpoint_file import CheckpointError, Content, read_checkpoint
 from railcosim.master.component import Component, ComponentError
 from railcosim.master.cosimulation import CommunicationPoint, Cosimulation
-from railcosim.master.journal import Journal, Seals, is_journal, read_journal
+from railcosim.master.journal import Journal, is_journal, read_journal
 from railcosim.master.recording import Recorder
 from railcosim.storage.lock import held
-from railcosim.storage.whole import TargetError, check_regular, check_target, write_whole
+from railcosim.storage.whole import check_target
 
-_FORMAT = "railcosim checkpoint 2"
+__all__ = [
+    "CheckpointError", "CheckpointWarning", "Checkpoints", "options_of", "results_of", "resume",
+]  # fmt: skip
 
 About = Mapping[str, str | float]
 """What a run is made with beyond its system and scheme: parameters, speed, irregularity."""
-
-
-class CheckpointError(ValueError):
-    """A checkpoint cannot be written or does not fit; the message names file and difference."""
 
 
 class CheckpointWarning(UserWarning):
@@ -47,10 +46,13 @@ class Checkpoints:
     every : float
         Simulated seconds between checkpoints, which are at communication points: not of the
         clock, so a run writes the same files each time.
+    options : dict of str to what JSON can hold
+        What whoever makes the run needs to make it again; see `options_of`.
     """
 
     path: Path
     every: float
+    options: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.every) and self.every > 0.0):
@@ -103,7 +105,7 @@ class Checkpoints:
                 for path in (self.path, results):
                     check_target(path)
                 if self.path.exists() and self.path.stat().st_size:
-                    _read(self.path)
+                    read_checkpoint(self.path)
                 if results.exists() and not is_journal(results):
                     raise CheckpointError(f"{results}: not rows of a checkpoint")
                 stack.enter_context(held(self.path))
@@ -127,7 +129,7 @@ class Checkpoints:
             if point.time < due or point.time == run.stop:
                 continue
             due = self.every * (math.floor(point.time / self.every) + 1)
-            state = _state(run, recorder, identity)
+            system = _system_state(run)
             try:
                 if journal is None:
                     columns = recorder.to_dataset(about).isel(time=slice(0))
@@ -135,7 +137,18 @@ class Checkpoints:
                         results_of(self.path), columns, _digest(identity), recorder.rows()
                     )
                 journal.append(recorder.rows(len(journal)))
-                write_whole(self.path, plain.dumps((*state, journal.seals)))
+                Content(
+                    time=run.time,
+                    seen=recorder.seen,
+                    n_rows=len(recorder),
+                    identity=identity,
+                    system=system,
+                    stepper=run.stepper.memory,
+                    walk=run.walk.memory,
+                    options=self.options,
+                    threads=_threads(),
+                    seals=journal.seals,
+                ).write(self.path)
             except OSError as error:
                 warnings.warn(
                     f"{self.path}: no checkpoint at t = {point.time:.9g} s ({error}); "
@@ -148,6 +161,11 @@ class Checkpoints:
 def results_of(path: Path) -> Path:
     """File of what was recorded up to the checkpoint `path`: netCDF 3."""
     return path.with_name(f"{path.name}.nc")
+
+
+def options_of(path: Path) -> dict[str, Any]:
+    """What was given as `Checkpoints.options`; CheckpointError as `resume` has it."""
+    return dict(read_checkpoint(path).options)
 
 
 def resume(path: Path, run: Cosimulation, recorder: Recorder, about: About) -> None:
@@ -169,27 +187,40 @@ def resume(path: Path, run: Cosimulation, recorder: Recorder, about: About) -> N
     ------
     CheckpointError
         If a file is missing or damaged, or of a run that differs: in what.
+
+    Warns
+    -----
+    CheckpointWarning
+        If it was written with another number of BLAS threads.
     """
-    time, seen, n_rows, identity, system, stepper, walk, seals = _read(path)
-    here = _identity(run, about)
-    if identity != here:
-        raise CheckpointError(f"{path}: of another run: {_difference(identity, here)}")
-    if not time < run.stop:
+    there, here = read_checkpoint(path), _identity(run, about)
+    if there.identity != here:
+        raise CheckpointError(f"{path}: of another run: {_difference(there.identity, here)}")
+    if not there.time < run.stop:
         raise CheckpointError(
-            f"{path}: written at t = {time:.9g} s, but the run ends at {run.stop:.9g} s"
+            f"{path}: written at t = {there.time:.9g} s, but the run ends at {run.stop:.9g} s"
         )
     results = results_of(path)
     try:
-        rows = read_journal(results, recorder.to_dataset(), _digest(identity), n_rows, seals)
+        rows = read_journal(
+            results, recorder.to_dataset(), _digest(here), there.n_rows, there.seals
+        )
     except (OSError, ValueError) as error:
         raise CheckpointError(f"{results}: cannot be used: {error}") from error
     try:
-        run.system.restore_state(run.system.deserialize_state(system))
-        run.stepper.memory, run.walk.memory = stepper, walk
+        run.system.restore_state(run.system.deserialize_state(there.system))
+        run.stepper.memory, run.walk.memory = there.stepper, there.walk
     except (ComponentError, TypeError, ValueError, IndexError) as error:
         raise CheckpointError(f"{path}: does not fit the run: {error}") from error
-    recorder.resume(seen, rows)
-    run.time = time
+    if there.threads != _threads():
+        warnings.warn(
+            f"{path}: written with BLAS threads: {there.threads}; here: {_threads()}. Sums may be "
+            "rounded differently, so the bits of an uninterrupted run are not promised",
+            CheckpointWarning,
+            stacklevel=2,
+        )
+    recorder.resume(there.seen, rows)
+    run.time = there.time
 
 
 def _check_able(run: Cosimulation) -> None:
@@ -203,47 +234,18 @@ def _check_able(run: Cosimulation) -> None:
             )
 
 
-def _state(run: Cosimulation, recorder: Recorder, identity: dict[str, str]) -> tuple[Any, ...]:
-    """All that decides how a run goes on."""
-    system = run.system
+def _system_state(run: Cosimulation) -> Any:
+    """State of the components and of the exchange."""
     try:
-        state = system.serialize_state(system.save_state())
+        return run.system.serialize_state(run.system.save_state())
     except (ComponentError, ValueError) as error:  # FmuError is a ValueError
         raise CheckpointError(f"no checkpoint of this run is possible: {error}") from error
-    return (
-        _FORMAT,
-        run.time,
-        recorder.seen,
-        len(recorder),
-        json.dumps(identity),
-        state,
-        run.stepper.memory,
-        run.walk.memory,
-    )
 
 
-def _read(path: Path) -> tuple[float, int, int, dict[str, str], Any, Any, Any, Seals]:
-    """Read a checkpoint, and see that it is one."""
-    try:
-        check_regular(path)
-        value = plain.loads(path.read_bytes())
-    except TargetError as error:
-        raise CheckpointError(f"{error}, no checkpoint") from error
-    except OSError as error:
-        raise CheckpointError(f"{path}: cannot be read ({error.strerror})") from error
-    except plain.PlainError as error:
-        raise CheckpointError(f"{path}: damaged, or not a checkpoint ({error})") from error
-    try:
-        kind, time, seen, n_rows, identity, *others = value
-        identity = {str(k): str(v) for k, v in json.loads(identity).items()}
-        system, stepper, walk, seals = others
-        good = kind == _FORMAT and math.isfinite(time) and 0 < int(n_rows) <= int(seen)
-        good = good and all(isinstance(e, int) and isinstance(d, str) for e, d in seals) and seals
-    except (TypeError, ValueError, AttributeError):
-        good = False
-    if not good:
-        raise CheckpointError(f"{path}: not a {_FORMAT}")
-    return time, seen, n_rows, identity, system, stepper, walk, seals
+def _threads() -> str:
+    """How many threads sums of BLAS are cut into, as far as its variables say."""
+    names = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+    return next((os.environ[name] for name in names if os.environ.get(name)), "as many as cores")
 
 
 def _identity(run: Cosimulation, about: About) -> dict[str, str]:
@@ -269,7 +271,7 @@ def _digest(identity: dict[str, str]) -> str:
     return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
 
 
-def _difference(there: dict[str, str], here: dict[str, str]) -> str:
+def _difference(there: Mapping[str, str], here: dict[str, str]) -> str:
     """Say what differs."""
     keys = [k for k in {**there, **here} if there.get(k) != here.get(k)]
     sentences = [

@@ -1,5 +1,8 @@
 """What options may be combined, and what is said if not."""
 
+from pathlib import Path
+from typing import ClassVar
+
 import pytest
 
 from railcosim.analysis.catalogue import FAMILIES, Owner, SchemeName, members
@@ -7,6 +10,7 @@ from railcosim.cli.keeping_options import keeping_of, loader_of
 from railcosim.cli.options import UsageError, contact_parameters
 from railcosim.cli.scheme_options import Inputs, choice_of, maker_of
 from railcosim.cli.stability_command import schemes_of
+from railcosim.master.checkpoint import CheckpointError
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.isolation import IsolatedComponent
 
@@ -55,17 +59,26 @@ def test_only_what_is_linear_is_predicted():
 
 
 def test_what_is_kept(tmp_path):
-    keeping = keeping_of(tmp_path / "c", None, None, energy=False)
+    class Context:
+        params: ClassVar = {"scheme": SchemeName.JACOBI, "seed": None, "plot": Path("x.png")}
+
+    context, out = Context(), tmp_path / "x.nc"
+    keeping = keeping_of(context, out, tmp_path / "c", None, None, energy=False)
     assert keeping.checkpoints.every == 0.1
+    assert keeping.checkpoints.options == {
+        "scheme": "jacobi", "plot": str(Path("x.png").absolute()),
+    }  # fmt: skip
     for arguments, message in (
         ((None, 1.0, None, False), "--every 1: of what"),
         ((tmp_path / "c", -1.0, None, False), "--every -1: must be > 0 s"),
-        ((tmp_path / "no" / "c", None, None, False), "there is no folder"),
+        ((tmp_path / "x", None, None, False), "x.nc: is where --checkpoint .*x keeps its rows"),
         ((tmp_path / "c", None, None, True), "--energy"),
         ((None, None, tmp_path / "c", True), "--energy"),
     ):
         with pytest.raises(UsageError, match=message):
-            keeping_of(*arguments)
+            keeping_of(context, out, *arguments)
+    with pytest.raises(CheckpointError, match="there is no folder"):
+        keeping_of(context, out, tmp_path / "no" / "c", None, None, energy=False)
     assert loader_of(isolate=True) == IsolatedComponent.load
     assert loader_of(isolate=False) == FmuComponent.load
 

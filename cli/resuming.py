@@ -1,0 +1,99 @@
+"""What a checkpoint keeps of the command that wrote it, so that `run --resume F` is enough."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from railcosim.master.checkpoint import CheckpointError, options_of
+from railcosim.storage.whole import write_whole
+
+FREE = ("out", "plot", "time", "checkpoint", "every", "resume", "isolate")
+"""Parameters that may differ when a run is resumed: they do not decide its numbers."""
+BY_CONTENT = ("system", "vehicle_fmu", "track_fmu")
+"""Files that may be in another folder; name and content are in the run's identity."""
+
+
+def resumed(context: typer.Context, path: Path | None) -> Path | None:
+    """Make the options in a checkpoint the defaults of the command; a callback of ``--resume``."""
+    if path is not None and not context.resilient_parsing:
+        options = _absolute(options_of(path), path.parent)
+        context.default_map = {**options, "checkpoint": str(path)}
+    return path
+
+
+def check_agreement(context: typer.Context, path: Path) -> None:
+    """Raise CheckpointError if an option given again is another than the checkpoint's."""
+    here, there = options_in(context), _absolute(options_of(path), path.parent)
+    for name, value in here.items():
+        source = context.get_parameter_source(name)
+        free = name in FREE or name in BY_CONTENT or source is None or source.name != "COMMANDLINE"
+        if not free and value != there.get(name):
+            option = "--" + name.replace("_", "-")
+            was = f"with {there[name]}" if name in there else "without it"
+            raise CheckpointError(
+                f"{option} {value}: the run in {path} was begun {was}; leave the option out"
+            )
+
+
+def options_in(context: typer.Context) -> dict[str, Any]:
+    """The options of a command as JSON can hold them.
+
+    Files by their whole paths; FMUs and systems beside the checkpoint by their names, so that all
+    may be moved together.
+    """
+    values = {k: _plain(v) for k, v in context.params.items() if v is not None}
+    values.pop("resume", None)
+    text = values.get("irregularity")
+    if text is not None and Path(text).is_file():
+        values["irregularity"] = str(Path(text).absolute())
+    beside = Path(values.get("checkpoint", "")).parent
+    for name in BY_CONTENT:
+        if "checkpoint" in values and name in values and Path(values[name]).parent == beside:
+            values[name] = Path(values[name]).name
+    return values
+
+
+def keep_fmus(checkpoint: Path | None, options: dict[str, Any], **fmus: Path) -> list[Path]:
+    """FMUs of a run; those exported for it alone are kept beside its checkpoint, and its options.
+
+    Exported again, they need not have the same bits, for instance on another processor.
+
+    Parameters
+    ----------
+    checkpoint : Path or None
+        Of the run.
+    options : dict
+        From `options_in`; FMUs that are not in it get there.
+    **fmus : Path
+        By parameter of the command.
+
+    Returns
+    -------
+    list of Path
+        Where they are now.
+    """
+    if checkpoint is None:
+        return list(fmus.values())
+    for name, path in fmus.items():
+        if name not in options:
+            kept = checkpoint.absolute().with_name(f"{checkpoint.name}.{path.name}")
+            write_whole(kept, path.read_bytes())
+            options[name] = kept.name
+            fmus[name] = kept
+    return list(fmus.values())
+
+
+def _absolute(options: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Options with the paths of files that are beside the checkpoint."""
+    beside = {n: str((folder / options[n]).absolute()) for n in BY_CONTENT if n in options}
+    return {**options, **beside}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Path):
+        return str(value.absolute())
+    return value.value if isinstance(value, Enum) else value
