@@ -5,9 +5,12 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from multiprocessing import connection
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -17,6 +20,10 @@ Progress: TypeAlias = Callable[[float, float], None]
 MOST = 256  # tasks of one set of workers
 TICK = 0.2  # s between looks at the progress
 CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class WorkerLostError(OSError):
+    """A worker process was killed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,9 +93,19 @@ class Workers:
 
         Raises
         ------
-        concurrent.futures.process.BrokenProcessPool
+        WorkerLostError
             If a worker was killed.
         """
+        try:
+            yield from self._completed(tasks, total)
+        except BrokenProcessPool as error:
+            self._tell(0, total)  # who stops all processes stops this one, too
+            raise WorkerLostError(
+                "a process that did part of the work was killed; perhaps memory ran out"
+            ) from error
+
+    def _completed(self, tasks: Iterable[Task], total: float) -> Iterator[tuple[str, Any]]:
+        """Do what `completed` says."""
         running: dict[Future[Any], str] = {}
         begin = len(self._costs)
         for task in tasks:
@@ -114,6 +131,15 @@ def _begin(shared: Any) -> None:
     global _shared  # noqa: PLW0603 - how a pool hands something to its workers
     _shared = shared
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """Wait until the parent is gone, however it ended, and go too, whatever is being worked on."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    connection.wait([parent.sentinel])
+    os._exit(1)
 
 
 def _ready() -> None:

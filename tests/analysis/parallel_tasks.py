@@ -13,6 +13,12 @@ def fail(progress):
     raise ValueError("no such track")
 
 
+def nap(file, progress):
+    """Too long, without a word, after having said where."""
+    file.write_text(str(os.getpid()))
+    time.sleep(60)
+
+
 def for_ever(progress):
     while True:
         progress(0, 1)
