@@ -60,6 +60,31 @@ def check_ring_of(track: Path, positions: FloatArray) -> None:
         )
 
 
+def check_frequencies_of(track: Path, highest: float) -> None:
+    """Tell that a track FMU of ours is asked beyond what is promised of its ring.
+
+    Parameters
+    ----------
+    track : Path
+        FMU file.
+    highest : float
+        Frequency, Hz.
+
+    Warns
+    -----
+    RingWarning
+        If it is above `PROMISED_TO`.
+    """
+    if highest > PROMISED_TO and RING in read_annotations(track, TOOL):
+        warnings.warn(
+            f"above {PROMISED_TO:g} Hz nothing is promised of the ring in {track.name}: where "
+            "hardly anything damps a wave, as at the pinned-pinned resonance, it answers as no "
+            "endless track does; railcosim track-receptance tells by how much",
+            RingWarning,
+            stacklevel=2,
+        )
+
+
 def _number(track: Path, noted: dict[str, str], name: str) -> float:
     try:
         value = float(noted[name])

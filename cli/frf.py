@@ -16,6 +16,7 @@ from railcosim.analysis.frequency import (
     on_rigid_track,
     response,
 )
+from railcosim.analysis.ring import check_frequencies_of
 from railcosim.plots.results import response_chart
 
 from .export import fmus_of
@@ -79,6 +80,8 @@ def frf(
         progress("linearising") as update,
     ):
         models = linear_models(vehicle, None if rigid_track else track, update)
+        if not rigid_track:
+            check_frequencies_of(track, omega.max() / (2 * np.pi))
     if uncoupled:
         system = apart(models, omega)
     elif rigid_track:

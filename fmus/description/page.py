@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
+from railcosim.track.decay import PROMISED, PROMISED_TO
+
 from ..content import Arrays
 from ..interface import WHEELSETS, Scalar
 from .about import Description
@@ -52,6 +54,8 @@ def page(
         about=about,
         can=about.capabilities,
         kind=kind,
+        promised=f"{PROMISED:.0%}",
+        promised_to=f"{PROMISED_TO:g}",
         facts=kind.facts(arrays),
         groups=groups,
         takes=quantity["input"],

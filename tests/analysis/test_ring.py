@@ -8,7 +8,7 @@ import pytest
 
 from railcosim.analysis.frequency import linear_models
 from railcosim.analysis.pair import Journey, open_pair
-from railcosim.analysis.ring import check_ring_of
+from railcosim.analysis.ring import check_frequencies_of, check_ring_of
 from railcosim.fmus.content import ring_annotations
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.archive import FmuError, read_annotations
@@ -72,6 +72,16 @@ def test_vehicle_longer_than_the_track_is_made_for_is_told(track_saying):
         check_ring_of(track, POSITIONS)
 
 
+def test_frequencies_beyond_the_promise_are_told(track_saying):
+    ours = track_saying(ring('length="100.0" longestVehicle="52.2"'))
+    with pytest.warns(RingWarning, match=r"above 900 Hz .*track-receptance"):
+        check_frequencies_of(ours, 901.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_frequencies_of(ours, 900.0)
+        check_frequencies_of(track_saying(""), 901.0)  # someone else's
+
+
 @pytest.mark.parametrize(
     "attributes", ['length="1e400" longestVehicle="1"', 'length="100"', 'length="x"', 'length="-1"']
 )
@@ -86,7 +96,7 @@ def test_pairs_of_files_are_checked_in_time_and_in_frequency(exported):
     assert not read_annotations(exported["Vehicle"], "railcosim")
     with pytest.warns(RingWarning, match=r"Track\.fmu: a ring of 30 m .*no vehicle.*18\.2 m"):
         linear_models(exported["Vehicle"], exported["Track"], lambda done, total: None)
-    journey = Journey(speed=50.0, held=False, profile=flat(10.0))
+    journey = Journey(speed=50.0, held=False, profile=flat())
     with (
         pytest.warns(RingWarning, match="TrackWithContact"),
         open_pair(exported["Vehicle"], exported["TrackWithContact"], {}, journey),

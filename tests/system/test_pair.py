@@ -99,7 +99,7 @@ def test_no_rest_is_no_start(exported, owner) -> None:
     The limit is the same number for forces in units of 100 kN: a hundred times it is 10 N, as an
     irregularity of 0.1 um at 0.1 GN/m, and would be taken for one; so twice it is refused.
     """
-    run = plan(exported.folder, jacobi(), step=1e-4, stop=1e-3, profile=flat(10.0), owner=owner)
+    run = plan(exported.folder, jacobi(), step=1e-4, stop=1e-3, profile=flat(), owner=owner)
     with open_pair(run.vehicle, run.track, run.parameters, run.journey, rough(5e-7)):
         pass
     with (
