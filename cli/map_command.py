@@ -44,6 +44,7 @@ MODES = ("carbody.z", "carbody.pitch")
 RANGE = (0.05, 20.0, 800)
 ORDERS = (1, 2, 3)
 FILES = Suffixes("--out", (".nc",))
+MARGIN = 1e-3  # of the ends of the table, which may be one frequency
 BYTES = 48  # for each value: complex, and both its parts as they are written
 
 
@@ -96,10 +97,11 @@ def map_command(
         progress("linearising") as update,
     ):
         models = linear_models(vehicle, track, update)
+    span = ends[0] * (1 - MARGIN), ends[1] * (1 + MARGIN)
     on_track = [o for o in outputs if o.startswith("vehicle.")]
     tables = {
-        "flexible": transfer(lambda w: coupled(models, w, k_H), outputs, *ends),
-        "rigid": transfer(lambda w: on_rigid_track(models, w, k_H), on_track, *ends),
+        "flexible": transfer(lambda w: coupled(models, w, k_H), outputs, *span),
+        "rigid": transfer(lambda w: on_rigid_track(models, w, k_H), on_track, *span),
     }
     result = _dataset(tables, models, wavelength, speed, contact_stiffness=k_H)
     critical = {kind: _critical(models, kind, k_H) for kind in tables}
@@ -181,7 +183,8 @@ def _chart(result: xr.Dataset, show: str, critical: dict[str, list[Critical]]) -
             y = 3.6 * wavelength * points[0].frequency
             inside = (y >= 3.6 * speed[0]) & (y <= 3.6 * speed[-1])
             label = f"{points[0].frequency:.2f} Hz"
-            curves = [Curve(name=label, x=wavelength[inside], y=y[inside])]
+            if inside.any():
+                curves = [Curve(name=label, x=wavelength[inside], y=y[inside])]
         panels.append(
             Map(
                 x=wavelength,

@@ -41,6 +41,7 @@ LIMITS = {  # wider than anything that is built: what is outside is a slip, or o
     "--time": (1e-9, 1e9),
     "--wavelengths": (1e-3, 1e6),
 }
+OR_HERTZ = ", hertz, or hertz:N/m"
 STIFFEST, SOFTEST = 1e15, 1e3  # N/m; softer, a wheel would hang metres below its place
 
 
@@ -149,14 +150,14 @@ def contact_parameters(text: str) -> dict[str, float | bool]:
     """
     kind, _, tangent = text.partition(":")
     if kind != "hertz":
-        return {NONLINEAR: False, STIFFNESS: stiffness_of(text)}
+        return {NONLINEAR: False, STIFFNESS: stiffness_of(text, OR_HERTZ)}
     if not tangent:
         return {NONLINEAR: True}
-    return {NONLINEAR: True, TANGENT: stiffness_of(tangent)}
+    return {NONLINEAR: True, TANGENT: stiffness_of(tangent, OR_HERTZ)}
 
 
-def stiffness_of(text: str) -> float:
-    """A contact stiffness in N/m."""
+def stiffness_of(text: str, otherwise: str = "") -> float:
+    """A contact stiffness in N/m; a message says what it may be `otherwise`."""
     try:
         k_H = float(text)
     except ValueError:
@@ -164,7 +165,7 @@ def stiffness_of(text: str) -> float:
     if not SOFTEST <= k_H <= STIFFEST:
         raise UsageError(
             f"--contact-stiffness {text}: must be a number from {SOFTEST:g} to {STIFFEST:g} in "
-            "N/m, hertz, or hertz:N/m"
+            f"N/m{otherwise}"
         )
     return k_H
 

@@ -105,6 +105,11 @@ def receptance(
         model = way(fmu, fmu.stem, Wanted(inputs=[input_], outputs=[output]), update)
     values = model.frequency_response(omega)[:, 0, 0]
     error = float(error_estimate(model, omega).max())
+    if error > 1.0:
+        raise ArithmeticError(
+            f"{way.description}: the response is known to {error:.1e} of itself only, so nothing "
+            "is written; take another --method, --step, --steps or --amplitude"
+        )
     unit = f"{model.outputs[0].unit or '1'}/{model.inputs[0].unit or '1'}"
     attributes = {
         "fmu": fmu.name, "input": input_, "output": output,

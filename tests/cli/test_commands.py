@@ -188,39 +188,6 @@ def test_receptance_of_any_fmu(fmus, tmp_path) -> None:
     assert (r["receptance"].values * -(1680 * omega**2)).real == pytest.approx(-1, rel=3e-3)
 
 
-BAD = {
-    "unknown irregularity": ["run", "--irregularity", "none-such", "--out", "r.nc"],
-    "unknown suffix": ["run", "--out", "r.txt"],
-    "no such folder": ["run", "--out", "nowhere/r.nc"],
-    "negative step": ["run", "--step=-1", "--out", "r.nc"],
-    "stiffness in words": ["frf", "--contact-stiffness", "soft", "--out", "r.nc"],
-    "frequencies": ["frf", "--frequencies", "1:2", "--out", "r.nc"],
-    "not an FMU": ["receptance", "my.toml", "--input", "a", "--output", "b", "--out", "r.nc"],
-    "missing FMU": ["receptance", "no.fmu", "--input", "a", "--output", "b", "--out", "r.nc"],
-    "negative stiffness": ["export", "--track", "my.toml", "--out", "fmus"],
-    "unknown option": ["run", "--fast", "--out", "r.nc"],
-    "unknown scheme": ["run", "--scheme", "magic", "--out", "r.nc"],
-    "neither of two": ["parameters"],
-    "place off the track": ["track-receptance", "--at", "1e9", "--out", "r.nc"],
-}
-
-
-@pytest.mark.parametrize("mistake", BAD)
-def test_a_mistake_is_one_line_and_status_2(mistake, tmp_path) -> None:
-    (tmp_path / "my.toml").write_text("[fastening]\nstiffness = -3e7\n")
-    done = railcosim(*BAD[mistake], folder=tmp_path)
-    assert done.returncode == 2, done.stderr
-    assert "Traceback" not in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
-
-
-def test_the_line_says_what_is_wrong_and_allowed(tmp_path) -> None:
-    (tmp_path / "my.toml").write_text("[fastening]\nstiffness = -3e7\n")
-    said = railcosim("export", "--track", "my.toml", "--out", "fmus", folder=tmp_path).stderr
-    for word in ("my.toml", "[fastening]", "stiffness", "-3e+07", "> 0"):
-        assert word in said
-
-
 def test_a_pair_without_a_contact_is_coupled_by_the_master(fmus, tmp_path) -> None:
     """With the scheme that can: its step is ten times what the others bear."""
     done = railcosim(
@@ -253,24 +220,6 @@ def test_plot_of_a_run_that_stopped_at_once(tmp_path) -> None:
     run = xr.Dataset({"carbody.az": ("time", [0.0])}, {"time": [0.0]}, {"title": "stopped"})
     save_picture(run_chart(run), tmp_path / "one.png")
     assert (tmp_path / "one.png").exists()
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--fmi", 4], "--fmi 4: must be 2 or 3"),
-        (["--runtime", "python", "--fmi", 3], "FMI 2 only"),
-        (["--runtime", "python", "--platforms", "all"], "leave out the rest"),
-        (["--platforms", "linux63"], "unknown platform 'linux63'; known are linux64"),
-        (["--runtime", "rust"], "--runtime"),
-    ],
-)
-def test_export_options_that_make_no_sense(options, words, tmp_path) -> None:
-    done = railcosim("export", "--out", "fmus", *options, folder=tmp_path)
-    assert done.returncode == 2
-    assert words in done.stderr
-    assert "Traceback" not in done.stderr
-    assert not (tmp_path / "fmus").exists()
 
 
 def test_export_with_a_compiler_that_is_not_there(tmp_path) -> None:

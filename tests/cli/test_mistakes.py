@@ -4,6 +4,8 @@ import shlex
 
 import pytest
 
+from railcosim.master.files import load
+
 from ..master.plant import component, make_fmu, pack, ssd
 
 V, VC, T, TC = "Vehicle.fmu", "VehicleWithContact.fmu", "Track.fmu", "TrackWithContact.fmu"
@@ -23,6 +25,19 @@ MISTAKES = {
     "export --out e --vehicle .": ".: is no file",
     "export --out e --vehicle missing.toml": "missing.toml: cannot be read: No such file",
     "export --out e --vehicle binary.toml": "binary.toml: not a TOML file",
+    "export --out e --track negative.toml": "[fastening] stiffness = -3e+07 N/m: must be > 0",
+    "parameters": "parameters: give --vehicle or --track",
+    # Options of one command.
+    "run --fast --out r.nc": "No such option: --fast",
+    f"{RUN} --scheme magic": "'magic' is not one of 'jacobi'",
+    f"{RUN[:-3]}.txt": "must end in .nc or .csv",
+    f"{RUN} --step=-1": "--step -1: must be > 0 s",
+    f"{FRF} --contact-stiffness hertz": "--contact-stiffness hertz: must be a number from 1000 to",
+    "export --out e --fmi 4": "--fmi 4: must be 2 or 3",
+    "export --out e --runtime python --fmi 3": "FMI 2 only",
+    "export --out e --runtime python --platforms all": "leave out the rest",
+    "export --out e --platforms linux63": "unknown platform 'linux63'; known are linux64",
+    "export --out e --runtime rust": "--runtime",
     # Numbers that are none, or too large or small for anything.
     f"{RUN} --time 1e300": "--time 1e+300: must be from 1e-09 to 1e+09 s",
     f"{RUN} --time nan": "--time nan: must be > 0 s",
@@ -120,6 +135,7 @@ def files(exported, tmp_path_factory):
     (folder / "escape.toml").write_text('["\\u001b]0;pwn\\u0007"]\n')
     (folder / "wordy.toml").write_text(f'rail = "{"A" * 900_000}"\n')
     (folder / "binary.toml").write_bytes(bytes(range(256)))
+    (folder / "negative.toml").write_text("[fastening]\nstiffness = -3e7\n")
     (folder / "binary.fmu").write_bytes(bytes(range(256)))
     (folder / "empty.fmu").touch()
     elements = component("a", u="input", x="output")
@@ -145,11 +161,30 @@ def test_a_mistake_is_one_line_and_status_2(railcosim, files, monkeypatch, comma
     assert not list(files.glob("[rfmtpe].*"))  # nothing is written
 
 
+def test_one_place_on_the_map_is_a_map(railcosim, files, tmp_path):
+    parts = ["--vehicle-fmu", files / V, "--track-fmu", files / T]
+    grid = ["--wavelengths", "10:10:1", "--speeds", "100:100:1"]
+    status, out, err = railcosim("map", "--out", "m.nc", "--plot", "m.png", *parts, *grid)
+    assert status == 0, err
+    assert "m.nc: 1 wavelengths, 1 speeds" in out
+    assert 0.0 < abs(load(tmp_path / "m.nc")["carbody.z"].values.item()) < 1.0  # above resonance
+
+
+def test_a_response_that_is_not_known_is_refused(railcosim, files, tmp_path):
+    """A step of 1 ps: nothing moves while 13,500 of them last."""
+    pulses = ["--method", "pulses", "--step", 1e-12, "--frequencies", "1:9:1"]
+    names = ["--input", "wheelset[4].left.force_z", "--output", "wheelset[4].left.wheel_z"]
+    status, _, err = railcosim("receptance", files / V, "--out", "r.nc", *names, *pulses)
+    assert status == 1
+    assert "of itself only, so nothing is written; take another --method" in err
+    assert not (tmp_path / "r.nc").exists()
+
+
 def test_exhausted_memory_is_one_line_and_status_1(railcosim, monkeypatch):
     def exhausted(*arguments):
         raise MemoryError("Unable to allocate 3 PiB")
 
     monkeypatch.setattr("railcosim.cli.receptance.direct_receptance", exhausted)
-    status, _, err = railcosim("track-receptance", "--out", "r.nc")
+    status, _, err = railcosim("track-receptance", "--out", "r.nc", "--frequencies", "1:1:1")
     assert status == 1
     assert err == "error: out of memory: ask for less at once (Unable to allocate 3 PiB)\n"
