@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -170,12 +171,14 @@ def recorded_run(
     if keeping.resume is not None:
         resume(keeping.resume, run, recorder, about)
     points: Iterator[CommunicationPoint] = run
-    if keeping.checkpoints is not None:
-        points = keeping.checkpoints.watch(run, recorder, about)
     meter = _meter(system, against) if keeping.energy else None
     if meter is not None:
         points = meter.watch(points)
-    stopped = record(_watched(points, course.stop, progress), recorder)
+    with ExitStack() as held:
+        if keeping.checkpoints is not None:
+            # Closed at once: what stopped the run keeps it alive, and with it the checkpoint held.
+            points = held.enter_context(closing(keeping.checkpoints.watch(run, recorder, about)))
+        stopped = record(_watched(points, course.stop, progress), recorder)
     with finishing():  # a second Ctrl-C must not take what the first one left
         attributes: dict[str, Any] = {
             **about,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -10,6 +12,8 @@ import typer
 
 from railcosim.master.checkpoint import CheckpointError, options_of
 from railcosim.storage.whole import write_whole
+
+from .options import errors
 
 FREE = ("out", "plot", "time", "checkpoint", "every", "resume", "isolate")
 """Parameters that may differ when a run is resumed: they do not decide its numbers."""
@@ -37,6 +41,17 @@ def check_agreement(context: typer.Context, path: Path) -> None:
             raise CheckpointError(
                 f"{option} {value}: the run in {path} was begun {was}; leave the option out"
             )
+
+
+@contextmanager
+def told_how_to_resume(checkpoint: Path | None) -> Iterator[None]:
+    """A run that can be interrupted, and what is then said."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if checkpoint is not None and checkpoint.exists():
+            errors.print(f"railcosim run --resume {checkpoint} goes on from the last checkpoint")
+        raise
 
 
 def options_in(context: typer.Context) -> dict[str, Any]:

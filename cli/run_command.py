@@ -51,7 +51,7 @@ from .options import (
     progress,
 )
 from .results import PICTURES, RESULTS, ResultError, keep
-from .resuming import keep_fmus
+from .resuming import keep_fmus, told_how_to_resume
 from .scheme_options import (
     ContactOption,
     InputsOption,
@@ -145,7 +145,7 @@ def run(
                 "none that the master owns; take another"
             )
         make_scheme = maker_of(chosen, inputs, first)
-        with finishing():
+        with told_how_to_resume(checkpoint), finishing():
             with progress("running") as update:
                 dataset, stopped = run_ssp(
                     system,
@@ -186,7 +186,7 @@ def run(
             keeping=keeping,
             load=load,
         )
-        with finishing():
+        with told_how_to_resume(checkpoint), finishing():
             with progress("running") as update:
                 dataset, stopped = run_pair(plan, update)
             conclude(dataset, stopped, out, plot)

@@ -7,7 +7,7 @@ import json
 import math
 import os
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -60,11 +60,11 @@ class Checkpoints:
 
     def watch(
         self, run: Cosimulation, recorder: Recorder, about: About
-    ) -> Iterator[CommunicationPoint]:
+    ) -> Generator[CommunicationPoint, None, None]:
         """Pass on the points of a run, and write a checkpoint at the first one and then `every` s.
 
         Both files are complete whenever the process is killed, and what came since the last
-        checkpoint is all that is lost.
+        checkpoint is all that is lost. They are held until the points end or are closed.
 
         Parameters
         ----------
