@@ -163,7 +163,8 @@ class Track:
     Raises
     ------
     ParameterError
-        If railseats do not fit the cell, a slab carries no two rails, or the ring is too short.
+        If railseats do not fit the cell, or a slab carries no two rails. Whether the ring is long
+        enough is known with the vehicle: see `railcosim.track.decay.check_ring`.
 
     References
     ----------
