@@ -84,10 +84,19 @@ def _dynamic(
     cell: Cell, omega: FloatArray, rows: NDArray[np.intp], columns: NDArray[np.intp]
 ) -> ComplexArray:
     """Part of the dynamic stiffness, shape (n_omega, n_rows, n_columns)."""
-    M, C, K, K_loss = (A[np.ix_(rows, columns)] for A in (cell.M, cell.C, cell.K, cell.K_loss))
-    w = omega[:, None, None]
-    D: ComplexArray = (K + 1j * K_loss) + 1j * w * C - w**2 * M
-    return D
+    return _at_frequencies(omega, *(A[np.ix_(rows, columns)] for A in _matrices(cell)))
+
+
+def _matrices(cell: Cell) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Coefficients of 1, omega and omega^2 in the dynamic stiffness."""
+    return cell.K + 1j * cell.K_loss, 1j * cell.C, -cell.M.astype(complex)
+
+
+def _at_frequencies(omega: FloatArray, *coefficients: ComplexArray) -> ComplexArray:
+    """Polynomial in omega with arrays for coefficients: one product, the frequencies in front."""
+    powers = omega[:, None] ** np.arange(len(coefficients))
+    values = powers @ np.stack([c.ravel() for c in coefficients])
+    return values.reshape(omega.size, *coefficients[0].shape)
 
 
 def _solve_inside(cell: Cell, omega: FloatArray, right: ComplexArray) -> ComplexArray:
@@ -113,15 +122,13 @@ def _solve_rail(cell: Cell, omega: FloatArray, right: ComplexArray) -> ComplexAr
     """Rail held at the ends, on fastenings whose slabs are held: all frequencies as one band."""
     n, inner = right.shape[1], slice(2, cell.rail_size - 2)
     band = np.zeros((2 * BAND + 1, omega.size, n), dtype=complex)
+    matrices = [A[inner, inner] for A in _matrices(cell)]
     for k in range(-BAND, BAND + 1):
-        M, C, K, K_loss = (
-            np.diagonal(A[inner, inner], k) for A in (cell.M, cell.C, cell.K, cell.K_loss)
-        )
-        w = omega[:, None]
         place = slice(max(k, 0), n + min(k, 0))
-        band[BAND - k, :, place] = (K + 1j * K_loss) + 1j * w * C - w**2 * M
+        band[BAND - k, :, place] = _at_frequencies(omega, *(A.diagonal(k) for A in matrices))
     flat = right.reshape(omega.size * n, -1)
     solved: ComplexArray = solve_banded(
-        (BAND, BAND), band.reshape(2 * BAND + 1, -1), flat, overwrite_ab=True, check_finite=False
-    )
+        (BAND, BAND), band.reshape(2 * BAND + 1, -1), flat,
+        overwrite_ab=True, overwrite_b=True, check_finite=False,
+    )  # fmt: skip
     return solved.reshape(right.shape)
