@@ -89,13 +89,15 @@ def _dynamic(
 
 def _matrices(cell: Cell) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     """Coefficients of 1, omega and omega^2 in the dynamic stiffness."""
-    return cell.K + 1j * cell.K_loss, 1j * cell.C, -cell.M.astype(complex)
+    elastic: ComplexArray = cell.K + 1j * cell.K_loss
+    viscous: ComplexArray = 1j * cell.C
+    return elastic, viscous, -cell.M.astype(complex)
 
 
 def _at_frequencies(omega: FloatArray, *coefficients: ComplexArray) -> ComplexArray:
     """Polynomial in omega with arrays for coefficients: one product, the frequencies in front."""
-    powers = omega[:, None] ** np.arange(len(coefficients))
-    values = powers @ np.stack([c.ravel() for c in coefficients])
+    powers = (omega[:, None] ** np.arange(len(coefficients))).astype(complex)
+    values: ComplexArray = powers @ np.stack([c.ravel() for c in coefficients])
     return values.reshape(omega.size, *coefficients[0].shape)
 
 
