@@ -90,8 +90,7 @@ def _dynamic(
 def _matrices(cell: Cell) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     """Coefficients of 1, omega and omega^2 in the dynamic stiffness."""
     elastic: ComplexArray = cell.K + 1j * cell.K_loss
-    viscous: ComplexArray = 1j * cell.C
-    return elastic, viscous, -cell.M.astype(complex)
+    return elastic, 1j * cell.C.astype(complex), -cell.M.astype(complex)
 
 
 def _at_frequencies(omega: FloatArray, *coefficients: ComplexArray) -> ComplexArray:
