@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -85,6 +85,22 @@ def count_steps(start: float, stop: float, step: float) -> int:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Repetition:
+    """How a run is made once more, with nothing kept but its outputs.
+
+    Attributes
+    ----------
+    factor : int
+        By which the step is divided.
+    until : float
+        Where it ends, s.
+    """
+
+    factor: int
+    until: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Course:
     """How a system is taken through time.
 
@@ -109,6 +125,11 @@ class Course:
 
     def __post_init__(self) -> None:
         count_steps(self.start, self.stop, self.step)
+
+    def again(self, how: Repetition) -> Course:
+        """The same with a shorter step; steps that are chosen, for a smaller tolerance."""
+        tolerance = None if self.tolerance is None else self.tolerance / how.factor
+        return replace(self, step=self.step / how.factor, stop=how.until, tolerance=tolerance)
 
     @property
     def pace(self) -> Pace:

@@ -15,7 +15,7 @@ from railcosim.master.ssp import LoadedSystem, initialise, open_ssp
 from railcosim.master.system import System
 
 from .pair import Load
-from .recorded_run import OUTPUTS_ONLY, Course, Keeping, Progress, Stopped, recorded_run
+from .recorded_run import OUTPUTS_ONLY, Course, Keeping, Progress, Repetition, Stopped, recorded_run
 
 
 def run_ssp(
@@ -28,6 +28,7 @@ def run_ssp(
     load: Load = FmuComponent.load,
     keeping: Keeping = OUTPUTS_ONLY,
     tolerance: float | None = None,
+    again: Repetition | None = None,
 ) -> tuple[xr.Dataset, Stopped]:
     """Run a system; also a run that stops early returns what was recorded, and why it stopped.
 
@@ -51,6 +52,8 @@ def run_ssp(
         What is kept beyond outputs.
     tolerance : float, optional
         For steps chosen by an error estimate; `step` is then the longest.
+    again : Repetition, optional
+        Make it once more, with a shorter step.
 
     Returns
     -------
@@ -85,6 +88,8 @@ def run_ssp(
             for key, text in fmu.description.as_attributes().items():
                 about[f"{fmu.name} {key}"] = text
         course = Course(scheme=scheme, step=step, start=start, stop=stop, tolerance=tolerance)
+        if again is not None:
+            course, keeping = course.again(again), OUTPUTS_ONLY
         return recorded_run(system, course, progress, about, keeping)
 
 

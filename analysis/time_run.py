@@ -12,7 +12,7 @@ from railcosim.master.schemes import Scheme
 
 from .contact import Parameters
 from .pair import Journey, Load, open_pair
-from .recorded_run import OUTPUTS_ONLY, Course, Keeping, Progress, Stopped, recorded_run
+from .recorded_run import OUTPUTS_ONLY, Course, Keeping, Progress, Repetition, Stopped, recorded_run
 
 __all__ = ["Plan", "Progress", "Stopped", "run_pair"]
 
@@ -53,8 +53,19 @@ class Plan:
     load: Load = field(default=FmuComponent.load)
 
 
-def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
+def run_pair(
+    plan: Plan, progress: Progress, again: Repetition | None = None
+) -> tuple[xr.Dataset, Stopped]:
     """Run the pair; also a run that stops early returns what was recorded, and why it stopped.
+
+    Parameters
+    ----------
+    plan : Plan
+        What to run.
+    progress : callable
+        Given the time and the end, s, now and then.
+    again : Repetition, optional
+        Make it once more, with a shorter step.
 
     Raises
     ------
@@ -79,7 +90,10 @@ def run_pair(plan: Plan, progress: Progress) -> tuple[xr.Dataset, Stopped]:
         course = Course(
             scheme=plan.scheme, step=plan.step, stop=plan.stop, tolerance=plan.tolerance
         )
+        keeping = plan.keeping
+        if again is not None:
+            course, keeping = course.again(again), OUTPUTS_ONLY
         # A contact force in compression lifts the vehicle, and z is down.
         return recorded_run(
-            pair.system, course, progress, about, plan.keeping, against=(pair.vehicle.name,)
+            pair.system, course, progress, about, keeping, against=(pair.vehicle.name,)
         )

@@ -17,6 +17,7 @@ from railcosim.analysis.frequency import Models, coupled, linear_models, respons
 from railcosim.analysis.pair import FORCES, Journey
 from railcosim.analysis.recorded_run import count_steps
 from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.verdict import DISAGREE, NotBelievedError
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.reference.agreement import near, relative_rms
@@ -144,15 +145,21 @@ def compare(
     with progress("Newmark, monolithic") as update:
         reference = newmark_forces(mono, models.positions, k_H, plan, update)
     still = np.full(8, cars.wheel_load)
+    wrong = relative_rms(ours, reference, still)
     console.print(
         f"contact force in time, {plan.scheme.describe()}, step {step:g} s: relative RMS error "
-        f"{relative_rms(ours, reference, still):.2e} of its dynamic part"
+        f"{wrong:.2e} of its dynamic part"
     )
     with progress("direct solves, monolithic") as update:
         errors = frequency_errors(models, mono, k_H, frequency, update)
     console.print(
         error_table(errors, f"Relative error of the coupled FRF, k_H = {k_H / 1e9:g} GN/m")
     )
+    if not wrong <= DISAGREE:
+        raise NotBelievedError(
+            f"the coupled run is not to be believed: its contact forces are wrong by {wrong:.0%} "
+            "of their dynamic part. Take a shorter --step or another --scheme"
+        )
 
 
 def _fine(frequency: FloatArray) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -32,15 +33,14 @@ from railcosim.paper.report import write_table
 from railcosim.paper.reproduce import FIGURES
 from railcosim.plots.picture import save_picture
 from railcosim.plots.results import receptance_chart, response_chart
-from railcosim.storage.interruption import finishing
 from railcosim.track.irregularity import synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
+from .conclusion import concluded
 from .export import exported
 from .options import console, progress
 from .results import folder_of
-from .run_command import conclude
 
 SPEED, STOP = 250 / 3.6, 1.0
 FREQUENCY = np.geomspace(0.3, 1500, 1500)
@@ -71,10 +71,7 @@ def demo(
         step=1e-4,
         stop=STOP,
     )
-    with finishing():
-        with progress("running the pair coupled in time") as update:
-            run, stopped = run_pair(plan, update)
-        conclude(run, stopped, out / "run.nc", out / "run.png")
+    concluded(partial(run_pair, plan), out / "run.nc", out / "run.png")
     _say(begun, "coupled in time")
     with progress("linearising both FMUs") as update:
         models = linear_models(fmus["Vehicle"], fmus["Track"], update)

@@ -32,7 +32,8 @@ Irregularity = Annotated[
     ),
 ]
 SeedOption = Annotated[
-    int | None, typer.Option("--seed", help=f"Of a class: which of its tracks; {SEED}.", min=0)
+    int | None,
+    typer.Option("--seed", help=f"Of a class: which of its tracks; {SEED}.", min=0, metavar="N"),
 ]
 FadeOption = Annotated[
     float | None,

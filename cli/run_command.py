@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
-import xarray as xr
 
 from railcosim.analysis.catalogue import FAMILIES, FMUS, Owner, SchemeName
-from railcosim.analysis.pair import FORCES, Journey
+from railcosim.analysis.pair import Journey
 from railcosim.analysis.recorded_run import count_steps
 from railcosim.analysis.roles import owners
 from railcosim.analysis.system_run import run_ssp
-from railcosim.analysis.time_run import Plan, Stopped, run_pair
-from railcosim.plots.chart import Chart
+from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.plots.outputs import outputs_chart
-from railcosim.plots.results import run_chart
-from railcosim.storage.interruption import finishing
 
+from .conclusion import BelieveOption, concluded
 from .export import fmus_of
 from .irregularity_options import (
     FadeOption,
@@ -48,9 +43,8 @@ from .options import (
     VehicleFmu,
     contact_parameters,
     positive,
-    progress,
 )
-from .results import PICTURES, RESULTS, ResultError, keep
+from .results import PICTURES, RESULTS
 from .resuming import keep_fmus, told_how_to_resume
 from .scheme_options import (
     ContactOption,
@@ -118,6 +112,7 @@ def run(
     resume: ResumeOption = None,
     isolate: IsolateOption = False,
     energy: EnergyOption = False,
+    believe: BelieveOption = False,
     plot: PlotFile = None,
     context: typer.Context = None,  # type: ignore[assignment]  # typer gives it
 ) -> None:
@@ -125,7 +120,8 @@ def run(
 
     The pair starts from the static equilibrium of both. With the contact in the track, steps of
     0.1 ms are stable up to 8 GN/m; with the contact in the vehicle they must be shorter. Loss of
-    contact can hide an unstable coupling: a run in which a wheel leaves the rail says so.
+    contact can hide an unstable coupling: a run in which a wheel leaves the rail is repeated with
+    shorter steps, and fails if they do not confirm it.
     """
     RESULTS.check(out)
     PICTURES.check(plot)
@@ -145,19 +141,14 @@ def run(
                 "none that the master owns; take another"
             )
         make_scheme = maker_of(chosen, inputs, first)
-        with told_how_to_resume(checkpoint), finishing():
-            with progress("running") as update:
-                dataset, stopped = run_ssp(
-                    system,
-                    make_scheme,
-                    update,
-                    step=step,
-                    time=time,
-                    load=load,
-                    keeping=keeping,
-                    tolerance=tolerance,
-                )
-            conclude(dataset, stopped, out, plot, outputs_chart)
+        with told_how_to_resume(checkpoint):
+            concluded(
+                lambda update, again: run_ssp(
+                    system, make_scheme, update, step=step, time=time, load=load,
+                    keeping=keeping, tolerance=tolerance, again=again,
+                ),
+                out, plot, outputs_chart, believe=believe,
+            )  # fmt: skip
         return
     chosen, owner = choice_of(scheme, contact, owners(vehicle_fmu, track_fmu))
     make_scheme = maker_of(chosen, inputs, first)
@@ -186,10 +177,8 @@ def run(
             keeping=keeping,
             load=load,
         )
-        with told_how_to_resume(checkpoint), finishing():
-            with progress("running") as update:
-                dataset, stopped = run_pair(plan, update)
-            conclude(dataset, stopped, out, plot)
+        with told_how_to_resume(checkpoint):
+            concluded(partial(run_pair, plan), out, plot, believe=believe)
 
 
 def _refuse(context: typer.Context | None, system: Path, options: tuple[str, ...]) -> None:
@@ -204,29 +193,3 @@ def _refuse(context: typer.Context | None, system: Path, options: tuple[str, ...
 def _step(scheme: SchemeName, owner: Owner) -> float:
     """The step (s) where the user gives none."""
     return SOLVED if FAMILIES[scheme].owners == (Owner.MASTER,) else STEPS[owner]
-
-
-def conclude(
-    dataset: xr.Dataset,
-    stopped: Stopped,
-    out: Path,
-    plot: Path | None,
-    chart: Callable[[xr.Dataset], Chart] = run_chart,
-) -> None:
-    """Save and draw what was recorded, also of a run that failed; then say that it did."""
-    try:
-        keep(dataset, out, f"{dataset.sizes['time']} communication points", plot, chart)
-    except ResultError:
-        if stopped is None:
-            raise
-    forces = np.array([dataset[name].values for name in FORCES if name in dataset])
-    lost = float((forces <= 0).any(axis=0).mean()) if forces.size else 0.0
-    if lost > 0:
-        warnings.warn(
-            f"a wheel was off the rail (or its spring pulled) at {100 * lost:.2g} % of the points, "
-            f"largest force {1e-3 * forces.max():.0f} kN. Unless the irregularity explains it, "
-            "the coupling is unstable, which loss of contact hides: repeat with half the step",
-            stacklevel=2,
-        )
-    if stopped is not None:
-        raise stopped

@@ -1,0 +1,89 @@
+"""True loss of contact is believed, that of an unstable coupling is not; a ring of six cells."""
+
+import os
+import subprocess
+import sys
+from functools import partial
+
+import numpy as np
+import pytest
+
+from railcosim.analysis.catalogue import FMUS, Owner, members
+from railcosim.analysis.pair import Journey
+from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.verdict import confirmed, signs_of
+from railcosim.master.files import load
+from railcosim.track.irregularity import synthesise
+from railcosim.track.irregularity.defects import wheel_flat
+
+SPEED = 250 / 3.6  # m/s
+
+
+def verdict(exported, owner, scheme, step, stop, **ride):
+    """Of a run; None if it shows no sign."""
+    vehicle, track = (exported.folder / f"{name}.fmu" for name in FMUS[owner])
+    plan = Plan(
+        vehicle=vehicle, track=track, parameters=ride.pop("parameters"), step=step, stop=stop,
+        journey=Journey(speed=SPEED, held=False, **ride), scheme=members()[scheme].scheme,
+    )  # fmt: skip
+    run, stopped = run_pair(plan, lambda done, total: None)
+    assert stopped is None
+    signs = signs_of(run)
+    if not signs.texts:
+        return None
+    return confirmed(run, signs, partial(run_pair, plan, lambda done, total: None))
+
+
+@pytest.mark.parametrize(
+    ("owner", "scheme", "step"),
+    [(Owner.MASTER, "interface-jacobian", 1e-3), (Owner.TRACK, "jacobi-linear", 1e-4)],
+)
+def test_wheel_flats_that_lose_contact_are_believed(exported, owner, scheme, step) -> None:
+    """150 mm on all wheels, 8 GN/m: contact is lost for some percent of the time, and truly."""
+    flats = wheel_flat(0.15, 0.43, at=2.0, turns=2)
+    found = verdict(
+        exported, owner, scheme, step, 0.06, profile=flats, parameters={"contact.tangent": 8e9}
+    )
+    assert found is not None
+    assert found.believed, str(found)
+
+
+@pytest.mark.parametrize(
+    ("owner", "step"), [(Owner.VEHICLE, 2e-4), (Owner.TRACK, 1e-3), (Owner.TRACK, 5e-3)]
+)
+def test_hammering_is_not_believed(exported, owner, step) -> None:
+    """Too long steps on an irregularity that no wheel leaves."""
+    profile = synthesise("german-low", SPEED * 0.2)
+    found = verdict(exported, owner, "jacobi-linear", step, 0.2, profile=profile, parameters={})
+    assert found is not None
+    assert not found.believed, str(found)
+
+
+def test_a_good_run_is_not_repeated(exported) -> None:
+    profile = synthesise("german-low", SPEED * 0.1)
+    assert (
+        verdict(exported, Owner.TRACK, "jacobi-linear", 1e-4, 0.1, profile=profile, parameters={})
+        is None
+    )
+
+
+@pytest.mark.parametrize(("options", "status"), [((), 1), (("--believe",), 0)])
+def test_on_the_command_line(exported, tmp_path, options, status) -> None:
+    """The result is kept whatever it is worth; file and exit status say what that is."""
+    fmus = [exported.folder / f"{name}.fmu" for name in FMUS[Owner.TRACK]]
+    done = subprocess.run(
+        [sys.executable, "-c", "from railcosim.cli.main import run; run()", "run",
+         "--vehicle-fmu", fmus[0], "--track-fmu", fmus[1], "--out", tmp_path / "run.nc",
+         "--step", "5e-3", "--time", "0.1", *options],
+        env={**os.environ, "COLUMNS": "200"}, capture_output=True, text=True, timeout=300,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == status, done.stderr
+    kept = load(tmp_path / "run.nc")
+    assert kept.sizes["time"] == 21
+    assert kept.attrs["stopped"] == "no"
+    assert "a wheel is off the rail" in kept.attrs["verdict"]
+    assert kept.attrs["verdict"].startswith("not to be believed") == (status == 1)
+    assert np.isfinite(kept["carbody.az"]).all()
+    if status:
+        assert "--believe" in done.stderr
