@@ -9,11 +9,12 @@ import typer
 
 from railcosim.analysis.pair import Load
 from railcosim.analysis.recorded_run import Keeping
-from railcosim.master.checkpoint import Checkpoints, results_of
+from railcosim.master.checkpoint import CheckpointError, Checkpoints, results_of
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.isolation import IsolatedComponent
 
 from .options import UsageError, positive
+from .results import claim
 from .resuming import check_agreement, options_in, resumed
 
 EVERY = 0.1  # s
@@ -68,8 +69,10 @@ def keeping_of(
         check_agreement(context, resume)
     if checkpoint is not None:
         checkpoints = Checkpoints(checkpoint, interval, options_in(context))
-        with checkpoints.claimed():
-            pass  # found out now, not after a long export; the run holds it
+        try:
+            claim(checkpoints.claimed())
+        except CheckpointError as error:
+            raise UsageError(f"--checkpoint {error}") from error
     return Keeping(checkpoints=checkpoints, resume=resume, energy=energy)
 
 

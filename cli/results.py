@@ -7,7 +7,7 @@ import os
 import tempfile
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +25,11 @@ from .options import UsageError, console
 _claimed = ExitStack()
 """Files that are this command's until it ends."""
 atexit.register(_claimed.close)
+
+
+def claim(files: AbstractContextManager[None]) -> None:
+    """Hold files until the command ends."""
+    _claimed.enter_context(files)
 
 
 class ResultError(OSError):
@@ -46,7 +51,7 @@ class Suffixes:
             raise UsageError(f"{self.option} {path}: must end in {' or '.join(self.allowed)}")
         try:
             check_target(path)
-            _claimed.enter_context(held(path))
+            claim(held(path))
         except (TargetError, HeldError) as error:
             raise UsageError(f"{self.option} {error}") from error
 

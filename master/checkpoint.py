@@ -53,6 +53,7 @@ class Checkpoints:
     path: Path
     every: float
     options: dict[str, Any] = field(default_factory=dict)
+    _claims: list[Path] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.every) and self.every > 0.0):
@@ -92,13 +93,16 @@ class Checkpoints:
 
     @contextmanager
     def claimed(self) -> Iterator[None]:
-        """Hold both files, as `watch` does while it lasts.
+        """Hold both files, as `watch` does while it lasts; it may be in such a block.
 
         Raises
         ------
         CheckpointError
             If another run holds them, they cannot be written, or are there and something else.
         """
+        if self._claims:
+            yield
+            return
         results = results_of(self.path)
         with ExitStack() as stack:
             try:
@@ -115,6 +119,8 @@ class Checkpoints:
                 ) from error
             except OSError as error:
                 raise CheckpointError(str(error)) from error
+            self._claims.append(self.path)
+            stack.callback(self._claims.clear)
             yield
 
     def _watch(

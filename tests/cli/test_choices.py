@@ -10,7 +10,6 @@ from railcosim.cli.keeping_options import keeping_of, loader_of
 from railcosim.cli.options import UsageError, contact_parameters
 from railcosim.cli.scheme_options import Inputs, choice_of, maker_of
 from railcosim.cli.stability_command import schemes_of
-from railcosim.master.checkpoint import CheckpointError
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.isolation import IsolatedComponent
 
@@ -77,7 +76,7 @@ def test_what_is_kept(tmp_path):
     ):
         with pytest.raises(UsageError, match=message):
             keeping_of(context, out, *arguments)
-    with pytest.raises(CheckpointError, match="there is no folder"):
+    with pytest.raises(UsageError, match=r"--checkpoint .*there is no folder"):
         keeping_of(context, out, tmp_path / "no" / "c", None, None, energy=False)
     assert loader_of(isolate=True) == IsolatedComponent.load
     assert loader_of(isolate=False) == FmuComponent.load

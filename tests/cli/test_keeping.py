@@ -89,6 +89,10 @@ def test_no_room(pair, tmp_path) -> None:
     ("command", "option", "words"),
     [
         (["run", "--out", "none/x.nc"], "--out", "there is no folder none"),
+        (["run", "--out", "x.nc", "--checkpoint", "held.nc"], "--checkpoint",
+         "another run is writing it"),
+        (["run", "--out", "x.nc", "--checkpoint", "device.nc"], "--checkpoint", "is a device"),
+        (["run", "--out", "x.nc", "--checkpoint", "file"], "--checkpoint", "it is not replaced"),
         (["frf", "--out", "/proc/x.nc"], "--out", "cannot be written"),
         (["map", "--out", "pipe.nc"], "--out", "is a pipe"),
         (["ride", "--out", "x.nc", "--plot", "folder.png"], "--plot", "is a folder"),
@@ -108,7 +112,7 @@ def test_targets_are_tried_first(tmp_path, monkeypatch, command, option, words) 
     """Before anything is exported, computed or asked of a compiler."""
     os.mkfifo(tmp_path / "pipe.nc")
     (tmp_path / "folder.png").mkdir()
-    (tmp_path / "file").touch()
+    (tmp_path / "file").write_text("mine")
     (tmp_path / "device.nc").symlink_to("/dev/null")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("railcosim.cli.export.exported", None)
