@@ -20,6 +20,7 @@ from railcosim.master.schemes import Scheme
 from railcosim.master.system import System
 from railcosim.reference.agreement import relative_rms
 from railcosim.storage.temporary import scratch
+from railcosim.track.decay import RingWarning
 from railcosim.track.irregularity import Profile
 
 from .catalogue import FMUS, Owner
@@ -140,7 +141,10 @@ def reference(ride: Ride, contact: Contact, vehicle: bytes, track: bytes) -> Con
     """
     fmus = dict(zip(FMUS[Owner.MASTER], (vehicle, track), strict=True))
     with _files(fmus) as (cars, rails):
-        with open_pair(cars, rails, dict(contact.parameters), ride.journey()) as pair:
+        with (
+            _told_before(),
+            open_pair(cars, rails, dict(contact.parameters), ride.journey()) as pair,
+        ):
             pair.system.exchange()
             now = dict(zip(pair.system.names, pair.system.outputs.tolist(), strict=True))
         positions = np.array([now[f"vehicle.{w}.position"] for w in WHEELSETS])
@@ -245,7 +249,8 @@ class _PairsAtRest:
                 self.forget()
             cars, rails = self._stack.enter_context(_files(fmus))
             pair = open_pair(cars, rails, dict(parameters), ride.journey())
-            system = self._stack.enter_context(pair).system
+            with _told_before():
+                system = self._stack.enter_context(pair).system
             self._kept[key] = system, system.save_state()
         system, state = self._kept[key]
         system.restore_state(state)
@@ -258,6 +263,14 @@ class _PairsAtRest:
 
 
 _AT_REST = _PairsAtRest()
+
+
+@contextmanager
+def _told_before() -> Iterator[None]:
+    """Whoever exported the FMUs was told of a ring that is too short; workers do not repeat it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RingWarning)
+        yield
 
 
 @contextmanager
