@@ -36,6 +36,7 @@ from .results import PICTURES, Suffixes, keep
 from .stability_command import USUAL, in_ms, schemes_of, stiffness, warn_of_growth
 
 NETCDF = Suffixes("--out", (".nc",))
+FINEST = 1e-12  # accuracy: below it is rounding
 SHOWN = 8
 """Lines of the table."""
 TOGETHER = 4
@@ -70,8 +71,10 @@ def advise(
     """
     NETCDF.check(out)
     PICTURES.check(plot)
-    if not 0.0 < accuracy < 1.0:
-        raise UsageError(f"--accuracy {accuracy:g}: must be between 0 and 1, such as 1e-3")
+    if not FINEST <= accuracy < 1.0:
+        raise UsageError(
+            f"--accuracy {accuracy:g}: must be from {FINEST:g} to below 1, such as 1e-3"
+        )
     v, chosen = positive("--speed", speed, "km/h") / 3.6, schemes_of(schemes)
     parameters = contact_parameters(contact_stiffness)
     spectrum = quality(irregularity).vertical

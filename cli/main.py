@@ -6,6 +6,7 @@ import os
 import sys
 import warnings
 from importlib.metadata import version
+from itertools import pairwise
 from typing import Annotated
 
 # Our matrices are small: threads wait for each other longer than they work. And how many there are
@@ -111,6 +112,7 @@ def run() -> None:
     warnings.showwarning = _note
     obey_all()
     try:
+        _check_arguments(sys.argv[1:])
         stopped = app(standalone_mode=False)
         if stopped:  # typer turns Ctrl-C into a number
             _fail(reason(), FAILED)
@@ -129,6 +131,13 @@ def run() -> None:
         if usage is None:
             raise
         _fail(_one_line(usage()), BAD_INPUT)
+
+
+def _check_arguments(arguments: list[str]) -> None:
+    """Refuse an empty one, such as of a variable that is not set: a path would be this folder."""
+    for before, argument in pairwise(["railcosim", *arguments]):
+        if not argument:
+            raise UsageError(f"the argument behind {before} is empty")
 
 
 def _note(message: Warning | str, category: type[Warning], *where: object, **more: object) -> None:

@@ -38,6 +38,8 @@ MISTAKES = {
     "export --out e --runtime python --platforms all": "leave out the rest",
     "export --out e --platforms linux63": "unknown platform 'linux63'; known are linux64",
     "export --out e --runtime rust": "--runtime",
+    "export --out ''": "the argument behind --out is empty",
+    "run '' --out r.nc": "the argument behind run is empty",
     # Numbers that are none, or too large or small for anything.
     f"{RUN} --time 1e300": "--time 1e+300: must be from 1e-09 to 1e+09 s",
     f"{RUN} --time nan": "--time nan: must be > 0 s",
@@ -67,7 +69,7 @@ MISTAKES = {
     "map --out m.nc --wavelengths 1e5:1e6:10@log": "they must be from 0.001 to 1e+06 Hz",
     "stability --contact-stiffness 1e308": "--contact-stiffness 1e308: must be",
     "stability --contact-stiffness ,": "--contact-stiffness : must be",
-    "advise --accuracy nan": "--accuracy nan: must be between 0 and 1",
+    "advise --accuracy nan": "--accuracy nan: must be from 1e-12 to below 1",
     "paper --out p --figures 1-99999999999": "there are figures 3 to 23",
     "paper --out p --figures 5-3": "there are figures 3 to 23",
     # Too much at once.
@@ -122,7 +124,7 @@ MISTAKES = {
     f"ride --class none --out r.nc {PARTS}": "'none': there are german-low",
     "advise --class x.csv": "'x.csv': there are german-low",
     f"{RUN} --irregularity foo": "--irregularity foo: must be none, german-low",
-    f"{RUN} --irregularity ''": "--irregularity : must be none, german-low",
+    f"{RUN} --irregularity ''": "the argument behind --irregularity is empty",
 }
 
 
