@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from railcosim.master.fmi.archive import FmuError
@@ -14,8 +15,12 @@ from railcosim.master.schemes import Scheme
 from railcosim.master.ssp import LoadedSystem, initialise, open_ssp
 from railcosim.master.system import System
 
+from .contact import WHEELSETS
 from .pair import Load
 from .recorded_run import OUTPUTS_ONLY, Course, Keeping, Progress, Repetition, Stopped, recorded_run
+from .ring import check_ring_of
+
+POSITIONS = {f"{w}.position" for w in WHEELSETS}
 
 
 def run_ssp(
@@ -81,6 +86,10 @@ def run_ssp(
                 "in initialisation; the run begins with the last ones",
                 stacklevel=2,
             )
+        for fmu in loaded.fmus:
+            places = [x for v, x in zip(fmu.inputs, fmu.u, strict=True) if v.name in POSITIONS]
+            if places:
+                check_ring_of(fmu.description.path, np.array(places))
         about: dict[str, str | float] = {"title": loaded.name}
         for fmu in loaded.fmus:
             for name, value in loaded.starts[fmu.name].items():

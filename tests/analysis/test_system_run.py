@@ -12,6 +12,7 @@ from railcosim.master.fmi.archive import FmuError
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.plots.outputs import MOST, outputs_chart
+from railcosim.track.decay import RingWarning
 
 from ..importers.documented import Documented
 from ..importers.job import make_job
@@ -48,7 +49,8 @@ def test_pair_as_documented(exported, pair, make, scheme):
     """
     job = make_job(exported, (0.0, 0.0, 0.0, 0.0))
     expected = Documented(scheme=scheme, feedthrough=True, exchanges=1).rows(job)
-    dataset, stopped = run_ssp(pair, make, quiet, time=job.steps * job.step)
+    with pytest.warns(RingWarning, match=r"ring of 30 m .*these are 18\.2 m apart"):
+        dataset, stopped = run_ssp(pair, make, quiet, time=job.steps * job.step)
     assert stopped is None
     found = np.array([dataset[name].values for name in dataset.data_vars]).T[1:]
     np.testing.assert_array_equal(found, expected)
