@@ -29,8 +29,8 @@ from .options import (
     VehicleFmu,
     console,
     contact_parameters,
-    positive,
     progress,
+    speed_of,
 )
 from .results import PICTURES, Suffixes, keep
 from .stability_command import USUAL, in_ms, schemes_of, stiffness, warn_of_growth
@@ -75,7 +75,7 @@ def advise(
         raise UsageError(
             f"--accuracy {accuracy:g}: must be from {FINEST:g} to below 1, such as 1e-3"
         )
-    v, chosen = positive("--speed", speed, "km/h") / 3.6, schemes_of(schemes)
+    v, chosen = speed_of(speed), schemes_of(schemes)
     parameters = contact_parameters(contact_stiffness)
     spectrum = quality(irregularity).vertical
     with fmus_of(vehicle_fmu, track_fmu, "Vehicle", "Track") as (vehicle, track):

@@ -42,9 +42,11 @@ from .options import (
     VehicleFile,
     console,
     contact_parameters,
+    doubted,
     frequencies_of,
     positive,
     progress,
+    speed_of,
     stiffness_of,
     track_of,
     vehicle_of,
@@ -114,8 +116,10 @@ def compare(
         folder_of("--out", out)
     k_H = stiffness_of(contact_stiffness)
     chosen, owner = choice_of(scheme, contact)
-    v = positive("--speed", speed, "km/h") / 3.6
-    count_steps(0.0, positive("--time", time, "s"), positive("--step", step, "s"))
+    v = speed_of(speed)
+    count_steps(
+        0.0, positive("--time", time, "s"), doubted("--step", positive("--step", step, "s"))
+    )
     profile = profile_of(irregularity, v * time, seed, fade, repeat)
     frequency = frequencies_of(frequencies)
     cars, rails = vehicle_of(vehicle), track_of(track)

@@ -31,8 +31,8 @@ from .options import (
     VehicleFmu,
     check_finite,
     frequencies_of,
-    positive,
     progress,
+    speed_of,
     stiffness_of,
 )
 from .results import PICTURES, RESULTS, keep
@@ -68,7 +68,7 @@ def frf(
     if uncoupled and rigid_track:
         raise UsageError("--uncoupled and --rigid-track exclude each other")
     k_H = stiffness_of(contact_stiffness)
-    v = positive("--speed", speed, "km/h") / 3.6
+    v = speed_of(speed)
     check_excitation(excitation)
     if uncoupled and "irregularity" in excitation:
         raise UsageError(f"--input {excitation}: has no effect with --uncoupled, without contact")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from railcosim.analysis.contact import NONLINEAR, STIFFNESS, TANGENT
-from railcosim.parameters import read_toml
+from railcosim.parameters import UnusualWarning, Usual, read_toml
 from railcosim.storage.interruption import noting
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
@@ -79,6 +80,13 @@ ContactStiffness = Annotated[
     str, typer.Option("--contact-stiffness", help="Linear contact stiffness k_H, N/m.")
 ]
 Speed = Annotated[float, typer.Option("--speed", help="km/h")]
+
+
+USUAL = {
+    "--contact-stiffness": (Usual(1e7, 1e11, "the paper has 0.1 to 8 GN/m"), "N/m"),
+    "--speed": (Usual(15.0, 600.0, "shunting to records"), "km/h"),
+    "--step": (Usual(1e-7, 2e-2, "contact to car body"), "s"),
+}
 
 
 def vehicle_of(file: Path | None) -> Vehicle:
@@ -165,9 +173,9 @@ def stiffness_of(text: str, otherwise: str = "") -> float:
     if not SOFTEST <= k_H <= STIFFEST:
         raise UsageError(
             f"--contact-stiffness {text}: must be a number from {SOFTEST:g} to {STIFFEST:g} in "
-            f"N/m{otherwise}"
+            f"N/m{otherwise}" + USUAL["--contact-stiffness"][0].slip(k_H, "N/m")
         )
-    return k_H
+    return doubted("--contact-stiffness", k_H)
 
 
 def positive(option: str, value: float, unit: str) -> float:
@@ -178,6 +186,28 @@ def positive(option: str, value: float, unit: str) -> float:
     if not least <= value <= most:
         raise UsageError(f"{option} {value:g}: must be from {least:g} to {most:g} {unit}")
     return value
+
+
+def doubted(option: str, value: float) -> float:
+    """Warn of a number of our pair that is allowed and unusual: the unit may be another."""
+    usual, unit = USUAL[option]
+    doubt = usual.doubt(option, value, unit)
+    if doubt is not None:
+        warnings.warn(doubt, UnusualWarning, stacklevel=2)
+    return value
+
+
+def speed_of(speed: float) -> float:
+    """A speed in m/s, from one in km/h that should not have been m/s already."""
+    kmh = doubted("--speed", positive("--speed", speed, "km/h"))
+    whole = 10 * round(0.36 * kmh)  # what 69.4 would be in km/h if it were m/s
+    if kmh % 1 and abs(3.6 * kmh - whole) < 0.2 and USUAL["--speed"][0].low <= kmh:
+        warnings.warn(
+            f"--speed = {kmh:g} km/h: meant {kmh:g} m/s? That is {whole:g} km/h",
+            UnusualWarning,
+            stacklevel=2,
+        )
+    return kmh / 3.6
 
 
 @contextmanager

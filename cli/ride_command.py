@@ -27,8 +27,8 @@ from .options import (
     VehicleFmu,
     console,
     frequencies_of,
-    positive,
     progress,
+    speed_of,
     stiffness_of,
 )
 from .results import PICTURES, RESULTS, keep
@@ -59,7 +59,7 @@ def ride_command(
     RESULTS.check(out)
     PICTURES.check(plot)
     k_H = stiffness_of(contact_stiffness)
-    v = positive("--speed", speed, "km/h") / 3.6
+    v = speed_of(speed)
     frequency, track_quality = frequencies_of(frequencies), quality(name)
     with (
         fmus_of(vehicle_fmu, track_fmu, "Vehicle", "Track") as (vehicle, track),

@@ -42,7 +42,9 @@ from .options import (
     UsageError,
     VehicleFmu,
     contact_parameters,
+    doubted,
     positive,
+    speed_of,
 )
 from .results import PICTURES, RESULTS
 from .resuming import keep_fmus, told_how_to_resume
@@ -154,10 +156,10 @@ def run(
     make_scheme = maker_of(chosen, inputs, first)
     if first not in {None, Owner.VEHICLE, Owner.TRACK}:
         raise UsageError(f"--first {first}: must be {Owner.VEHICLE} or {Owner.TRACK}")
-    v = positive("--speed", speed, "km/h") / 3.6
+    v = speed_of(speed)
     stop = TIME if time is None else time
     step = _step(chosen, owner) if step is None else step
-    count_steps(0.0, stop, step)
+    count_steps(0.0, stop, doubted("--step", step))
     parameters = contact_parameters(contact_stiffness)
     journey = Journey(
         speed=v, held=held, profile=profile_of(irregularity, v * stop, seed, fade, repeat)

@@ -41,9 +41,11 @@ from .options import (
     VehicleFile,
     console,
     contact_parameters,
+    doubted,
     errors,
     positive,
     progress,
+    speed_of,
     track_of,
     vehicle_of,
 )
@@ -105,7 +107,7 @@ def study(
     """
     PICTURES.check(plot)
     folder_of("--out", out)
-    v = positive("--speed", speed, "km/h") / 3.6
+    v = speed_of(speed)
     profile = profile_of(irregularity, v * positive("--time", time, "s"), seed, fade, repeat)
     ride = Ride(speed=v, profile=profile, stop=time)
     grid = Grid(
@@ -258,7 +260,7 @@ def _owner(name: str) -> Owner:
 def _step(text: str, time: float) -> float:
     """A step, s."""
     try:
-        step = positive("--steps", float(text), "s")
+        step = doubted("--step", positive("--steps", float(text), "s"))
     except ValueError as error:
         raise UsageError(f"--steps {text}: must be numbers > 0, in s") from error
     if step > time:

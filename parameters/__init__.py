@@ -2,5 +2,15 @@
 
 from .quantity import ParameterError, ParameterSet, quantity, switch
 from .toml_file import read_toml, write_toml
+from .usual import UnusualWarning, Usual
 
-__all__ = ["ParameterError", "ParameterSet", "quantity", "read_toml", "switch", "write_toml"]
+__all__ = [
+    "ParameterError",
+    "ParameterSet",
+    "UnusualWarning",
+    "Usual",
+    "quantity",
+    "read_toml",
+    "switch",
+    "write_toml",
+]

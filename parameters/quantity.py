@@ -6,6 +6,8 @@ import math
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
 
+from .usual import Usual
+
 
 class ParameterError(ValueError):
     """A parameter is unknown, of the wrong type or out of range; one line says which and why."""
@@ -21,6 +23,8 @@ class Quantity:
         SI unit as FMI writes it; ``1`` for a pure number.
     description, source : str
         What it is, and where the default comes from.
+    usual : Usual or None
+        Where its values usually are; None for switches.
     above, minimum, maximum : float or None
         Allowed range: greater than `above`, not below `minimum`, not above `maximum`.
     """
@@ -28,6 +32,7 @@ class Quantity:
     unit: str
     description: str
     source: str
+    usual: Usual | None = None
     above: float | None = None
     minimum: float | None = None
     maximum: float | None = None
@@ -60,6 +65,7 @@ def quantity(
     description: str,
     *,
     source: str,
+    usual: Usual,
     above: float | None = None,
     minimum: float | None = None,
     maximum: float | None = None,
@@ -70,7 +76,7 @@ def quantity(
     ----------
     default : float or int
         Its value unless a file says otherwise.
-    unit, description, source, above, minimum, maximum
+    unit, description, source, usual, above, minimum, maximum
         See `Quantity`.
 
     Returns
@@ -82,6 +88,7 @@ def quantity(
         unit=unit,
         description=description,
         source=source,
+        usual=usual,
         above=above,
         minimum=minimum,
         maximum=maximum,

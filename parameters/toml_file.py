@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
 from .quantity import ParameterError, ParameterSet, check, quantity_of
+from .usual import UnusualWarning
 
 T = TypeVar("T")
 SIZE_LIMIT = 1_000_000  # bytes; the files we write have a few thousand
@@ -34,6 +36,11 @@ def read_toml(kind: type[T], path: Path) -> T:
     ------
     ParameterError
         One line with the file, the key, its value and what is allowed.
+
+    Warns
+    -----
+    UnusualWarning
+        For every number of the file that is not a usual one, with the unit it may be in.
     """
     try:
         if path.exists() and not path.is_file():  # a device or a pipe may never end
@@ -49,9 +56,24 @@ def read_toml(kind: type[T], path: Path) -> T:
             raise
         raise ParameterError(f"{path}: not a TOML file: {error}") from error
     try:
-        return from_tables(kind, content)
+        read = from_tables(kind, content)
     except ParameterError as error:
         raise ParameterError(f"{path}: {error}") from error
+    for doubt in _doubts(read, content):
+        warnings.warn(f"{path}: {doubt}", UnusualWarning, stacklevel=2)
+    return read
+
+
+def _doubts(read: object, content: Mapping[str, Any]) -> Iterator[str]:
+    """What is unusual among the numbers that the tables give."""
+    for name, table in content.items():
+        chosen = getattr(read, name)
+        for declared in fields(chosen):
+            known, value = quantity_of(declared), getattr(chosen, declared.name)
+            if known.usual is not None and declared.name in table:
+                doubt = known.usual.doubt(f"[{name}] {declared.name}", value, known.unit)
+                if doubt is not None:
+                    yield doubt
 
 
 def from_tables(kind: type[T], content: Mapping[str, object]) -> T:
@@ -102,7 +124,10 @@ def write_toml(parameters: object, title: str) -> str:
             known = quantity_of(declared)
             value = getattr(chosen, declared.name)
             text = str(value).lower() if isinstance(value, bool) else repr(value)
-            about = "true or false" if isinstance(value, bool) else f"{known.unit}, {known.allowed}"
+            about = "true or false"
+            if known.usual is not None:
+                usual = f"usually {known.usual.low:g} to {known.usual.high:g}"
+                about = f"{known.unit}, {known.allowed}, {usual}"
             lines += [
                 f"# {known.description} ({about}; {known.source})",
                 f"{declared.name} = {text}",
