@@ -2,32 +2,27 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 import os
 import warnings
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from railcosim.master.checkpoint_file import CheckpointError, Content, read_checkpoint
-from railcosim.master.component import Component, ComponentError
+from railcosim.master.component import ComponentError
 from railcosim.master.cosimulation import CommunicationPoint, Cosimulation
 from railcosim.master.journal import Journal, is_journal, read_journal
 from railcosim.master.recording import Recorder
+from railcosim.master.run_identity import About, difference, digest_of, identity_of
 from railcosim.storage.lock import held
 from railcosim.storage.whole import check_target
 
 __all__ = [
     "CheckpointError", "CheckpointWarning", "Checkpoints", "options_of", "results_of", "resume",
 ]  # fmt: skip
-
-About = Mapping[str, str | float]
-"""What a run is made with beyond its system and scheme: parameters, speed, irregularity."""
 
 
 class CheckpointWarning(UserWarning):
@@ -87,7 +82,7 @@ class Checkpoints:
             If the files cannot be written, for instance on a full disk.
         """
         _check_able(run)
-        identity = _identity(run, about)
+        identity = identity_of(run, about)
         with self.claimed():
             yield from self._watch(run, recorder, about, identity)
 
@@ -140,7 +135,7 @@ class Checkpoints:
                 if journal is None:
                     columns = recorder.to_dataset(about).isel(time=slice(0))
                     journal = Journal(
-                        results_of(self.path), columns, _digest(identity), recorder.rows()
+                        results_of(self.path), columns, digest_of(identity), recorder.rows()
                     )
                 journal.append(recorder.rows(len(journal)))
                 Content(
@@ -199,9 +194,9 @@ def resume(path: Path, run: Cosimulation, recorder: Recorder, about: About) -> N
     CheckpointWarning
         If it was written with another number of BLAS threads.
     """
-    there, here = read_checkpoint(path), _identity(run, about)
+    there, here = read_checkpoint(path), identity_of(run, about)
     if there.identity != here:
-        raise CheckpointError(f"{path}: of another run: {_difference(there.identity, here)}")
+        raise CheckpointError(f"{path}: of another run: {difference(there.identity, here)}")
     if not there.time < run.stop:
         raise CheckpointError(
             f"{path}: written at t = {there.time:.9g} s, but the run ends at {run.stop:.9g} s"
@@ -209,7 +204,7 @@ def resume(path: Path, run: Cosimulation, recorder: Recorder, about: About) -> N
     results = results_of(path)
     try:
         rows = read_journal(
-            results, recorder.to_dataset(), _digest(here), there.n_rows, there.seals
+            results, recorder.to_dataset(), digest_of(here), there.n_rows, there.seals
         )
     except (OSError, ValueError) as error:
         raise CheckpointError(f"{results}: cannot be used: {error}") from error
@@ -252,37 +247,3 @@ def _threads() -> str:
     """How many threads sums of BLAS are cut into, as far as its variables say."""
     names = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
     return next((os.environ[name] for name in names if os.environ.get(name)), "as many as cores")
-
-
-def _identity(run: Cosimulation, about: About) -> dict[str, str]:
-    """All that a run is made with, but its end."""
-    system = run.system
-    return {
-        "railcosim": version("railcosim"),
-        "scheme and step": run.context,
-        "start": repr(run.start),
-        **{f"component {c.name}": _kind(c) for c in system.components},
-        "connections": ", ".join(map(str, system.connections)),
-        **{k: v if isinstance(v, str) else repr(float(v)) for k, v in about.items()},
-    }
-
-
-def _kind(component: Component) -> str:
-    """What a component is: the digest of an FMU's file, or a class."""
-    description = getattr(component, "description", None)
-    return f"sha256 {description.sha256}" if description is not None else type(component).__name__
-
-
-def _digest(identity: dict[str, str]) -> str:
-    return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
-
-
-def _difference(there: Mapping[str, str], here: dict[str, str]) -> str:
-    """Say what differs."""
-    keys = [k for k in {**there, **here} if there.get(k) != here.get(k)]
-    sentences = [
-        f"{k} is {there.get(k, 'not given')!r} there and {here.get(k, 'not given')!r} here"
-        for k in keys[:3]
-    ]
-    more = [f"and {len(keys) - 3} more"] if len(keys) > 3 else []
-    return "; ".join(sentences + more)
