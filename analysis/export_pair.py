@@ -7,9 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from railcosim.fmus.at_rest import heights_at_rest
-from railcosim.fmus.content import contents
+from railcosim.fmus.content import Content, contents
 from railcosim.fmus.description.about import Description
-from railcosim.fmus.export import NATIVE, Runtime, pack
+from railcosim.fmus.export import NATIVE, Runtime, packed
 from railcosim.master.connections import Connection
 from railcosim.master.fmi.archive import unpack
 from railcosim.master.fmi.description import FmuDescription, read_description
@@ -45,25 +45,28 @@ def export_pair(
 
     Raises
     ------
-    CompilerMissing, CompilationFailed
-        If there is no compiler for a native FMU, or it fails.
+    CompilerMissing, CompilationFailed, CacheRefused, MixedExport
+        See `railcosim.fmus.export.export`.
     """
     runtime.prepare(progress)
     made = {content.name: content for content in contents(vehicle, track, progress)}
-    files = pack(made.values(), out, progress, runtime=runtime)
-    if runtime.fmi == 2:
-        progress("wiring the pair")
-        cars = Part(
-            name="vehicle",
-            description=_described(files["Vehicle"]),
-            starts=heights_at_rest(made["Vehicle"], made["TrackWithContact"]),
-        )
-        rails = Part(name="track", description=_described(files["TrackWithContact"]))
-        connections = [*_by_name(cars, rails), *_by_name(rails, cars)]
-        write_ssp(
-            out / PAIR, [cars, rails], connections, step=Description.step, stop=Description.stop
-        )
-    return files
+    with packed(made.values(), out, progress, runtime=runtime) as files:
+        if runtime.fmi == 2:
+            progress("wiring the pair")
+            _wire(made, files, out / PAIR)
+        return files
+
+
+def _wire(made: dict[str, Content], files: dict[str, Path], target: Path) -> None:
+    """Write the pair, at rest."""
+    cars = Part(
+        name="vehicle",
+        description=_described(files["Vehicle"]),
+        starts=heights_at_rest(made["Vehicle"], made["TrackWithContact"]),
+    )
+    rails = Part(name="track", description=_described(files["TrackWithContact"]))
+    connections = [*_by_name(cars, rails), *_by_name(rails, cars)]
+    write_ssp(target, [cars, rails], connections, step=Description.step, stop=Description.stop)
 
 
 def _described(path: Path) -> FmuDescription:

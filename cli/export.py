@@ -17,6 +17,7 @@ from railcosim.analysis.roles import owns_contact
 from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime, Runtime
 from railcosim.fmus.native_runtime.platforms import platforms_named
 from railcosim.parameters import write_toml
+from railcosim.storage.archive import digest_of
 from railcosim.storage.temporary import scratch
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
@@ -103,8 +104,13 @@ def exported(
             f"viscous damping equal at {track.mesh.loss_factor_frequency:g} Hz "
             "(mesh.loss_factor_frequency)"
         )
+    before = {path.name: digest_of(path) for path in out.glob("*.fmu")}
     with status("exporting FMUs") as tell:
-        return export_pair(vehicle, track, out, tell, runtime=runtime)
+        files = export_pair(vehicle, track, out, tell, runtime=runtime)
+    written = {path.name: digest_of(path) for path in files.values()}
+    if replaced := [n for n, now in written.items() if before.get(n, now) != now]:
+        errors.print(f"note: {', '.join(replaced)} in {out}: replaced; they were other FMUs")
+    return files
 
 
 @contextmanager

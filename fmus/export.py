@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
+from railcosim.storage.archive import digest_of
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
@@ -13,7 +15,7 @@ from .content import Content, contents
 from .native_fmu import NativeRuntime
 from .python_fmu import PythonRuntime
 
-__all__ = ["NATIVE", "NativeRuntime", "PythonRuntime", "Runtime", "export", "pack"]
+__all__ = ["NATIVE", "NativeRuntime", "PythonRuntime", "Runtime", "export", "packed"]
 
 NATIVE = NativeRuntime()  # FMI 2.0, for this machine
 
@@ -28,8 +30,12 @@ class Runtime(Protocol):
     def prepare(self, progress: Callable[[str], None]) -> None:
         """Do what all FMUs need once."""
 
-    def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> None:
-        """Write the FMU, replacing one that is there."""
+    def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> str:
+        """Write the FMU, replacing one that is there; return the digest of what was written."""
+
+
+class MixedExport(OSError):  # noqa: N818 (it says what happened)
+    """Another export wrote other FMUs into the same folder at the same time."""
 
 
 def export(
@@ -60,24 +66,38 @@ def export(
 
     Raises
     ------
-    CompilerMissing, CompilationFailed
+    CompilerMissing, CompilationFailed, CacheRefused
         If there is no compiler for a native FMU, or it fails.
+    MixedExport
+        If another export, of other parameters, writes there at the same time.
     """
     runtime.prepare(progress)
-    return pack(contents(vehicle, track, progress), out, progress, runtime=runtime)
+    with packed(contents(vehicle, track, progress), out, progress, runtime=runtime) as files:
+        return files
 
 
-def pack(
+@contextmanager
+def packed(
     made: Iterable[Content],
     out: Path,
     progress: Callable[[str], None] = lambda text: None,
     *,
     runtime: Runtime = NATIVE,
-) -> dict[str, Path]:
-    """Write contents as FMUs; the runtime is prepared. See `export`."""
+) -> Iterator[dict[str, Path]]:
+    """Write contents as FMUs, which must be the same still where the block ends. See `export`.
+
+    Of several exports at once the last to end sees whether what is there is all its own; those of
+    the same parameters write the same bits.
+    """
     out.mkdir(parents=True, exist_ok=True)
-    files = {}
+    files, written = {}, {}
     for content in made:
-        files[content.name] = out / f"{content.name}.fmu"
-        runtime.pack(content, files[content.name], progress)
-    return files
+        files[content.name] = place = out / f"{content.name}.fmu"
+        written[place] = runtime.pack(content, place, progress)
+    yield files
+    for place, digest in written.items():
+        if not place.is_file() or digest_of(place) != digest:
+            raise MixedExport(
+                f"{place}: another export has written it meanwhile, so the FMUs in {out} do not "
+                "belong together; export again, each into a folder of its own"
+            )

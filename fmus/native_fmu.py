@@ -44,15 +44,15 @@ class NativeRuntime:
         """Compile, so that a missing compiler is told before anything is computed."""
         build(self.fmi, self.platforms, progress)
 
-    def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> None:
-        """Write the FMU."""
+    def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> str:
+        """Write the FMU; return the digest of what was written."""
         libraries = build(self.fmi, self.platforms, progress)
         progress(f"packing {target.name}")
         entries = self._entries(content)
         for platform, binary in self._binaries(libraries).items():
             place = f"binaries/{platform.folder(self.fmi)}/{content.name}{platform.suffix}"
             entries[place] = binary
-        write_archive(target, entries)
+        return write_archive(target, entries)
 
     def _binaries(self, libraries: dict[Platform, Path]) -> dict[Platform, bytes]:
         """What goes into the folder of each platform."""

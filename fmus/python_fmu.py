@@ -49,8 +49,8 @@ class PythonRuntime:
     def prepare(self, progress: Callable[[str], None]) -> None:
         """Nothing: the binaries are pythonfmu's."""
 
-    def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> None:
-        """Write the FMU."""
+    def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> str:
+        """Write the FMU; return the digest of what was written."""
         progress(f"packing {target.name}")
         with tempfile.TemporaryDirectory(dir=scratch()) as folder:
             work = Path(folder)
@@ -81,7 +81,7 @@ class PythonRuntime:
             packed = FmuBuilder.build_FMU(script, dest=work / "built", project_files=resources)
             with zipfile.ZipFile(packed) as archive:  # with today's date, in any order
                 entries = {name: archive.read(name) for name in sorted(archive.namelist())}
-            write_archive(target, entries | beside)
+            return write_archive(target, entries | beside)
 
 
 def _copy_runtime(work: Path) -> str:

@@ -51,7 +51,8 @@ class PatientFile(io.RawIOBase):
         return self._try(self._file.truncate, size or 0, size)
 
     def flush(self) -> None:  # noqa: D102
-        self._try(self._file.flush, None)
+        if not self._file.closed:  # Python flushes what it throws away
+            self._try(self._file.flush, None)
 
     def _try(self, act: Callable[..., _Result], otherwise: _Result, *arguments: Any) -> _Result:
         """Do it; after the first error nothing more is done, only said to be."""

@@ -222,6 +222,23 @@ def test_plot_of_a_run_that_stopped_at_once(tmp_path) -> None:
     assert (tmp_path / "one.png").exists()
 
 
+def test_export_over_other_fmus(tmp_path) -> None:
+    """Those that change are named; those that stay the same are not."""
+    (tmp_path / "t.toml").write_text("[mesh]\ncells = 6\n")
+    same = ["--out", "fmus", "--track", "t.toml"]
+    (tmp_path / "v.toml").write_text("[wheelset]\nmass = 1300.0\n")
+    for options, note in (
+        (same, ""),
+        (same, ""),
+        ([*same, "--vehicle", "v.toml"],
+         "note: Vehicle.fmu, VehicleWithContact.fmu in fmus: replaced; they were other FMUs"),
+    ):  # fmt: skip
+        done = railcosim("export", *options, folder=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert note in done.stderr
+        assert ("replaced" in done.stderr) == bool(note)
+
+
 def test_export_with_a_compiler_that_is_not_there(tmp_path) -> None:
     done = railcosim("export", "--out", "fmus", folder=tmp_path, CC="/nowhere/cc")
     assert done.returncode == 1
