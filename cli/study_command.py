@@ -260,9 +260,10 @@ def _owner(name: str) -> Owner:
 def _step(text: str, time: float) -> float:
     """A step, s."""
     try:
-        step = doubted("--step", positive("--steps", float(text), "s"))
+        number = float(text)
     except ValueError as error:
         raise UsageError(f"--steps {text}: must be numbers > 0, in s") from error
+    step = doubted("--step", positive("--steps", number, "s"))
     if step > time:
         raise UsageError(f"--steps {text}: is longer than --time {time:g} s")
     steps = count_steps(0.0, time, step)

@@ -85,6 +85,7 @@ MISTAKES = {
     "compare --step 1e-12 --time 0.1": "1e+11 steps",
     "study --time 1e300": "--time 1e+300: must be",
     "study --speed 1e308": "--speed 1e+308: must be",
+    "study --steps 1e-30": "--steps 1e-30: must be from 1e-12",
     "study --steps 1e-12": "5e+10 steps",
     "study --steps 1e-8 --time 9": "900000000 steps need 450 GB of memory",
     f"{FRF} {PARTS} --frequencies 1:999999:1": "responses to 24 inputs at 999999 frequencies need",

@@ -108,7 +108,8 @@ def test_interrupted_study_goes_on(folder, scheduler) -> None:
     [
         (["--schemes", "jacobi-linaer"], 2, "did you mean jacobi-linear"),
         (["--schemes", ","], 2, "names nothing"),
-        (["--steps", "1e-4,-1"], 2, "must be numbers > 0"),
+        (["--steps", "1e-4,-1"], 2, "--steps -1: must be > 0 s"),
+        (["--steps", "short"], 2, "must be numbers > 0"),
         (["--steps", "1"], 2, "longer than --time"),
         (["--owners", "rail"], 2, "vehicle, track, master"),
         (["--contact-stiffness", "1e9,soft"], 2, "--contact-stiffness soft"),
