@@ -27,10 +27,11 @@ def pair(exported):
             "--time", "0.03", "--irregularity", "none"]  # fmt: skip
 
 
-MOMENTS = ["SIGINT@saving", "SIGTERM@saving", "SIGTERM@0.3", "SIGTERM@0.6"]
+MOMENTS = ["SIGINT@saving", "SIGTERM@saving", "SIGTERM@0.5"]
 WORDS = {"SIGINT": "interrupted", "SIGTERM": "terminated"}
 
 
+@pytest.mark.slow  # a process for each moment: only whole commands have handlers and exits
 def test_interrupted_at_any_moment(pair, tmp_path) -> None:
     """There is a file with all points until then, or the run had not begun."""
     job = [sys.executable, JOB, tmp_path, ",".join(MOMENTS), "run", *map(str, pair)]
