@@ -279,6 +279,6 @@ def test_any_few_samples_can_be_repeated() -> None:
     profile = repeated(Profile(name="short", x=x, left=z, right=z), 100.0)
     profile.check_covers(100.0)
     assert (np.diff(profile.x) > 0).all()
-    assert repeated(profile, 50.0) is profile
+    assert repeated(profile, profile.length) is profile
     with pytest.raises(ParameterError, match="rows"):
         repeated(profile, 1e12)
