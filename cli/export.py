@@ -56,7 +56,8 @@ def export(
         typer.Option(
             "--platforms",
             help="What to compile for: all, or a list such as linux64,win64 (others than this "
-            "machine need the extra railcosim[native]). This machine if not given.",
+            "machine need railcosim[native] or --config-settings platforms=all when installed). "
+            "This machine if not given.",
             metavar="LIST",
         ),
     ] = None,
