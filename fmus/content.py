@@ -62,7 +62,7 @@ class Content:
 
 
 def track_arrays(track: ReducedTrack) -> Arrays:
-    """The reduced track; mode shapes as one table, (nodes, 2, modes): w and theta.
+    """The reduced track; mode shapes as one table, (nodes, 2, modes): w and dw/dx.
 
     The last node of a cell, the first one of the next, is left out. The shapes are numbers of
     single precision, see `reduce_track`.
@@ -72,8 +72,7 @@ def track_arrays(track: ReducedTrack) -> Arrays:
         "mu": track.mu,
         "partner": track.partner,
         "parity": track.parity,
-        "table": np.stack([track.w, track.theta], axis=1)[:-1].astype(np.complex64),
-        "phi": np.array(track.phi),
+        "table": np.stack([track.w, track.slope], axis=1)[:-1].astype(np.complex64),
         "residual_pole": np.array(track.residual_pole),
         "residual_shape": track.residual_shape,
         "cell_length": np.array(track.cell_length),

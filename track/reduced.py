@@ -42,11 +42,9 @@ class ReducedTrack:
         1 where both rails move alike, -1 where they move oppositely.
     nodes : array, shape (n_nodes,)
         Along the cell, both ends included, m.
-    w, theta : array, shape (n_nodes, n)
-        Deflection and rotation of the LEFT rail at the nodes, for a unit force on one rail;
-        numbers of single precision.
-    phi : float
-        Shear parameter of the elements between the nodes.
+    w, slope : array, shape (n_nodes, n)
+        Deflection of the LEFT rail at the nodes and its slope dw/dx, for a unit force on one rail;
+        numbers of single precision. Between nodes a deflection is Hermite's cubic.
     residual_pole : complex
         Pole of the local flexibility of the modes left out, rad/s.
     residual_shape : array, shape (n_nodes,)
@@ -62,8 +60,7 @@ class ReducedTrack:
     parity: FloatArray
     nodes: FloatArray
     w: ComplexArray
-    theta: ComplexArray
-    phi: float
+    slope: ComplexArray
     residual_pole: complex
     residual_shape: ComplexArray
     cell_length: float
@@ -98,21 +95,20 @@ def reduce_track(track: Track) -> ReducedTrack:
     nodes = cells[0].nodes
     pole, residual_shape = _residual(track, cells, modes)
     sizes = [m.poles.size for m in modes]
+    pairs = zip(cells, modes, strict=True)
+    shapes = np.concatenate([_along_the_rail(cell, ring) for cell, ring in pairs], axis=2)
     # A force on one rail is half an even and half an odd one: sqrt(1/2) into shapes that are
     # used twice, receiving the force and giving the deflection.
-    shapes = np.sqrt(0.5) * np.concatenate([m.shapes[: 2 * nodes.size] for m in modes], axis=1)
     # Half as much to store, and to read in every step, for 1e-7 of the receptance.
-    shapes = shapes.astype(np.complex64).astype(complex)
-    element = track.cell_length / (nodes.size - 1)
+    w, slope = (np.sqrt(0.5) * shapes).astype(np.complex64).astype(complex)
     return ReducedTrack(
         poles=np.concatenate([m.poles for m in modes]),
         mu=np.concatenate([m.mu for m in modes]),
         partner=np.concatenate([modes[0].partner, modes[1].partner + sizes[0]]),
         parity=np.repeat([1.0, -1.0], sizes),
         nodes=nodes,
-        w=shapes[0::2],
-        theta=shapes[1::2],
-        phi=12 * track.rail.bending_stiffness / (track.rail.shear_stiffness * element**2),
+        w=w,
+        slope=slope,
         residual_pole=pole,
         residual_shape=residual_shape,
         cell_length=track.cell_length,
@@ -124,6 +120,23 @@ def _faded(modes: RingModes, top: float) -> RingModes:
     """Weigh modes by cos^2 falling from 1 at `FADE_FROM * top` (rad/s) to 0 at `top`."""
     part = np.clip((np.abs(modes.poles) / top - FADE_FROM) / (1 - FADE_FROM), 0, 1)
     return modes.weighted(np.cos(0.5 * np.pi * part) ** 2)
+
+
+def _along_the_rail(cell: Cell, ring: RingModes) -> ComplexArray:
+    """Deflection and slope of the modes at the nodes of a cell, (2, n_nodes, n).
+
+    The slope is the rotation and the shear angle, which is one in each element: the mean of both
+    sides. With the elements' own interpolation a rolling wheel would feel a kink at every node, of
+    up to half the largest slope, and between nodes the receptance would be wrong by 2.5 % at 1 kHz.
+    """
+    rail, size = cell.track.rail, cell.rail_size
+    w, theta = ring.shapes[0:size:2], ring.shapes[1:size:2]
+    L = np.diff(cell.nodes)[:, None]
+    phi = 12 * rail.bending_stiffness / (rail.shear_stiffness * L**2)
+    shear = phi / (1 + phi) * (np.diff(w, axis=0) / L - (theta[:-1] + theta[1:]) / 2)
+    turn = np.exp(1j * ring.mu)  # the cell before and the cell behind
+    around = np.concatenate([shear[-1:] / turn, shear, shear[:1] * turn])
+    return np.stack([w, theta + (around[:-1] + around[1:]) / 2])
 
 
 def _residual(
@@ -187,7 +200,11 @@ def _least_jump(track: Track, cells: list[Cell], modes: list[RingModes]) -> Floa
     own, others = np.empty((2, places.size)), np.zeros((2, places.size))
     for k, (cell, ring) in enumerate(zip(cells, modes, strict=True)):
         w = ring.shapes[0 : cell.rail_size : 2]
-        along = np.array([cell.rail_row(x) for x in places]) @ ring.shapes
+        shape, slope = _along_the_rail(cell, ring)
+        along = np.empty((places.size, ring.poles.size), dtype=complex)
+        L = np.diff(nodes)[:, None]
+        along[::2] = shape
+        along[1::2] = (shape[:-1] + shape[1:]) / 2 + L / 8 * (slope[:-1] - slope[1:])
         own[k] = np.sum(along * along[:, ring.partner], axis=1).real
         for c in (-1, 0, 1):  # ripples of the modes fade with distance
             J = ((along * np.exp(1j * ring.mu * c)) @ w[:, ring.partner].T).real

@@ -106,7 +106,7 @@ def _track(arrays: Arrays, has_contact: bool) -> Sections:
         **_segments(body.partner, arrays["mu"], body.even),
         **_complex("table", arrays["table"]),
         **_complex("local", body.local_table[:-1]),
-        "geometry": np.array([body.cell_length, body.phi]),
+        "geometry": np.array([body.cell_length]),
     }  # fmt: skip
 
 

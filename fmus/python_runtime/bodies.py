@@ -64,13 +64,12 @@ class TrackBody:
         self.local_table: ComplexArray = arrays["residual_shape"]  # (nodes,)
         self.partner: NDArray[np.intp] = arrays["partner"]
         self.even = int((arrays["parity"] > 0).sum())  # even modes first, then odd ones
-        # (nodes, 2, n): w and theta; contiguous, for `shapes` reads neighbours as one block. The
+        # (nodes, 2, n): w and dw/dx; contiguous, for `shapes` reads neighbours as one block. The
         # last node is the first one of the next cell, not rounded by itself: a wheel must not feel
         # the joint.
         table: ComplexArray = arrays["table"].astype(complex)
         closing = table[:1] * np.exp(1j * arrays["mu"])
         self.table: ComplexArray = np.ascontiguousarray(np.concatenate([table, closing]))
-        self.phi = float(arrays["phi"])
         self.cell_length = float(arrays["cell_length"])
         self.length = float(arrays["length"])
         self.element = self.cell_length / (self.table.shape[0] - 1)
@@ -86,7 +85,7 @@ class TrackBody:
         cell, inside = np.divmod(position % self.length, self.cell_length)
         first = np.minimum((inside / self.element).astype(int), self.table.shape[0] - 2)
         xi = inside / self.element - first
-        weights, _ = shape_functions(xi, self.element, self.phi)
+        weights, _ = shape_functions(xi, self.element, 0.0)  # Hermite's cubic
         out = np.empty((4, self.partner.size), dtype=complex)
         for k, node in enumerate(first):
             # Two neighbouring nodes are one block of memory; as real numbers, one BLAS call.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...vehicle.contact import ContactLaw, solve_compression
 from .bodies import Body, Shapes
-from .stepping import Coefficients, State, add_end, coefficients, free_step
+from .stepping import Coefficients, Drive, State, add_bulge, add_end, coefficients, free_step
 
 FloatArray = NDArray[np.float64]
 
@@ -97,6 +97,11 @@ class OwnContact:
         return self.law.force(solve_compression(self.law, G, gap, guess=gap))
 
 
+def _bulge(start: Drive, middle: Drive, end: Drive) -> Drive:
+    """How far forces are off the line in the middle of a step."""
+    return Drive(middle.s - 0.5 * (start.s + end.s), middle.r - 0.5 * (start.r + end.r))
+
+
 class Mover:
     """Steps a body; keeps the coefficients of the last step sizes."""
 
@@ -109,9 +114,10 @@ class Mover:
 
         A step is one exact step of the modes where forces come from outside and no wheel moves;
         otherwise it is cut into internal steps, over each of which the forces on the modes go
-        along a line.
+        along a parabola or, where the body's own contacts make them, along a line.
         """
-        one = isinstance(self.forces, FromOutside) and np.array_equal(start.position, end.position)
+        outside = isinstance(self.forces, FromOutside)
+        one = outside and np.array_equal(start.position, end.position)
         n = 1 if one else max(1, math.ceil(h / self.internal_step * (1 - 1e-9)))
         c = self._coefficients(h / n)
         body, preload = self.body, self.body.preload
@@ -119,6 +125,10 @@ class Mover:
         force = self.forces.at(body, shapes, state, start.load)
         drive = body.drive(shapes, force - preload)
         for k in range(1, n + 1):
+            begun = drive
+            if outside and not one:
+                now = start.toward(end, (k - 0.5) / n)
+                middle = body.drive(body.shapes(now.position), now.load - preload)
             now = start.toward(end, k / n)
             state = free_step(c, state, drive)
             new_shapes = body.shapes(now.position)
@@ -127,6 +137,8 @@ class Mover:
                 shapes, force = new_shapes, new_force
                 drive = body.drive(shapes, force - preload)
             add_end(c, state, drive)
+            if outside and not one:
+                add_bulge(c, state, _bulge(begun, middle, drive))
         return state
 
     def _coefficients(self, h: float) -> Coefficients:

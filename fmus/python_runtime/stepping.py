@@ -1,10 +1,11 @@
-"""Exact steps of modes and rigid bodies under forces that are linear in time.
+"""Exact steps of modes and rigid bodies under forces that are quadratic in time.
 
 Needs numpy only: a copy of this file travels in every FMU.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-SMALL = 1e-2  # |lambda h| below which the series (next term < 1e-16) beats the quotient
+SMALL = 1.0  # |lambda h| below which the series (20 terms: to rounding) beats the quotients
 
 
 @dataclass
@@ -39,12 +40,16 @@ class Drive:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """s1 = E s0 + P0 g0 + P1 g1 for s' = lambda s + g, g linear from g0 to g1 in a step h."""
+    """s1 = E s0 + P0 g0 + P1 g1 + Q q for s' = lambda s + g.
+
+    In a step h, g goes from g0 to g1 along a line, with a bulge of q in the middle.
+    """
 
     h: float
     E: ComplexArray
     P0: ComplexArray
     P1: ComplexArray
+    Q: ComplexArray
 
 
 def coefficients(poles: ComplexArray, h: float) -> Coefficients:
@@ -60,15 +65,18 @@ def coefficients(poles: ComplexArray, h: float) -> Coefficients:
     safe = np.where(small, 1.0, z)
     phi1: ComplexArray = np.where(small, _series(z, 1), np.expm1(safe) / safe)
     phi2: ComplexArray = np.where(small, _series(z, 2), (phi1 - 1) / safe)
-    return Coefficients(h=h, E=E, P0=h * (phi1 - phi2), P1=h * phi2)
+    phi3: ComplexArray = np.where(small, _series(z, 3), (phi2 - 0.5) / safe)
+    return Coefficients(
+        h=h, E=E, P0=h * (phi1 - phi2), P1=h * phi2, Q=4 * h * (phi2 - 2 * phi3)
+    )  # fmt: skip
 
 
 def _series(z: ComplexArray, k: int) -> ComplexArray:
-    """phi_k(z) = sum_j z^j / (j + k)!, by Horner's rule to j = 7."""
+    """phi_k(z) = sum_j z^j / (j + k)!, by Horner's rule to j = 20."""
     out = np.ones_like(z)
-    for j in range(7, 0, -1):
+    for j in range(20, 0, -1):
         out = 1 + z / (j + k) * out
-    return out / (1.0 if k == 1 else 2.0)
+    return out / math.factorial(k)
 
 
 def free_step(c: Coefficients, state: State, start: Drive) -> State:
@@ -85,3 +93,10 @@ def add_end(c: Coefficients, state: State, end: Drive) -> None:
     state.s += c.P1 * end.s
     state.r += (c.h**2 / 6) * end.r
     state.v += (c.h / 2) * end.r
+
+
+def add_bulge(c: Coefficients, state: State, bulge: Drive) -> None:
+    """Add, in place, the effect of a force 4 bulge theta (1 - theta), theta = t / h."""
+    state.s += c.Q * bulge.s
+    state.r += (c.h**2 / 3) * bulge.r
+    state.v += (2 * c.h / 3) * bulge.r

@@ -144,14 +144,12 @@ static void read_track(Reader *reader)
     m->table_re = floats(reader, "table.re");
     m->table_im = floats(reader, "table.im");
     m->local_shape = complexes(reader, "local", m->nodes, 0, 0);
-    const double *geometry = doubles(reader, "geometry", 2, 0, 0);
+    const double *geometry = doubles(reader, "geometry", 1, 0, 0);
     demand(reader, m->local == WHEELS, "local modes must be one a wheel");
     if (!reader->good)
         return;
     m->cell_length = geometry[0];
-    m->phi = geometry[1];
-    demand(reader, m->cell_length > 1e-3 && m->cell_length < 1e6 && m->phi > -0.5 && m->phi < 1e9,
-           "the geometry of the cell");
+    demand(reader, m->cell_length > 1e-3 && m->cell_length < 1e6, "the geometry of the cell");
     m->length = m->cell_length * (double)m->cells;
     m->element = m->cell_length / (double)m->nodes;
     /* What memory `phase` takes is not bounded by the file's size. */

@@ -70,13 +70,13 @@ typedef struct {
     size_t even_segments, segments; /* of even modes, of all; those of odd ones follow */
     size_t longest;                 /* modes in a segment */
     Segment *segment;
-    /* Shapes of a track: a table along one cell, (nodes, w and theta, ring). The node after the
+    /* Shapes of a track: a table along one cell, (nodes, w and dw/dx, ring). The node after the
        last is the first one of the next cell. */
     size_t nodes, cells;
     const float *table_re, *table_im;
     Complexes local_shape;
     double *phase; /* cos and sin of mu times the cell, (cells, segments, 2) */
-    double cell_length, length, element, phi;
+    double cell_length, length, element;
     /* Shapes of a vehicle: the same everywhere, (4, modes), out and in. */
     Complexes out, in, coordinate, start_s;
     const double *rigid_shape; /* (coordinates, rigid); the wheelsets are the last four */

@@ -9,7 +9,7 @@ int motion_create(Motion *motion, const Model *model)
     memset(motion, 0, sizeof *motion);
     const size_t g = 2 * model->modes + model->rigid, x = model->states;
     const size_t each = 8 * model->modes;
-    motion->memory = calloc(3 * g + 3 * x + KEPT_STEPS * each, sizeof(double));
+    motion->memory = calloc(5 * g + 3 * x + KEPT_STEPS * each, sizeof(double));
     if (motion->memory == NULL || !body_create(&motion->body, model)) {
         motion_free(motion);
         return 0;
@@ -18,6 +18,8 @@ int motion_create(Motion *motion, const Model *model)
     motion->g0 = at;
     motion->g1 = at += g;
     motion->dg = at += g;
+    motion->q = at += g;
+    motion->dq = at += g;
     motion->rate = at += g;
     motion->drate = at += x;
     motion->dx = at += x;
@@ -128,14 +130,28 @@ double motion_internal_steps(const Motion *motion, int is_still, double h)
     return fmax(1, ceil(h / motion->internal_step * (1 - 1e-9)));
 }
 
-int motion_bulge(const InputPath *path, double h, double force[WHEELS])
+int motion_bulges(const Motion *motion, const InputPath *path, int is_still)
 {
-    int any = 0;
-    for (size_t k = 0; k < WHEELS; k++) {
-        force[k] = -path->curve.load[k] * h * h / 8;
-        any |= force[k] != 0;
-    }
-    return any;
+    if (motion->body.model->contact_sign != 0)
+        return 0;
+    int curved = !is_still && motion->body.model->nodes > 0;
+    for (size_t k = 0; k < WHEELS; k++)
+        curved |= path->curve.load[k] != 0;
+    return curved;
+}
+
+void motion_gather(const Motion *motion, double a, const double *g, double *q)
+{
+    const size_t n = 2 * motion->body.model->modes + motion->body.model->rigid;
+    for (size_t r = 0; r < n; r++)
+        q[r] += a * g[r];
+}
+
+/* Forces on modes in the middle of a step, in motion->q: with those at its ends they say how far
+   the forces bulge. */
+static void drive_middle(Motion *motion, const Inputs *middle)
+{
+    motion_drive(motion, body_shapes(&motion->body, middle->position), middle->load, motion->q);
 }
 
 const char MOTION_TOO_MANY[] = "takes over 10 million internal steps; use a shorter step";
@@ -146,7 +162,8 @@ const char *motion_step(Motion *motion, const InputPath *path, double h, const d
                         double *next)
 {
     Body *body = &motion->body;
-    const double parts = motion_internal_steps(motion, motion_still(path), h);
+    const int still = motion_still(path), bulges = motion_bulges(motion, path, still);
+    const double parts = motion_internal_steps(motion, still, h);
     if (parts > MAX_INTERNAL_STEPS)
         return MOTION_TOO_MANY;
     const Coefficients *c = motion_coefficients(motion, h / parts);
@@ -160,6 +177,10 @@ const char *motion_step(Motion *motion, const InputPath *path, double h, const d
         double *g0 = motion->g1;
         motion->g1 = motion->g0;
         motion->g0 = g0;
+        if (bulges) {
+            now = path_at(path, (k - 0.5) / parts * h);
+            drive_middle(motion, &now);
+        }
         now = path_at(path, k / parts * h);
         step_free(body, c, x, motion->g0, to);
         shapes = body_shapes(body, now.position);
@@ -167,11 +188,12 @@ const char *motion_step(Motion *motion, const InputPath *path, double h, const d
             return MOTION_NO_CONTACT;
         motion_drive(motion, shapes, force, motion->g1);
         step_add_end(body, c, motion->g1, to);
+        if (bulges) {
+            motion_gather(motion, -0.5, motion->g0, motion->q);
+            motion_gather(motion, -0.5, motion->g1, motion->q);
+            step_add_bulge(body, c, motion->q, to);
+        }
         x = to;
-    }
-    if (parts == 1 && motion->body.model->contact_sign == 0 && motion_bulge(path, h, force)) {
-        body_drive(body, shapes, force, motion->g1);
-        step_add_bulge(body, c, motion->g1, next);
     }
     return NULL;
 }

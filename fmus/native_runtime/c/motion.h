@@ -26,7 +26,7 @@ typedef struct {
     double internal_step;
     Coefficients kept[KEPT_STEPS];
     size_t next; /* of `kept` to be overwritten */
-    double *g0, *g1, *dg, *rate, *drate, *dx, *memory;
+    double *g0, *g1, *dg, *q, *dq, *rate, *drate, *dx, *memory;
 } Motion;
 
 int motion_create(Motion *motion, const Model *model); /* 0: no memory */
@@ -51,15 +51,18 @@ const Coefficients *motion_coefficients(Motion *motion, double h);
 /* Whether no wheel moves. */
 int motion_still(const InputPath *path);
 /* Into how many internal steps a step is cut: one that is exact where forces come from outside and
-   no wheel moves; otherwise some over each of which the forces on the modes go along a line. */
+   no wheel moves; otherwise some over each of which the forces on the modes go along a parabola
+   or, where the body's own contacts make them, along a line. */
 double motion_internal_steps(const Motion *motion, int is_still, double h);
 /* Generalised forces of contact forces. */
 void motion_drive(Motion *motion, const Shapes *shapes, const double force[WHEELS], double *g);
 /* Forces at the end of a step that so far went without them; 0: none were found. */
 int motion_forces_at_end(Motion *motion, const Coefficients *c, const Inputs *now, const double *x,
                          double force[WHEELS]);
-/* Bulge of the forces in the middle of a step; 0: there is none. */
-int motion_bulge(const InputPath *path, double h, double force[WHEELS]);
+/* Whether forces on modes from outside leave the line over a step. */
+int motion_bulges(const Motion *motion, const InputPath *path, int is_still);
+/* q += a g, of generalised forces. */
+void motion_gather(const Motion *motion, double a, const double *g, double *q);
 
 /* --- derivatives along changes dx of the state and `change` of the inputs --------------------- */
 

@@ -103,7 +103,7 @@ void motion_rest_change(Motion *motion, const Inputs *now, const double *x, cons
 }
 
 /* Forces and their change at the end of a step that so far went without them; `x` and `dx` are
-   moved on by them. */
+   moved on by them, and half of what they do to the modes is taken off the bulges. */
 static const char *end_change(Motion *motion, const Coefficients *c, const Inputs *now,
                               const Inputs *change, double *x, double *dx, double force[WHEELS],
                               double dforce[WHEELS])
@@ -116,8 +116,10 @@ static const char *end_change(Motion *motion, const Coefficients *c, const Input
         return MOTION_NO_CONTACT;
     motion_drive(motion, shapes, force, motion->g1);
     step_add_end(body, c, motion->g1, x);
+    motion_gather(motion, -0.5, motion->g1, motion->q);
     drive_change(motion, shapes, slope, force, NONE, motion->g1);
     step_add_end(body, c, motion->g1, dx);
+    motion_gather(motion, -0.5, motion->g1, motion->dq);
     memcpy(dforce, change->load, WHEELS * sizeof(double));
     if (body->model->contact_sign != 0) {
         double G[WHEELS * WHEELS], z[WHEELS], dz[WHEELS];
@@ -128,35 +130,48 @@ static const char *end_change(Motion *motion, const Coefficients *c, const Input
     }
     body_drive(body, shapes, dforce, motion->g1);
     step_add_end(body, c, motion->g1, dx);
+    motion_gather(motion, -0.5, motion->g1, motion->dq);
     return NULL;
 }
 
-/* Change of the bulge of the forces, as in motion_step. */
-static void bulge_change(Motion *motion, const Coefficients *c, const InputPath *path,
-                         const InputPath *change, double *x, double *dx)
+/* Forces on modes and their change at the start of a step, which so far is free of all others. */
+static void start_change(Motion *motion, const Coefficients *c, const Inputs *now,
+                         const Inputs *change, double *x, double *dx, const double force[WHEELS],
+                         const double dforce[WHEELS])
 {
     Body *body = &motion->body;
-    double force[WHEELS], dforce[WHEELS];
-    const Shapes *shapes = &body->shapes, *slope = &body->slope;
-    const int any = motion_bulge(path, c->h, force) | motion_bulge(change, c->h, dforce);
-    if (!any)
-        return;
-    body_drive(body, shapes, force, motion->g1);
-    step_add_bulge(body, c, motion->g1, x);
-    body_drive(body, shapes, dforce, motion->g1);
-    step_add_bulge(body, c, motion->g1, dx);
-    if (body->model->nodes > 0) {
-        body_drive(body, slope, force, motion->g1);
-        step_add_bulge(body, c, motion->g1, dx);
-    }
+    const size_t bytes = body->model->states * sizeof(double);
+    const size_t g_bytes = (2 * body->model->modes + body->model->rigid) * sizeof(double);
+    const Shapes *shapes = body_shapes(body, now->position);
+    const Shapes *slope = body_slope(body, change->position);
+    memset(motion->q, 0, g_bytes);
+    memset(motion->dq, 0, g_bytes);
+    motion_drive(motion, shapes, force, motion->g1);
+    motion_gather(motion, -0.5, motion->g1, motion->q);
+    step_free(body, c, x, motion->g1, motion->rate);
+    memcpy(x, motion->rate, bytes);
+    drive_change(motion, shapes, slope, force, dforce, motion->g1);
+    motion_gather(motion, -0.5, motion->g1, motion->dq);
+    step_free(body, c, dx, motion->g1, motion->rate);
+    memcpy(dx, motion->rate, bytes);
+}
+
+/* Forces from outside in the middle of a step, and their change. */
+static void middle_change(Motion *motion, const Inputs *now, const Inputs *change)
+{
+    const Shapes *shapes = body_shapes(&motion->body, now->position);
+    const Shapes *slope = body_slope(&motion->body, change->position);
+    motion_drive(motion, shapes, now->load, motion->g1);
+    motion_gather(motion, 1, motion->g1, motion->q);
+    drive_change(motion, shapes, slope, now->load, change->load, motion->g1);
+    motion_gather(motion, 1, motion->g1, motion->dq);
 }
 
 const char *motion_step_change(Motion *motion, const InputPath *path, const InputPath *change,
                                double h, double *x, double *dx)
 {
-    Body *body = &motion->body;
-    const size_t bytes = body->model->states * sizeof(double);
     const int still = motion_still(path) && motion_still(change);
+    const int bulges = motion_bulges(motion, path, still) || motion_bulges(motion, change, still);
     const double parts = motion_internal_steps(motion, still, h);
     if (parts > MAX_INTERNAL_STEPS)
         return MOTION_TOO_MANY;
@@ -166,21 +181,21 @@ const char *motion_step_change(Motion *motion, const InputPath *path, const Inpu
     motion_forces(motion, &now, x, force);
     motion_forces_change(motion, &now, x, &dnow, dx, dforce);
     for (double k = 1; k <= parts; k++) {
-        const Shapes *shapes = body_shapes(body, now.position);
-        const Shapes *slope = body_slope(body, dnow.position);
-        motion_drive(motion, shapes, force, motion->g1);
-        step_free(body, c, x, motion->g1, motion->rate);
-        memcpy(x, motion->rate, bytes);
-        drive_change(motion, shapes, slope, force, dforce, motion->g1);
-        step_free(body, c, dx, motion->g1, motion->rate);
-        memcpy(dx, motion->rate, bytes);
+        start_change(motion, c, &now, &dnow, x, dx, force, dforce);
+        if (bulges) {
+            now = path_at(path, (k - 0.5) / parts * h);
+            dnow = path_at(change, (k - 0.5) / parts * h);
+            middle_change(motion, &now, &dnow);
+        }
         now = path_at(path, k / parts * h);
         dnow = path_at(change, k / parts * h);
         const char *failed = end_change(motion, c, &now, &dnow, x, dx, force, dforce);
         if (failed != NULL)
             return failed;
+        if (bulges) {
+            step_add_bulge(&motion->body, c, motion->q, x);
+            step_add_bulge(&motion->body, c, motion->dq, dx);
+        }
     }
-    if (parts == 1 && body->model->contact_sign == 0)
-        bulge_change(motion, c, path, change, x, dx);
     return NULL;
 }

@@ -22,19 +22,18 @@ static void locate(const Model *m, double x, size_t *cell, size_t *node, double 
     *xi = inside - e;
 }
 
-/* Interpolation of a Timoshenko element from [w_a, theta_a, w_b, theta_b], and its derivative
-   along x: Friedman & Kosmatka (1993), as track/shape_functions.py. */
-static void shape_functions(double xi, double length, double phi, double w[4], double dw[4])
+/* Hermite's cubic from [w_a, dw_a, w_b, dw_b], and its derivative along x: no kinks at nodes. */
+static void shape_functions(double xi, double length, double w[4], double dw[4])
 {
-    const double s = 1 / (1 + phi), xi2 = xi * xi, xi3 = xi2 * xi;
-    w[0] = s * (2 * xi3 - 3 * xi2 - phi * xi + 1 + phi);
-    w[1] = s * length * (xi3 - (2 + phi / 2) * xi2 + (1 + phi / 2) * xi);
-    w[2] = s * (-2 * xi3 + 3 * xi2 + phi * xi);
-    w[3] = s * length * (xi3 - (1 - phi / 2) * xi2 - phi / 2 * xi);
-    dw[0] = s / length * (6 * xi2 - 6 * xi - phi);
-    dw[1] = s * (3 * xi2 - 2 * (2 + phi / 2) * xi + 1 + phi / 2);
-    dw[2] = s / length * (-6 * xi2 + 6 * xi + phi);
-    dw[3] = s * (3 * xi2 - 2 * (1 - phi / 2) * xi - phi / 2);
+    const double xi2 = xi * xi, xi3 = xi2 * xi;
+    w[0] = 2 * xi3 - 3 * xi2 + 1;
+    w[1] = length * (xi3 - 2 * xi2 + xi);
+    w[2] = -2 * xi3 + 3 * xi2;
+    w[3] = length * (xi3 - xi2);
+    dw[0] = 6 / length * (xi2 - xi);
+    dw[1] = 3 * xi2 - 4 * xi + 1;
+    dw[2] = 6 / length * (xi - xi2);
+    dw[3] = 3 * xi2 - 2 * xi;
 }
 
 /* Shapes of one wheelset with given weights of the nodes' values. */
@@ -73,7 +72,7 @@ const Shapes *body_shapes(Body *body, const double position[WHEELSETS])
         size_t cell, node;
         double xi, w[4], dw[4];
         locate(m, x, &cell, &node, &xi);
-        shape_functions(xi, m->element, m->phi, w, dw);
+        shape_functions(xi, m->element, w, dw);
         const double local[2] = {1 - xi, xi};
         interpolate(body, shapes, k, cell, node, w, local);
         shapes->position[k] = x;
@@ -89,7 +88,7 @@ const Shapes *body_slope(Body *body, const double change[WHEELSETS])
         size_t cell, node;
         double xi, w[4], dw[4];
         locate(m, body->shapes.position[k], &cell, &node, &xi);
-        shape_functions(xi, m->element, m->phi, w, dw);
+        shape_functions(xi, m->element, w, dw);
         for (int j = 0; j < 4; j++)
             dw[j] *= change[k];
         const double local[2] = {-change[k] / m->element, change[k] / m->element};
