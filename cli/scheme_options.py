@@ -23,13 +23,21 @@ class Inputs(StrEnum):
     QUADRATIC = NAMES[2]
 
 
+USUAL = {
+    Owner.TRACK: SchemeName.GAUSS_SEIDEL,
+    Owner.VEHICLE: SchemeName.JACOBI,
+    Owner.MASTER: SchemeName.INTERFACE_JACOBIAN,
+}
+"""Scheme by the owner of the contact, the usual owner first."""
+
 SchemeOption = Annotated[
     SchemeName | None,
     typer.Option(
         "--scheme",
         metavar="NAME",
-        help=f"Coupling scheme: {', '.join(SchemeName)}; if not given, jacobi, or "
-        "interface-jacobian where the master owns the contact.",
+        help=f"Coupling scheme: {', '.join(SchemeName)}; if not given, gauss-seidel where the "
+        "track owns the contact, jacobi where the vehicle does, interface-jacobian where the "
+        "master does.",
     ),
 ]
 InputsOption = Annotated[
@@ -77,8 +85,7 @@ def choice_of(
         )
     wanted = possible if contact is None else (contact,)
     if scheme is None:
-        solved = tuple(wanted) == (Owner.MASTER,)
-        scheme = SchemeName.INTERFACE_JACOBIAN if solved else SchemeName.JACOBI
+        scheme = USUAL[next(owner for owner in USUAL if owner in wanted)]
     suiting = [owner for owner in FAMILIES[scheme].owners if owner in wanted]
     if not suiting:
         must = " or ".join(FAMILIES[scheme].owners)

@@ -50,6 +50,7 @@ class GaussSeidelStepper:
     def __init__(self, system: System, first: tuple[str, ...], degree: int) -> None:
         self._system = system
         self._turns = _take_turns(system, first)
+        self._last = self._turns[-1][0]
         self.fallbacks = set_continuations(system, degree, dict(self._turns))
 
     def step(self, t: float, h: float) -> StepReport:
@@ -60,6 +61,8 @@ class GaussSeidelStepper:
                 system.step_towards(k, t, h, system.gather(k))
             else:
                 system.step(k, t, h)
+            if k == self._last:  # nobody asks for it before the exchange, which reads it
+                break
             if system.reacts(k):
                 system.write_inputs(k)
             system.refresh(k)

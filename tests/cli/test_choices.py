@@ -15,7 +15,7 @@ from railcosim.master.fmi.isolation import IsolatedComponent
 
 
 def test_scheme_and_owner_decide_each_other():
-    assert choice_of(None, None) == (SchemeName.JACOBI, Owner.TRACK)
+    assert choice_of(None, None) == (SchemeName.GAUSS_SEIDEL, Owner.TRACK)
     assert choice_of(None, Owner.MASTER) == (SchemeName.INTERFACE_JACOBIAN, Owner.MASTER)
     solved = SchemeName.INTERFACE_JACOBIAN_HERMITE
     assert choice_of(solved, None) == (solved, Owner.MASTER)

@@ -111,7 +111,7 @@ MISTAKES = {
     f"{RUN} --vehicle-fmu {VC} --track-fmu {TC}": f"{VC} and {TC} both own the contact springs",
     f"{RUN} {PAIR} --contact vehicle": "--contact vehicle: with the FMUs given it must be track",
     f"{RUN} {PAIR} --scheme interface-jacobian": "--scheme interface-jacobian: the contact must be",
-    f"{RUN} {PAIR} --first track": "--first track: jacobi has no first",
+    f"{RUN} {PAIR} --scheme jacobi --first track": "--first track: jacobi has no first",
     f"{RUN} {PAIR} --scheme gauss-seidel --first me": "--first me: must be vehicle or track",
     f"{SSP} --first vehicle": "--first vehicle: jacobi has no first",
     f"{SSP} --scheme gauss-seidel --first me": "no component 'me'; there are vehicle, track",

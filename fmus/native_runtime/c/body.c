@@ -131,16 +131,15 @@ void body_observe_moving(const Body *body, const Shapes *shapes, const double *x
     }
 }
 
-/* G4[j][k] += Re sum out_k weight in_j over the modes of one segment. */
+/* G4[j][k] += Re sum out_k weight in_j over the modes of one segment, for k >= j. */
 static void segment_compliance(const Body *body, const Shapes *shapes, const double *weight,
                                const Segment *s, double G4[WHEELSETS][WHEELSETS])
 {
     const size_t n = body->model->ring;
     const double *weight_im = weight + body->model->modes;
-    for (size_t j = 0; j < WHEELSETS; j++)
-        body->kernels->respond(s->size, n, shapes->out_re + s->to, shapes->out_im + s->to,
-                               weight + s->to, weight_im + s->to, shapes->in_re + j * n + s->from,
-                               shapes->in_im + j * n + s->from, G4[j]);
+    body->kernels->respond(s->size, n, shapes->out_re + s->to, shapes->out_im + s->to,
+                           weight + s->to, weight_im + s->to, shapes->in_re + s->from,
+                           shapes->in_im + s->from, G4);
 }
 
 void body_compliance(const Body *body, const Shapes *shapes, const double *weight,
@@ -155,12 +154,13 @@ void body_compliance(const Body *body, const Shapes *shapes, const double *weigh
     for (size_t k = 0; k < WHEELSETS; k++)
         for (size_t j = 0; j < WHEELSETS; j++) {
             const size_t first = m->rigid > 0 ? m->coordinates - WHEELSETS : 0;
-            double same = even[j][k];
+            const size_t low = j < k ? j : k, high = j < k ? k : j; /* Betti's law */
+            double same = even[low][high];
             for (size_t i = 0; i < m->rigid; i++)
                 same -= rigid_weight * m->rigid_shape[(first + k) * m->rigid + i] *
                         m->rigid_shape[(first + j) * m->rigid + i];
-            G[k * WHEELS + j] = G[(k + 4) * WHEELS + j + 4] = same + odd[j][k];
-            G[k * WHEELS + j + 4] = G[(k + 4) * WHEELS + j] = same - odd[j][k];
+            G[k * WHEELS + j] = G[(k + 4) * WHEELS + j + 4] = same + odd[low][high];
+            G[k * WHEELS + j + 4] = G[(k + 4) * WHEELS + j] = same - odd[low][high];
         }
     for (size_t k = 0; k < m->local; k++) {
         const double re = shapes->local_re[k], im = shapes->local_im[k];

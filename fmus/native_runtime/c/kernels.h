@@ -21,11 +21,11 @@ typedef struct {
     void (*observe)(size_t n, size_t stride, const double *restrict X_re,
                     const double *restrict X_im, const double *restrict s_re,
                     const double *restrict s_im, double z[4]);
-    /* z[k] += Re sum X_k w s. */
+    /* G[j][k] += Re sum X_k w S_j for k >= j; rows of S are `stride` apart, too. */
     void (*respond)(size_t n, size_t stride, const double *restrict X_re,
                     const double *restrict X_im, const double *restrict w_re,
-                    const double *restrict w_im, const double *restrict s_re,
-                    const double *restrict s_im, double z[4]);
+                    const double *restrict w_im, const double *restrict S_re,
+                    const double *restrict S_im, double G[4][4]);
     /* y = a x + b u: complex, elementwise. */
     void (*combine)(size_t n, const double *restrict a_re, const double *restrict a_im,
                     const double *restrict x_re, const double *restrict x_im,

@@ -72,26 +72,45 @@ TARGET static void NAME(observe)(size_t n, size_t stride, const double *restrict
             z[k] += X_re[k * stride + r] * s_re[r] - X_im[k * stride + r] * s_im[r];
 }
 
+/* w times row j of S, and what rows of X from j on make of it. */
+#define WEIGH(j)                                                                                  \
+    const Lanes s##j##_re = AT(S_re, j * stride + r), s##j##_im = AT(S_im, j * stride + r);       \
+    const Lanes re##j = a * s##j##_re - b * s##j##_im, im##j = a * s##j##_im + b * s##j##_re
+#define MEET(j, k) g##j##k += AT(X##k##_re, r) * re##j - AT(X##k##_im, r) * im##j
+#define TAKE_SUM(j, k)                                                                            \
+    for (size_t l = 0; l < LANES; l++)                                                            \
+        G[j][k] += LANE(g##j##k, l)
+#define UPPER(each)                                                                               \
+    each(0, 0); each(0, 1); each(0, 2); each(0, 3); each(1, 1);                                   \
+    each(1, 2); each(1, 3); each(2, 2); each(2, 3); each(3, 3)
+
 TARGET static void NAME(respond)(size_t n, size_t stride, const double *restrict X_re,
                                  const double *restrict X_im, const double *restrict w_re,
-                                 const double *restrict w_im, const double *restrict s_re,
-                                 const double *restrict s_im, double z[4])
+                                 const double *restrict w_im, const double *restrict S_re,
+                                 const double *restrict S_im, double G[4][4])
 {
     ROWS;
-    SUMS;
+    const double *restrict X0_re = X_re, *restrict X0_im = X_im;
+    Lanes g00 = {0}, g01 = {0}, g02 = {0}, g03 = {0}, g11 = {0};
+    Lanes g12 = {0}, g13 = {0}, g22 = {0}, g23 = {0}, g33 = {0};
     size_t r = 0;
     for (; r + LANES <= n; r += LANES) {
-        const Lanes re = AT(w_re, r) * AT(s_re, r) - AT(w_im, r) * AT(s_im, r);
-        const Lanes im = AT(w_re, r) * AT(s_im, r) + AT(w_im, r) * AT(s_re, r);
-        ADD_TO_SUMS(re, im);
+        const Lanes a = AT(w_re, r), b = AT(w_im, r);
+        WEIGH(0);
+        WEIGH(1);
+        WEIGH(2);
+        WEIGH(3);
+        UPPER(MEET);
     }
-    TAKE_SUMS(z);
-    for (; r < n; r++) {
-        const double re = w_re[r] * s_re[r] - w_im[r] * s_im[r];
-        const double im = w_re[r] * s_im[r] + w_im[r] * s_re[r];
-        for (size_t k = 0; k < 4; k++)
-            z[k] += X_re[k * stride + r] * re - X_im[k * stride + r] * im;
-    }
+    UPPER(TAKE_SUM);
+    for (; r < n; r++)
+        for (size_t j = 0; j < 4; j++) {
+            const double s_re = S_re[j * stride + r], s_im = S_im[j * stride + r];
+            const double re = w_re[r] * s_re - w_im[r] * s_im;
+            const double im = w_re[r] * s_im + w_im[r] * s_re;
+            for (size_t k = j; k < 4; k++)
+                G[j][k] += X_re[k * stride + r] * re - X_im[k * stride + r] * im;
+        }
 }
 
 TARGET static void NAME(combine)(size_t n, const double *restrict a_re,
@@ -122,8 +141,12 @@ static const Kernels NAME(kernels) = {
 };
 
 #undef ADD_TO_SUMS
+#undef MEET
 #undef ROWS
 #undef SUMS
+#undef TAKE_SUM
 #undef TAKE_SUMS
+#undef UPPER
+#undef WEIGH
 #undef NAME
 #undef TARGET
