@@ -27,6 +27,8 @@ from .stability import Contact, Coupling
 STEPS = np.sort(np.outer(10.0 ** np.arange(-5, -2), [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0,
                                                       8.0]).ravel())  # fmt: skip
 """Steps that are tried, s: round numbers up to 8 ms."""
+MARGIN, REACH = 1.1, 2.0
+"""Parts of the step advised up to which nothing may grow, and up to which that is looked for."""
 FREQUENCIES = 150
 """Points of the spectrum: the force has no resonance sharper than a tenth of its frequency."""
 Progress = Callable[[float, float], None]
@@ -78,9 +80,9 @@ class Option:
     owner : Owner
         Of the contact springs.
     step : float
-        The longest of the steps tried that does, below the first unstable one, s.
+        The longest of the steps tried that does, `MARGIN` below the first unstable one, s.
     limit : float
-        Largest stable step, s; infinite if the scan met no end.
+        Largest stable step, s; infinite if nothing grows up to `REACH` times the step.
     evaluations : int
         How often each component is stepped in a step.
     error : float
@@ -140,14 +142,15 @@ def options(
         errors, limit = np.full(len(STEPS), np.nan), math.inf
         for j in range(len(STEPS))[::-1]:
             h = float(STEPS[j])
-            if h > limit:
+            if MARGIN * h > limit:
                 continue
             errors[j] = _error(coupling, h, source, heights, exact)
             if errors[j] > accuracy or not coupling.is_stable(h):
                 continue
-            # Stable between unstable steps is no advice: another FMU may shift the window.
-            limit = coupling.limit().step
-            if h <= limit:
+            # Stable between unstable steps is no advice, nor is a step just below one: another FMU
+            # may shift it.
+            limit = coupling.limit(REACH * h).step
+            if MARGIN * h <= limit:
                 option = Option(
                     scheme=name, owner=owner, step=h, limit=limit, error=float(errors[j]),
                     errors=errors, evaluations=coupling.evaluations,
@@ -166,7 +169,7 @@ def _error(
     names = amplifier.system.names
     forces = [i for i, name in enumerate(names) if name.endswith(".force_z")]
     try:
-        response = amplifier.at(h, driven=True).response(source.omega, heights, forces)
+        response = amplifier.at(h).response(source.omega, heights, forces)
     except (ComponentError, ArithmeticError, np.linalg.LinAlgError):
         return np.inf
     wrong, right = (

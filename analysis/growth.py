@@ -12,7 +12,7 @@ from railcosim.master.cosimulation import Divergence, cosimulate
 from railcosim.master.schemes import Scheme
 
 from .pair import Pair
-from .stability import LONGEST, RATE
+from .stability import FAST, LONGEST
 
 PATTERN = np.array([1.0, 0.7, -0.5, 0.3, 0.4, -0.6, 0.2, 0.9])
 """Heights under the wheels, in parts of the kick: both wheels alike and against each other."""
@@ -24,10 +24,12 @@ CLEAR = 3.0
 """Growth, as a logarithm, in the second half of a run that is clear beside the decay of others."""
 WINDOWS = 20
 """Parts of a run, of which amplitudes are taken."""
-ABOVE = (1.012, 1.03)
-"""Steps in limits at which growth is measured: little is left to extrapolate."""
+ABOVE = (0.012, 0.03)
+"""How far above the limit, of itself, growth is measured: little is left to extrapolate."""
+INSIDE = 0.4
+"""Of a window, at the most: growth rises to its middle."""
 BELOW = 0.97
-"""Likewise, where nothing must grow."""
+"""Steps in limits at which nothing must grow."""
 
 
 class Kick:
@@ -63,12 +65,13 @@ class Bench:
     most : float
         Deviation of a contact force, in those of the kick, at which a run ends: with Hertz's law
         it must stay small.
-    rate : float, optional
-        What grows slower (1/s) counts as stable; see `Contact`.
+    exact : float, optional
+        What grows (1/s) if both are coupled exactly; see `Contact`. Growth counts if it is faster
+        by `FAST`: slower is not told from none in runs of so many steps.
     """
 
-    def __init__(self, pair: Pair, kick: Kick, most: float, rate: float = RATE) -> None:
-        self._rate = rate
+    def __init__(self, pair: Pair, kick: Kick, most: float, exact: float = 0.0) -> None:
+        self._rate = exact + FAST
         self._system, self._kick, self._most = pair.system, kick, most
         self._rest = pair.system.save_state()
         names = pair.system.names
@@ -100,11 +103,20 @@ class Bench:
                 return float(slope / (n * h))
             steps *= 2
 
-    def limit(self, scheme: Scheme, guess: float) -> float:
+    def limit(self, scheme: Scheme, guess: float, end: float = math.inf) -> float:
         """Find the largest stable step (s) near a guess.
 
         Growth is measured at two steps beyond the guess and extrapolated to none. Where that leads
         far, or the scheme fails rather than grows, intervals are halved instead.
+
+        Parameters
+        ----------
+        scheme : Scheme
+            The scheme.
+        guess : float
+            s.
+        end : float, optional
+            End of the window that begins there, s.
 
         Returns
         -------
@@ -113,15 +125,16 @@ class Bench:
         """
         if math.isinf(guess):
             rates = [self.growth(scheme, h, SHORT) for h in (LONGEST / 10, LONGEST / 3, LONGEST)]
-            return math.inf if max(rates) <= self._rate else math.nan
-        near, far = (guess * factor for factor in ABOVE)
+            return math.inf if not self._grows(max(rates)) else math.nan
+        reach = min(1.0, INSIDE * (end / guess - 1.0) / ABOVE[-1])
+        near, far = (guess * (1.0 + reach * above) for above in ABOVE)
         slow, fast = self.growth(scheme, near), self.growth(scheme, far)
-        if self._rate < slow < fast < math.inf:
+        if self._grows(slow) and slow < fast < math.inf:
             found = near - (slow - self._rate) * (far - near) / (fast - slow)
             # Not farther than what was measured: another motion may take over on the way.
-            if (
-                near - found <= far - near
-                and self.growth(scheme, BELOW * found, 2 * SHORT) <= self._rate
+            below = BELOW * found
+            if near - found <= far - near and not self._grows(
+                self.growth(scheme, below, 2 * SHORT)
             ):
                 return found
         return self._halved(scheme, guess)
@@ -129,15 +142,18 @@ class Bench:
     def _halved(self, scheme: Scheme, guess: float) -> float:
         """The limit within ten percent of a guess, to half a percent."""
         low, high = 0.9 * guess, 1.1 * guess
-        if self.growth(scheme, low) > self._rate or self.growth(scheme, high) <= self._rate:
+        if self._grows(self.growth(scheme, low)) or not self._grows(self.growth(scheme, high)):
             return math.nan
         while high > 1.005 * low:
             middle = math.sqrt(low * high)
-            if self.growth(scheme, middle) <= self._rate:
-                low = middle
-            else:
+            if self._grows(self.growth(scheme, middle)):
                 high = middle
+            else:
+                low = middle
         return math.sqrt(low * high)
+
+    def _grows(self, rate: float) -> bool:
+        return rate > self._rate
 
     def _run(self, scheme: Scheme, h: float, steps: int) -> tuple[FloatArray | None, int]:
         """Amplitude of the forces in each part of a run, and how many steps it took."""

@@ -76,14 +76,16 @@ def one_side(
     inside = {**parameters, "internal_step": INTERNAL_STEP}
     with open_pair(*files, inside, journey) as pair:
         contact = Contact(parts, owner, k)
-        bench = Bench(pair, kick, MOST[nonlinear], contact.rate)
+        bench = Bench(pair, kick, MOST[nonlinear], contact.exact)
         for name in names:
             member = members()[name]
             if owner not in member.owners:
                 continue
             begun = time.perf_counter()
-            predicted = Coupling(contact, member.scheme).limit().step
-            found = bench.limit(member.scheme, predicted) if predicted > 0.0 else math.nan
+            limit = Coupling(contact, member.scheme).limit()
+            first = next((w for w in limit.windows if w.is_fast), None)
+            predicted, end = (first.begin, first.end) if first else (math.inf, math.inf)
+            found = bench.limit(member.scheme, predicted, end) if predicted > 0.0 else math.nan
             both = math.isinf(predicted) and math.isinf(found)
             difference = 0.0 if both else 100 * (found / predicted - 1) if predicted else math.nan
             known = KNOWN.get((owner.value, name), ())

@@ -11,7 +11,7 @@ import typer
 import xarray as xr
 from rich.table import Table
 
-from railcosim.analysis.advise import STEPS, Excitation, Option, excitation, options
+from railcosim.analysis.advise import REACH, STEPS, Excitation, Option, excitation, options
 from railcosim.analysis.catalogue import Owner, members
 from railcosim.analysis.frequency import wheelset_positions
 from railcosim.analysis.linear_pair import Part, linear_parts
@@ -127,8 +127,15 @@ def _tasks(
 
 def _margin(best: Option) -> str:
     if math.isinf(best.limit):
-        return "stable up to the end of the scan at 10 ms"
+        return f"nothing grows up to {REACH:g} times that"
     return f"stable up to {in_ms(best.limit)} ms, {best.limit / best.step:.2g} times that"
+
+
+def _limit(option: Option) -> str:
+    """Largest stable step for the table, ms."""
+    if math.isinf(option.limit):
+        return f"> {1e3 * REACH * option.step:g}"
+    return in_ms(option.limit)
 
 
 def _table(found: list[Option], accuracy: float, contact: str) -> Table:
@@ -140,7 +147,7 @@ def _table(found: list[Option], accuracy: float, contact: str) -> Table:
     for option in found:
         table.add_row(
             option.scheme, option.owner.value, f"{1e3 * option.step:g}", str(option.evaluations),
-            f"{option.cost:.0f}", f"{option.error:.1e}", in_ms(option.limit),
+            f"{option.cost:.0f}", f"{option.error:.1e}", _limit(option),
         )  # fmt: skip
     return table
 
@@ -152,7 +159,11 @@ def _dataset(found: list[Option], accuracy: float, k_H: float, speed: float) -> 
         "evaluations": ([o.evaluations for o in found], "1", "evaluations a step"),
         "cost": ([o.cost for o in found], "1/s", "evaluations a second of time simulated"),
         "error": ([o.error for o in found], "1", "predicted relative RMS error of contact forces"),
-        "stable_to": ([o.limit for o in found], "s", "largest stable step"),
+        "stable_to": (
+            [o.limit for o in found],
+            "s",
+            "largest stable step; infinite beyond twice the step",
+        ),
     }
     variables: dict[str, Any] = {
         name: ("option", np.array(values, dtype=float), {"units": unit, "long_name": text})

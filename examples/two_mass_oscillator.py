@@ -27,7 +27,7 @@ from railcosim.master.connections import connect_by_name
 from railcosim.master.linear_component import LinearComponent
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
-from railcosim.master.stability.amplification import Amplifier
+from railcosim.master.stability.amplifier import Amplifier
 from railcosim.master.system import System
 
 FORCE = (Variable(name="force", unit="N"),)

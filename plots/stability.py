@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from .chart import Chart, Curve, Panel
+from .chart import Chart, Curve, FloatArray, Panel
+
+FRAME = 1.1
+"""Of a stiffness, to either side: the width of the frame about a window."""
 
 
 def stability_chart(limits: xr.Dataset, longest: float) -> Chart:
@@ -14,25 +17,27 @@ def stability_chart(limits: xr.Dataset, longest: float) -> Chart:
     Parameters
     ----------
     limits : Dataset
-        Over ``k_H``: a variable ``SCHEME.OWNER`` (s) for each scheme, infinite beyond the scan.
+        Over ``k_H``: a variable ``SCHEME.OWNER`` (s) for each scheme, infinite if all is stable;
+        ``SCHEME.OWNER.window[i].begin`` and ``.end``, NaN where there are fewer.
     longest : float
-        Longest step scanned, s.
+        Longest step searched, s.
     """
     k_H = np.asarray(limits["k_H"])
-    owners = dict.fromkeys(str(name).rpartition(".")[2] for name in limits.data_vars)
-    steps = {str(name): np.asarray(limits[name]) for name in limits.data_vars}
+    steps = {str(n): np.asarray(limits[n]) for n in limits.data_vars if "window" not in str(n)}
+    owners = dict.fromkeys(name.rpartition(".")[2] for name in steps)
     lowest = min((s[s > 0].min() for s in steps.values() if (s > 0).any()), default=longest)
     rows = []
     for owner in owners:
         curves = tuple(
             Curve(
                 name=name.rpartition(".")[0],
-                x=k_H / 1e9,
+                x=np.concatenate([k_H / 1e9, x]),
                 # Nothing is stable: below the panel. All is: along its upper edge.
-                y=1e3 * np.where(step > 0, np.minimum(step, longest), np.nan),
+                y=1e3 * np.concatenate([np.where(s > 0, np.minimum(s, longest), np.nan), y]),
             )
-            for name, step in steps.items()
+            for name, s in steps.items()
             if name.endswith(f".{owner}")
+            for x, y in [_frames(limits, name)]
         )
         rows.append(
             tuple(
@@ -42,14 +47,34 @@ def stability_chart(limits: xr.Dataset, longest: float) -> Chart:
                     curves=part,
                     x_log=True,
                     y_log=True,
-                    x_range=(k_H[0] / 1e9, k_H[-1] / 1e9) if k_H.size > 1 else None,
+                    x_range=(k_H[0] / FRAME / 1e9, k_H[-1] * FRAME / 1e9) if k_H.size > 1 else None,
                     y_range=(1e3 * lowest / 1.5, 1.2e3 * longest),
                     title=f"contact in {owner}: {title}",
                 )
                 for title, part in _families(curves)
             )
         )
-    return Chart(title="Largest stable step, predicted", rows=tuple(rows))
+    return Chart(
+        title="Largest stable step, predicted; frames: windows above it in which something grows",
+        rows=tuple(rows),
+    )
+
+
+def _frames(limits: xr.Dataset, name: str) -> tuple[FloatArray, FloatArray]:
+    """A frame about each closed window of a scheme: stiffness (GN/m) and step (s)."""
+    x, y = [np.nan], [np.nan]
+    for begin in (str(n) for n in limits.data_vars):
+        if not (begin.startswith(f"{name}.window") and begin.endswith(".begin")):
+            continue
+        ends = limits[begin.removesuffix("begin") + "end"]
+        for k, low, high in zip(
+            limits["k_H"].values, limits[begin].values, ends.values, strict=True
+        ):
+            if np.isfinite(high):
+                left, right = k / 1e9 / FRAME, k / 1e9 * FRAME
+                x += [left, right, right, left, left, np.nan]
+                y += [low, low, high, high, low, np.nan]
+    return np.array(x), np.array(y)
 
 
 def _families(curves: tuple[Curve, ...]) -> list[tuple[str, tuple[Curve, ...]]]:

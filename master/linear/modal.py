@@ -225,8 +225,12 @@ def fractions(
     """
     n_out, n_in = len(C), B.shape[1]
     products = (C.T[:, :, None] * B[:, None, :]).reshape(len(poles), -1)
-    total: ComplexArray = (1.0 / (z[:, None] - poles)) @ products
-    total += (1.0 / (z[:, None] - poles.conj())) @ products.conj()
+    # A pair is (a z + b)/((z - pole)(z - conjugate pole)), with a and b real.
+    a, b = 2.0 * products.real, -2.0 * (products * poles.conj()[:, None]).real
+    both = 1.0 / ((z[:, None] - poles) * (z[:, None] - poles.conj()))
+    real = np.concatenate([both.real, both.imag]) @ np.hstack([a, b])
+    of_a, of_b = np.split(real[: len(z)] + 1j * real[len(z) :], 2, axis=1)
+    total: ComplexArray = z[:, None] * of_a + of_b
     return total.reshape(len(z), n_out, n_in)
 
 

@@ -14,28 +14,28 @@ principle, so no resonance is too sharp and no matrix too large.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import scipy.linalg
 
 from railcosim.master.component import FloatArray
+from railcosim.master.linear.modal import fractions, real_form
 from railcosim.master.linear.state_space import ComplexArray, IndexArray
-from railcosim.master.schemes import Scheme
 from railcosim.master.stability.argument_principle import solve_triangular, windings
-from railcosim.master.stability.observed_step import Column, ObservedStep
-from railcosim.master.stability.open_component import TICK, Sampled, together
-from railcosim.master.system import System
+
+RANK = 1e-12
+"""Of the largest singular value of rows and columns of like size: smaller ones are rounding."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Amplification:
-    """One step as a map of the memory m, the free motions f and what is fed w.
+    """One step as a map of the memory m, the free motions f of modes, and what they are fed w.
 
-    m' = N m + R f, w = Q m + P f, and back from w to f by the open components; the signals g add
-    W g to m' and V g to w.
+    m' = N m + R f, w = Q m + P f, and back from w to f by the modes: q' = E q + G w, f = 2 Re(C q).
+    The signals g add W g to m' and V g to w.
 
     Attributes
     ----------
@@ -43,8 +43,8 @@ class Amplification:
         The step, s.
     N, R, Q, P, W, V : array
         The maps.
-    open : Sampled
-        The open components over the step: from w to f.
+    E, G, C : array of complex, shapes (n,), (n, n_w) and (n_f, n)
+        The modes, one of each conjugate pair; a real factor counts half in C.
     signals : array, shape (n_g,)
         Times of the signals in the step, s.
     outputs : array of int
@@ -58,17 +58,19 @@ class Amplification:
     P: FloatArray
     W: FloatArray
     V: FloatArray
-    open: Sampled
+    E: ComplexArray
+    G: ComplexArray
+    C: ComplexArray
     signals: FloatArray
     outputs: IndexArray
 
     def eigenvalues(self) -> ComplexArray:
-        """Eigenvalues of the map with the open components closed: every motion's change a step."""
-        A, B, C = self.open.real()
-        NR = np.hstack([self.N, self.R @ C])
-        QP = B @ np.hstack([self.Q, self.P @ C])
-        QP[:, len(self.N) :] += A
-        found: ComplexArray = np.linalg.eigvals(np.concatenate([NR, QP])).astype(complex)
+        """Eigenvalues of the whole map: every motion's change a step."""
+        A, B, C = real_form(self.E, self.G, self.C)
+        memory = np.hstack([self.N, self.R @ C])
+        modes = B @ np.hstack([self.Q, self.P @ C])
+        modes[:, len(self.N) :] += A
+        found: ComplexArray = np.linalg.eigvals(np.concatenate([memory, modes])).astype(complex)
         return found
 
     def growth(self) -> float:
@@ -89,25 +91,71 @@ class Amplification:
             In 1/s.
         """
         radius = math.exp(rate * self.h)
-        # Forces and motions differ by the stiffness: balanced, slow motions keep their digits.
-        balanced, _, _, scale, _ = scipy.linalg.lapack.dgebal(self.N, scale=1, permute=0)
-        T, U = scipy.linalg.schur(balanced, output="complex")
-        own = np.diag(T)
+        own, turn = self._determinant()
         outside = int((np.abs(own) > radius).sum())
-        if not self.Q.size or not self.open.E.size:
+        if not self.Q.size or not self.E.size:
             return outside
-        inputs, outputs = U.conj().T @ (self.R / scale[:, None]), (self.Q * scale) @ U
 
-        def turn(phi: FloatArray) -> ComplexArray:
-            z = radius * np.exp(1j * phi)
-            H = outputs @ solve_triangular(T, inputs, z) + self.P
-            matrix = np.eye(len(self.Q)) - H @ self.open.response(z)
-            sign, size = np.linalg.slogdet(matrix)
+        def along(phi: FloatArray) -> ComplexArray:
+            sign, size = turn(radius * np.exp(1j * phi))
             return np.asarray(size + 1j * np.angle(sign))
 
-        # det(z - everything) = det(z - N) det(z - open modes) turn(z), and turn is 1 at infinity:
-        # so it has as many more zeros than poles outside as it turns backwards around the circle.
-        return outside - windings(turn, np.concatenate([own, self.open.E]))
+        # As many more zeros than poles are outside as it turns backwards around the circle.
+        free = np.where(self.E.imag != 0.0, 2, 1)[np.abs(self.E) > radius].sum()
+        return outside + int(free) - windings(along, np.concatenate([own, self.E]), radius)
+
+    def real_ends(self) -> FloatArray:
+        """Numbers that change sign when a motion starts to grow that turns by whole or half turns.
+
+        Returns
+        -------
+        array, shape (2,)
+            The determinant at z = 1 and at z = -1, but for factors that are never zero.
+        """
+        found = []
+        for z in (1.0, -1.0):
+            L = 2.0 * ((self.C / (z - self.E)) @ self.G).real
+            zN = z * np.eye(len(self.N)) - self.N
+            H = self.Q @ np.linalg.solve(zN, self.R) + self.P
+            found.append(np.linalg.det(zN) * np.linalg.det(np.eye(len(L)) - L @ H))
+        return np.array(found)
+
+    def _determinant(self) -> tuple[ComplexArray, Callable[[ComplexArray], Any]]:
+        """Parts of det(z - everything) = det(z - N) det(z - modes) turn(z); turn is 1 at infinity.
+
+        Returns
+        -------
+        own : array of complex
+            Eigenvalues of N.
+        turn : callable
+            Sign and logarithm of the last factor.
+        """
+        one = self._least()
+        # Forces and motions differ by the stiffness: balanced, slow motions keep their digits.
+        balanced, _, _, scale, _ = scipy.linalg.lapack.dgebal(one.N, scale=1, permute=0)
+        T, U = scipy.linalg.schur(balanced, output="complex")
+        inputs, outputs = U.conj().T @ (one.R / scale[:, None]), (one.Q * scale) @ U
+
+        def turn(z: ComplexArray) -> Any:
+            H = outputs @ solve_triangular(T, inputs, z) + one.P
+            L = one._loop(z)
+            around = H @ L if len(one.Q) < len(one.C) else L @ H
+            return np.linalg.slogdet(np.eye(around.shape[1]) - around)
+
+        return np.diag(T), turn
+
+    def _least(self) -> Amplification:
+        """The same growth with as few numbers as it takes: what is fed and seen is often alike."""
+        alive = self.N.any(axis=0) | self.Q.any(axis=0)
+        n = int(alive.sum())
+        N, R, Q = self.N[alive][:, alive], self.R[alive], self.Q[:, alive]
+        fed, by = _factors(np.hstack([Q, self.P]))
+        Q, P = by[:, :n], by[:, n:]
+        to, seen = _factors(np.concatenate([R, P]))
+        return replace(
+            self, N=N, R=to[:n], Q=Q, P=to[n:], G=self.G @ fed, C=seen @ self.C,
+            W=self.W[:0], V=self.V[:0], outputs=self.outputs[:0],
+        )  # fmt: skip
 
     def response(
         self, omega: FloatArray, signal: ComplexArray, outputs: Sequence[int]
@@ -136,7 +184,7 @@ class Amplification:
                                 (g @ self.W.T)[:, :, None]], axis=2)
         )  # fmt: skip
         free, driven = inner[:, :, :-1], inner[:, :, -1]
-        loop = self.open.response(z)
+        loop = self._loop(z)
         w = np.linalg.solve(
             np.eye(len(self.Q)) - (self.Q @ free + self.P) @ loop,
             (driven @ self.Q.T + g @ self.V.T)[:, :, None],
@@ -145,94 +193,17 @@ class Amplification:
         asked: ComplexArray = m[:, self.outputs[list(outputs)]]
         return asked
 
-
-class Amplifier:
-    """Finds what a step does; made once for a scheme and a system, asked for many steps.
-
-    Parameters
-    ----------
-    system : System
-        Of linear components at rest: `LinearComponent`, `Law` of a linear law, `Open`.
-    scheme : Scheme
-        Which to observe.
-
-    Attributes
-    ----------
-    system
-        As given.
-    evaluations : int
-        How often each component was stepped in a step, at the most, so far.
-    """
-
-    def __init__(self, system: System, scheme: Scheme) -> None:
-        self.system = system
-        self.evaluations = 0
-        self._scheme = scheme
-        self._rest = system.save_state()
-        self._used: IndexArray | None = None
-
-    def at(self, h: float, *, driven: bool = False) -> Amplification:
-        """Observe a step of length `h` (s).
-
-        Parameters
-        ----------
-        h : float
-            s.
-        driven : bool, optional
-            Whether what signals do is observed as well, for `Amplification.response`.
-
-        Raises
-        ------
-        NotLinear
-            If the scheme's memory changes its form.
-        Exception
-            Whatever the scheme raises if it cannot make the step.
-        """
-        self.system.restore_state(self._rest)
-        step = ObservedStep(self.system, self._scheme, h)
-        places = step.memory if self._used is None else self._used
-        columns = [step.by_memory(k) for k in places]
-        N, Q = _stacked(columns, step)
-        # What is never seen in an output is no memory: it need not be tried at other steps.
-        self._used = places[_seen(N, Q, places, step.outputs)]
-        kept = np.union1d(self._used, step.outputs)
-        N, Q = (_spread(part, places, kept) for part in (N, Q))
-        models = [c for c in step.opened if c.model is not None]
-        signals = [c for c in step.opened if driven and c.model is None]
-        R, P = _stacked([column for c in models for column in step.by_free_motion(c)], step)
-        W, V = _stacked([column for c in signals for column in step.by_free_motion(c)], step)
-        heard = (Q != 0).any(1) | (P != 0).any(1) | (V != 0).any(1)
-        self.evaluations = max(self.evaluations, step.evaluations)
-        return Amplification(
-            h=h, N=N[kept], R=R[kept], Q=Q[heard], P=P[heard], W=W[kept], V=V[heard],
-            open=together([c.sampled(h, step.when[c.name]) for c in models]).of_inputs(heard),
-            signals=TICK * np.array([tick for c in signals for tick, _ in c.free]),
-            outputs=np.searchsorted(kept, step.outputs),
-        )  # fmt: skip
+    def _loop(self, z: ComplexArray) -> ComplexArray:
+        """What w brings back as f, shape (n_z, n_f, n_w)."""
+        return fractions(z, self.E, self.G, self.C)
 
 
-def _stacked(columns: list[Column], step: ObservedStep) -> tuple[FloatArray, FloatArray]:
-    """Columns side by side: what they do to the memory, and to what is fed."""
-    one, two = np.zeros((step.size, len(columns))), np.zeros((step.n_fed, len(columns)))
-    for k, (memory, fed) in enumerate(columns):
-        one[:, k], two[:, k] = memory, fed
-    return one, two
-
-
-def _seen(N: FloatArray, Q: FloatArray, places: IndexArray, outputs: IndexArray) -> Any:
-    """Which columns, numbers of the memory at `places`, show in outputs or in what is fed, ever."""
-    influence = N != 0
-    seen = influence[outputs].any(axis=0) | (Q != 0).any(axis=0)
-    while True:
-        more = seen | influence[places[seen]].any(axis=0)
-        if (more == seen).all():
-            return seen
-        seen = more
-
-
-def _spread(part: FloatArray, places: IndexArray, kept: IndexArray) -> FloatArray:
-    """Columns for `kept`, zero where they are not among `places`."""
-    wide = np.zeros((len(part), len(kept)))
-    _, here, there = np.intersect1d(kept, places, return_indices=True)
-    wide[:, here] = part[:, there]
-    return wide
+def _factors(M: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two factors of a matrix, with no more columns and rows between them than its rank."""
+    rows = np.abs(M).max(axis=1, initial=0.0, keepdims=True)
+    rows[rows == 0.0] = 1.0
+    columns = np.abs(M / rows).max(axis=0, initial=0.0, keepdims=True)
+    columns[columns == 0.0] = 1.0
+    U, s, Vt = np.linalg.svd(M / rows / columns, full_matrices=False)
+    r = int((s > RANK * s.max(initial=0.0)).sum())
+    return rows * U[:, :r] * s[:r], Vt[:r] * columns

@@ -14,6 +14,10 @@ _TURN = 1.0
 """Largest turn of the determinant between points of the circle, rad: half a turn would be lost."""
 _NEAR = 1e-4
 """Of the distance between points, for a derivative by a difference."""
+_SEEN = 0.5
+"""Of its distance to the circle, from where a pole is seen."""
+_USUAL = 65
+"""Points of half the circle to begin with."""
 _ROUNDS = 60
 """Halvings between points: then their distance is rounding, and a root is on the circle."""
 
@@ -28,14 +32,12 @@ def solve_triangular(T: ComplexArray, B: ComplexArray, z: ComplexArray) -> Compl
     return x.transpose(1, 0, 2)
 
 
-def windings(turn: Callable[[FloatArray], ComplexArray], poles: ComplexArray) -> int:
-    """How often a function, real on the real axis, turns around zero along the circle.
+def windings(turn: Callable[[FloatArray], ComplexArray], poles: ComplexArray, radius: float) -> int:
+    """How often a function, real on the real axis, turns around zero along a circle.
 
-    `turn` gives its logarithm, with any multiple of 2 pi i.
+    `turn` gives its logarithm at angles, with any multiple of 2 pi i.
     """
-    # It turns fast near its poles: one point opposite to each.
-    opposite = np.abs(np.angle(poles))
-    phi = np.unique(np.concatenate([[0.0, math.pi], opposite]))
+    phi = _opposite(poles, radius)
     value, slope = _with_slope(turn, phi)
     for _ in range(_ROUNDS):
         # Roots and poles come in clusters, one for each wheel, and may turn it fully between two
@@ -53,6 +55,23 @@ def windings(turn: Callable[[FloatArray], ComplexArray], poles: ComplexArray) ->
         )
     total = float(_difference(value).imag.sum())
     return round(total / math.pi)  # the lower half turns as much as the upper one
+
+
+def _opposite(poles: ComplexArray, radius: float) -> FloatArray:
+    """Angles to begin with: opposite to each pole, near which the function turns fast.
+
+    A pole is seen from half its distance to the circle on either side, so of those that lie
+    closely one is enough, and of those far inside none.
+    """
+    angle, width = np.abs(np.angle(poles)), _SEEN * np.abs(np.abs(poles) - radius)
+    usual = np.linspace(0.0, math.pi, _USUAL)
+    chosen, last = usual.tolist(), -math.inf
+    order = np.argsort(angle)
+    for phi, room in zip(angle[order].tolist(), width[order].tolist(), strict=True):
+        if phi - last > room and room < math.pi / _USUAL:
+            chosen.append(phi)
+            last = phi
+    return np.unique(chosen)
 
 
 def _with_slope(

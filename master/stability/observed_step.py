@@ -9,7 +9,8 @@ import numpy as np
 
 from railcosim.master.component import FloatArray
 from railcosim.master.schemes import Scheme
-from railcosim.master.stability.open_component import Open
+from railcosim.master.stability.open_component import TICK, Open
+from railcosim.master.stability.sampled import DIGITS, Asked, Fed
 from railcosim.master.system import System
 
 PROBE = 1e9
@@ -35,16 +36,19 @@ class ObservedStep:
         Places of the numbers that may decide the future.
     outputs : array of int
         Places of the system's outputs.
-    when : dict of str to list
-        By component: beginning (ticks) and length (s) of the steps it makes.
+    asked : dict of str to list of Asked
+        By open component: when it is looked at.
+    fed : dict of str to list of Fed
+        Likewise: the steps it makes.
     """
 
     def __init__(self, system: System, scheme: Scheme, h: float) -> None:
-        self._system, self._scheme, self._h = system, scheme, h
+        self.h = h
+        self._system, self._scheme = system, scheme
         self.opened = [c for c in system.components if isinstance(c, Open)]
         self.evaluations = 0
         for component in self.opened:
-            component.free.clear()
+            component.motion.clear()
             component.begin()
         self._stepper = scheme.start(system)
         system.begin(0.0)
@@ -62,7 +66,17 @@ class ObservedStep:
         own = next(i for i, a in enumerate(self._arrays) if a is self._rest[0][2])
         self.outputs = np.arange(self._offset[own], self._offset[own + 1])
         self._make(self._arrays)  # so that all times asked for are known
-        self.when = {c.name: [(begin, length) for begin, length, _ in c.fed] for c in self.opened}
+        self.asked = {
+            c.name: [Asked(round(tick * TICK / h, DIGITS), is_rate) for tick, is_rate in c.motion]
+            for c in self.opened
+        }
+        self.fed = {
+            c.name: [
+                Fed(round(begin * TICK / h, DIGITS), round(length / h, DIGITS))
+                for begin, length, _ in c.fed
+            ]
+            for c in self.opened
+        }
         self.n_fed = sum(3 * len(c.inputs) * len(c.fed) for c in self.opened)
         self.size = int(self._offset[-1])
 
@@ -73,10 +87,10 @@ class ObservedStep:
         changed.flat[k - self._offset[i]] = PROBE
         return self._make([*self._arrays[:i], changed, *self._arrays[i + 1 :]])
 
-    def by_free_motion(self, component: Open) -> list[Column]:
-        """What the free motion of one component does, an output and time after the other."""
+    def by_motion(self, component: Open) -> list[Column]:
+        """What the motion of one component does, an output and time after the other."""
         columns = []
-        for values in component.free.values():
+        for values in component.motion.values():
             for j in range(values.size):
                 values[j] = PROBE
                 columns.append(self._make(self._arrays))
@@ -88,7 +102,7 @@ class ObservedStep:
         state, memory = _rebuilt(self._rest, iter(arrays))
         self._system.restore_state(state)
         self._stepper.memory = memory
-        report = self._stepper.step(_WARM_UP * self._h, self._h)
+        report = self._stepper.step(_WARM_UP * self.h, self.h)
         self.evaluations = max(self.evaluations, report.evaluations)
         after = list(_arrays((self._system.save_state(), self._stepper.memory)))
         if [a.size for a in after] != self._sizes:

@@ -15,7 +15,7 @@ from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.schemes.nepce import nepce
 from railcosim.master.schemes.variants import VARIANTS
-from railcosim.master.stability.amplification import Amplifier
+from railcosim.master.stability.amplifier import Amplifier
 from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
 

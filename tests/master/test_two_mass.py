@@ -15,7 +15,7 @@ import scipy.linalg
 
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
-from railcosim.master.stability.amplification import Amplifier
+from railcosim.master.stability.amplifier import Amplifier
 
 EXAMPLE = runpy.run_path(
     str(Path(__file__).parents[2] / "examples" / "two_mass_oscillator.py"), run_name="example"

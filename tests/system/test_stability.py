@@ -14,7 +14,7 @@ from railcosim.analysis.frequency import wheelset_positions
 from railcosim.analysis.growth import Bench, Kick
 from railcosim.analysis.linear_pair import linear_parts
 from railcosim.analysis.pair import Journey, open_pair
-from railcosim.analysis.stability import RATE, Contact, Coupling, static_stiffness
+from railcosim.analysis.stability import Contact, Coupling, static_stiffness
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.files import load
 from railcosim.track.irregularity import QUALITIES, synthesise
@@ -61,9 +61,9 @@ def test_left_and_right_are_two_problems(parts) -> None:
 )
 def test_predicted_limit_is_that_of_runs(exported, parts, owner, name, parameters, tolerance):
     contact = Contact(parts, owner, stiffness(exported, parameters))
-    assert contact.rate == RATE  # coupled exactly, nothing grows
+    assert contact.exact == 0.0  # coupled exactly, nothing grows
     scheme = members()[name].scheme
-    predicted = Coupling(contact, scheme).limit().step
+    predicted = Coupling(contact, scheme).limit(longest=2e-3).fast
     nonlinear = parameters["contact.nonlinear"]
     kick = Kick(1e-8 if nonlinear else 1e-6)  # m; Hertz's law is linear for 10 N to 1e4 N
     journey = Journey(speed=SPEED, held=True, profile=kick)
@@ -72,9 +72,27 @@ def test_predicted_limit_is_that_of_runs(exported, parts, owner, name, parameter
     assert found == pytest.approx(predicted, rel=tolerance)
 
 
-def test_law_solved_in_the_master_is_stable_at_every_step(parts) -> None:
+def test_a_window_below_longer_stable_steps_is_found_and_runs_grow_in_it(exported, parts) -> None:
+    k_H, scheme = 8e9, members()["interface-jacobian-radau-2"].scheme
+    coupling = Coupling(Contact(parts, Owner.MASTER, k_H), scheme)
+    (window,) = coupling.limit(longest=2.8e-4).windows  # s
+    assert window.is_fast
+    assert window.end < 1.03 * window.begin  # steps a few per cent apart would jump over it
+    inside, outside = 0.5 * (window.begin + window.end), 1.01 * window.end
+    kick = Kick(1e-6)
+    journey = Journey(speed=SPEED, held=True, profile=kick)
+    parameters = {"contact.nonlinear": False, "contact.stiffness": k_H}
+    with open_pair(*files(exported, Owner.MASTER), parameters, journey) as pair:
+        bench = Bench(pair, kick, 1e6)
+        # Of a thousand steps: what dies away takes a tenth of them to be overgrown.
+        assert bench.growth(scheme, inside) == pytest.approx(coupling.growth(inside), rel=0.1)
+        assert bench.growth(scheme, outside, most=1500) < 0.0
+    assert coupling.growth(outside) < 0.0
+
+
+def test_law_solved_in_the_master_is_stable_at_every_step_that_is_used(parts) -> None:
     scheme = members()["interface-jacobian"].scheme
-    limit = Coupling(Contact(parts, Owner.MASTER, 1e9), scheme).limit()
+    limit = Coupling(Contact(parts, Owner.MASTER, 1e9), scheme).limit(longest=1e-3)
     assert math.isinf(limit.step)
     assert limit.evaluations == 2
 

@@ -1,0 +1,216 @@
+"""From a scheme and a system to what a step of any length does.
+
+The scheme is observed with its components open: what it asks of them is given, what it feeds them
+taken note of. Where all that moves is open, that does not depend on the length of the step but for
+the unit of time; so a scheme is observed once, and the components' own answers are put in for
+every length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from railcosim.master.component import FloatArray
+from railcosim.master.linear.modal import Modal
+from railcosim.master.linear.state_space import IndexArray
+from railcosim.master.linear_component import LinearComponent
+from railcosim.master.schemes import Scheme
+from railcosim.master.stability.amplification import Amplification
+from railcosim.master.stability.observed_step import Column, ObservedStep
+from railcosim.master.stability.open_component import Open
+from railcosim.master.stability.sampled import Asked, Fed, sampled
+from railcosim.master.system import System
+
+_UNIT = 1e-3
+"""Step at which a scheme is observed, s, if one is enough."""
+
+
+class Amplifier:
+    """Finds what a step does; made once for a scheme and a system, asked for many steps.
+
+    Parameters
+    ----------
+    system : System
+        Of linear components at rest: `LinearComponent`, `Law` of a linear law, `Open`.
+    scheme : Scheme
+        Which to observe.
+
+    Attributes
+    ----------
+    system
+        As given.
+    evaluations : int
+        How often each component was stepped in a step, at the most, so far.
+    """
+
+    def __init__(self, system: System, scheme: Scheme) -> None:
+        self.system = system
+        self.evaluations = 0
+        self._scheme = scheme
+        self._rest = system.save_state()
+        self._same = not any(isinstance(c, LinearComponent) for c in system.components)
+        self._observed: _Observed | None = None
+
+    def at(self, h: float) -> Amplification:
+        """Find what a step of length `h` (s) does.
+
+        Raises
+        ------
+        NotLinear
+            If the scheme's memory changes its form.
+        Exception
+            Whatever the scheme raises if it cannot make the step.
+        """
+        if self._observed is None or not self._same:
+            self.system.restore_state(self._rest)
+            step = ObservedStep(self.system, self._scheme, _UNIT if self._same else h)
+            self.evaluations = max(self.evaluations, step.evaluations)
+            self._observed = _observe(step)
+        return self._observed.at(h)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Observed:
+    """A step as a map of the scheme's memory m, all motions f that it asks for, and what it feeds.
+
+    m' = N m + R f + W g, w = Q m + P f + V g.
+    """
+
+    h: float
+    N: FloatArray
+    R: FloatArray
+    Q: FloatArray
+    P: FloatArray
+    W: FloatArray
+    V: FloatArray
+    outputs: IndexArray
+    moving: list[Open]
+    asked: list[list[Asked]]
+    fed: list[list[Fed]]
+    signals: FloatArray
+
+    def at(self, h: float) -> Amplification:
+        """With the components' answers within a step of `h` (s), and states that are no modes."""
+        one = self._in_units_of(h / self.h)
+        parts = [
+            sampled(c.model, h, asked, fed)
+            for c, asked, fed in zip(self.moving, self.asked, self.fed, strict=True)
+            if c.model is not None
+        ]
+        is_modal = [isinstance(c.model, Modal) for c in self.moving]
+        D = _blocks(part.D for part in parts)
+        modes = [part for part, modal in zip(parts, is_modal, strict=True) if modal]
+        states = [part for part, modal in zip(parts, is_modal, strict=True) if not modal]
+        seen = np.repeat(is_modal, [len(part.C) for part in parts]).astype(bool)
+        heard = np.repeat(is_modal, [part.G.shape[1] for part in parts]).astype(bool)
+        A, B, C = (_blocks(getattr(part, name) for part in states) for name in ("E", "G", "C"))
+        # w = P (D w + what states and modes bring) + ...: they agree within the step.
+        n, x = len(one.N), len(A)
+        bring = np.zeros((len(D), n + x))
+        bring[~seen, n:] = C
+        from_modes = np.eye(len(D))[:, seen]
+        agreed = np.linalg.inv(np.eye(len(one.P)) - one.P @ D)
+        padded = np.hstack([one.Q, np.zeros((len(one.Q), x))])
+        w_state = agreed @ (padded + one.P @ bring)
+        w_modes = agreed @ (one.P @ from_modes)
+        w_signal = agreed @ one.V
+
+        def after(w: FloatArray, f: FloatArray, own: FloatArray) -> FloatArray:
+            return np.concatenate([own[:n] + one.R @ (D @ w + f), own[n:] + B @ w[~heard]])
+
+        own = _blocks([one.N, A])
+        nothing = np.zeros((n + x, w_modes.shape[1]))
+        driven = np.concatenate([one.W, np.zeros((x, one.W.shape[1]))])
+        rows = heard & np.hstack([w_state, w_modes, w_signal]).any(axis=1)
+        kept = rows[heard]
+        return Amplification(
+            h=h,
+            N=after(w_state, bring, own),
+            R=after(w_modes, from_modes, nothing),
+            W=after(w_signal, np.zeros((len(D), one.W.shape[1])), driven),
+            Q=w_state[rows], P=w_modes[rows], V=w_signal[rows],
+            E=np.concatenate([np.zeros(0, complex), *(part.E for part in modes)]),
+            G=_blocks(part.G for part in modes)[:, kept].astype(complex),
+            C=_blocks(part.C for part in modes).astype(complex),
+            signals=h * self.signals,
+            outputs=self.outputs,
+        )  # fmt: skip
+
+    def _in_units_of(self, ratio: float) -> _Observed:
+        """The same, with time counted in seconds for another step: rates and derivatives change."""
+        rate = [
+            np.repeat([ratio if a.is_rate else 1.0 for a in asked], len(c.outputs))
+            for c, asked in zip(self.moving, self.asked, strict=True)
+        ]
+        derivative = [
+            np.tile(np.repeat(ratio ** -np.arange(3.0), len(c.inputs)), len(fed))
+            for c, fed in zip(self.moving, self.fed, strict=True)
+        ]
+        f, w = np.concatenate([np.zeros(0), *rate]), np.concatenate([np.zeros(0), *derivative])
+        return replace(
+            self, R=self.R * f, P=w[:, None] * self.P * f, Q=w[:, None] * self.Q,
+            V=w[:, None] * self.V,
+        )  # fmt: skip
+
+
+def _blocks(parts: Iterable[Any]) -> Any:
+    """Matrices along the diagonal; scipy's function takes ten times as long for two of them."""
+    matrices = list(parts)
+    shape = sum(len(m) for m in matrices), sum(m.shape[1] for m in matrices)
+    whole = np.zeros(shape, dtype=np.result_type(float, *matrices))
+    i = j = 0
+    for m in matrices:
+        whole[i : i + len(m), j : j + m.shape[1]] = m
+        i, j = i + len(m), j + m.shape[1]
+    return whole
+
+
+def _observe(step: ObservedStep) -> _Observed:
+    """All columns of the map."""
+    columns = [step.by_memory(int(k)) for k in step.memory]
+    N, Q = _stacked(columns, step)
+    # What is never seen in an output is no memory.
+    used = step.memory[_seen(N, Q, step.memory, step.outputs)]
+    kept = np.union1d(used, step.outputs)
+    N, Q = (_spread(part, step.memory, kept) for part in (N, Q))
+    moving = [c for c in step.opened if c.model is not None]
+    signals = [c for c in step.opened if c.model is None]
+    R, P = _stacked([column for c in moving for column in step.by_motion(c)], step)
+    W, V = _stacked([column for c in signals for column in step.by_motion(c)], step)
+    return _Observed(
+        h=step.h, N=N[kept], R=R[kept], Q=Q, P=P, W=W[kept], V=V,
+        outputs=np.searchsorted(kept, step.outputs), moving=moving,
+        asked=[step.asked[c.name] for c in moving], fed=[step.fed[c.name] for c in moving],
+        signals=np.array([a.when for c in signals for a in step.asked[c.name]]),
+    )  # fmt: skip
+
+
+def _stacked(columns: list[Column], step: ObservedStep) -> tuple[FloatArray, FloatArray]:
+    """Columns side by side: what they do to the memory, and to what is fed."""
+    one, two = np.zeros((step.size, len(columns))), np.zeros((step.n_fed, len(columns)))
+    for k, (memory, fed) in enumerate(columns):
+        one[:, k], two[:, k] = memory, fed
+    return one, two
+
+
+def _seen(N: FloatArray, Q: FloatArray, places: IndexArray, outputs: IndexArray) -> Any:
+    """Which columns, numbers of the memory at `places`, show in outputs or in what is fed, ever."""
+    influence = N != 0
+    seen = influence[outputs].any(axis=0) | (Q != 0).any(axis=0)
+    while True:
+        more = seen | influence[places[seen]].any(axis=0)
+        if (more == seen).all():
+            return seen
+        seen = more
+
+
+def _spread(part: FloatArray, places: IndexArray, kept: IndexArray) -> FloatArray:
+    """Columns for `kept`, zero where they are not among `places`."""
+    wide = np.zeros((len(part), len(kept)))
+    _, here, there = np.intersect1d(kept, places, return_indices=True)
+    wide[:, here] = part[:, there]
+    return wide

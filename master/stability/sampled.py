@@ -1,0 +1,146 @@
+"""What a linear model does in one step, between what it is fed and what is asked of it.
+
+A scheme asks for outputs at some times of the step, and feeds polynomials over some parts of it.
+Both are known by fractions of the step, so they are the same whatever its length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg
+
+from railcosim.master.component import FloatArray
+from railcosim.master.linear.modal import Modal
+from railcosim.master.linear.state_space import ComplexArray, StateSpace
+
+DEGREE = 2
+"""Of the polynomials that are fed."""
+
+
+DIGITS = 12
+"""To which times are told apart, in steps."""
+
+
+class Asked(NamedTuple):
+    """Outputs that a scheme looks at: when, in steps, and whether it is their rates."""
+
+    when: float
+    is_rate: bool
+
+
+class Fed(NamedTuple):
+    """Inputs over a part of a step: where it begins, and its length, in steps."""
+
+    begin: float
+    length: float
+
+    def until(self, when: float) -> float:
+        """From its end until then, in steps; negative if it ends later."""
+        return round(when - self.begin - self.length, DIGITS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sampled:
+    """A model over a step: x' = E x + G w, f = C x + D w, beside what goes straight through.
+
+    Attributes
+    ----------
+    E : array, shape (n,) or (n, n)
+        What the step does to the states; of modes a factor each, one of each conjugate pair.
+    G : array, shape (n, n_w)
+        What is fed: for each part value, first and second derivative at its beginning.
+    C : array, shape (n_f, n)
+        What is seen; of modes f is twice the real part, and a real factor counts half.
+    D : array, shape (n_f, n_w)
+        What is seen within the step of what was fed in it.
+    """
+
+    E: ComplexArray
+    G: ComplexArray
+    C: ComplexArray
+    D: FloatArray
+
+
+def sampled(
+    model: Modal | StateSpace, h: float, asked: Sequence[Asked], fed: Sequence[Fed]
+) -> Sampled:
+    """A model over a step of `h` (s)."""
+    make = _of_modes if isinstance(model, Modal) else _of_states
+    return make(model, h, asked, fed)  # type: ignore[arg-type]
+
+
+def _of_modes(model: Modal, h: float, asked: Sequence[Asked], fed: Sequence[Fed]) -> Sampled:
+    """Each mode by itself."""
+    poles = model.poles
+    one = {length: model.sampled(length * h)[1] for length in {part.length for part in fed}}
+
+    def seen(after: float, is_rate: bool) -> ComplexArray:
+        shown: ComplexArray = model.C * np.exp(poles * (after * h))
+        return shown * poles if is_rate else shown
+
+    def answer(a: Asked, part: Fed) -> FloatArray:
+        made: FloatArray = 2.0 * (seen(part.until(a.when), a.is_rate) @ one[part.length]).real
+        return made
+
+    G = [np.exp(poles * (h * part.until(1.0)))[:, None] * one[part.length] for part in fed]
+    return Sampled(
+        E=np.exp(poles * h),
+        G=np.concatenate(G, axis=1),
+        C=np.concatenate([seen(*a) for a in asked]),
+        D=_answers(answer, asked, fed, (len(model.C), (DEGREE + 1) * model.B.shape[1])),
+    )
+
+
+def _of_states(model: StateSpace, h: float, asked: Sequence[Asked], fed: Sequence[Fed]) -> Sampled:
+    """A few states, all together: they need not have modes."""
+    A = model.A.toarray()
+    times = {1.0, *(a.when for a in asked), *(part.length for part in fed)}
+    times |= {part.until(when) for part in fed for when in (1.0, *(a.when for a in asked))}
+    ordered = sorted(time for time in times if time >= 0.0)
+    free, driven = _exponentials(A, model.B, h * np.array(ordered))
+    E, one = dict(zip(ordered, free, strict=True)), dict(zip(ordered, driven, strict=True))
+    shown = {False: model.C, True: model.C @ A}
+
+    def answer(a: Asked, part: Fed) -> FloatArray:
+        made: FloatArray = shown[a.is_rate] @ E[part.until(a.when)] @ one[part.length]
+        return made
+
+    return Sampled(
+        E=E[1.0],
+        G=np.concatenate([E[part.until(1.0)] @ one[part.length] for part in fed], axis=1),
+        C=np.concatenate([shown[a.is_rate] @ E[a.when] for a in asked]),
+        D=_answers(answer, asked, fed, (len(model.C), (DEGREE + 1) * model.B.shape[1])),
+    )
+
+
+def _answers(
+    answer: Callable[[Asked, Fed], FloatArray],
+    asked: Sequence[Asked],
+    fed: Sequence[Fed],
+    shape: tuple[int, int],
+) -> FloatArray:
+    """`Sampled.D`: nothing is seen of what comes later."""
+    nothing = np.zeros(shape)
+    return np.block(
+        [[answer(a, part) if part.until(a.when) >= 0.0 else nothing for part in fed] for a in asked]
+    )
+
+
+def _exponentials(A: FloatArray, B: FloatArray, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """exp(A t), and what inputs and their derivatives add in the time t, for several of them.
+
+    Both are in the first rows of the exponential of [[A, B, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], 0].
+    """
+    n, m = B.shape
+    # Inputs are forces or motions, and one is a million times the other.
+    unit = max(float(np.abs(A).max()), 1.0) / max(float(np.abs(B).max()), 1e-300)
+    big = np.zeros((n + (DEGREE + 1) * m,) * 2)
+    big[:n, :n], big[:n, n : n + m] = A, unit * B
+    k = np.arange(n, n + DEGREE * m)
+    big[k, k + m] = 1.0
+    top = scipy.linalg.expm(times[:, None, None] * big)[:, :n]
+    return top[:, :, :n], top[:, :, n:] / unit

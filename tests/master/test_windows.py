@@ -1,0 +1,36 @@
+"""Ranges of steps with growth, found again where they are known."""
+
+import numpy as np
+import pytest
+
+from railcosim.master.stability.windows import RESOLUTION, Probe, unstable_ranges
+
+KNOWN = [  # s: just above each other, as narrow as half the distance of looks, wide, slow then fast
+    (1.0e-4, 1.03e-4, 1),
+    (1.05e-4, 1.07e-4, 2),
+    (5e-4, 5.01e-4, 2),
+    (6e-4, 7e-4, 1),
+    (7e-4, 9.9e-4, 2),
+    (3e-3, np.inf, 2),
+]
+
+
+def grade(h):
+    return next((g for begin, end, g in KNOWN if begin < h < end), 0)
+
+
+def ends(h):
+    """A determinant with a zero at each edge of a window where a mode meets its mirror image."""
+    return np.array([np.prod([(h / b - 1) * (h / e - 1) for b, e, _ in KNOWN[:3]])])
+
+
+def test_windows_are_found_whatever_their_width() -> None:
+    found = unstable_ranges(Probe(grade, ends), 2e-6, 8e-5, 1e-2)
+    assert [g for _, _, g in found] == [g for _, _, g in KNOWN]
+    for edges, known in zip(found, KNOWN, strict=True):
+        assert edges[:2] == pytest.approx(known[:2], rel=2 * RESOLUTION)
+
+
+def test_growth_at_every_step_leaves_no_stable_one() -> None:
+    assert unstable_ranges(Probe(lambda h: 2, ends), 2e-6, 8e-5, 1e-2) == [(0.0, np.inf, 2)]
+    assert unstable_ranges(Probe(lambda h: 0, lambda h: np.ones(1)), 2e-6, 8e-5, 1e-2) == []
