@@ -140,13 +140,13 @@ def command(exported, *arguments, folder):
 
 
 def test_stability_on_the_command_line(exported, tmp_path) -> None:
-    options = ("--contact-stiffness", "1e9,hertz", "--schemes", "jacobi-quadratic",
+    options = ("--contact-stiffness", "1e9,8e9", "--schemes", "interface-jacobian-hermite",
                "--out", "limits.nc", "--plot", "limits.png")  # fmt: skip
     done = command(exported, "stability", *options, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     limits = load(tmp_path / "limits.nc")
     assert limits["k_H"].size == 2
-    assert f"{1e3 * limits['jacobi-quadratic.track'].min():.3g}" in done.stdout
+    assert f"{1e3 * limits['interface-jacobian-hermite.master'].min():.3g}" in done.stdout
     assert (tmp_path / "limits.png").stat().st_size > 5000
     wrong = command(exported, "stability", "--schemes", "jakobi", folder=tmp_path)
     assert wrong.returncode == 2
