@@ -34,11 +34,20 @@ railcosim.cli.main.run()
 
 
 def test_commands_without_what_posix_alone_has(tmp_path):
-    """Export, run and frf are loaded, and parameters go out and FMUs are made."""
+    """Export, run and frf do their work."""
     (tmp_path / "t.toml").write_text(
         "[mesh]\ncells = 8\nhighest_slab_frequency = 400\nhighest_frequency = 800\n"
     )
-    command = [sys.executable, "-c", WITHOUT_POSIX, "export", "--out", "fmus", "--track", "t.toml"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert {p.suffix for p in (tmp_path / "fmus").iterdir()} == {".fmu", ".ssp"}
+    given = ["--vehicle-fmu", "fmus/Vehicle.fmu", "--track-fmu"]
+    for command in (
+        ["export", "--out", "fmus", "--track", "t.toml"],
+        ["run", "--out", "r.nc", *given, "fmus/TrackWithContact.fmu", "--time", "0.002"],
+        ["frf", "--out", "f.nc", *given, "fmus/Track.fmu", "--frequencies", "10:50:10"],
+    ):
+        done = subprocess.run(
+            [sys.executable, "-c", WITHOUT_POSIX, *command],
+            cwd=tmp_path, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+    made = {p.name for p in tmp_path.iterdir()}
+    assert {"r.nc", "f.nc", "fmus"} <= made
