@@ -267,6 +267,45 @@ def test_a_wrong_compliance_is_put_right(variant, factor) -> None:
     np.testing.assert_allclose(results[1][:-3], results[0][:-3], rtol=0, atol=6e-8)
 
 
+def test_a_compliance_that_misleads_is_measured_again() -> None:
+    """After a step with more than four evaluations: the next one takes two, as with a right one."""
+    system = three_contacts()
+    system.begin(0.0)
+    stepper = interface_jacobian(tolerance=1e-11).start(system)
+    stepper.step(0.0, 2e-3)
+    h, force, samples, ((_, G),) = stepper.memory
+    stepper.memory = (h, force, samples, ((h, 3.0 * G),))
+    assert stepper.step(2e-3, 2e-3).evaluations > 4
+    assert stepper.memory.compliances == ()
+    assert stepper.step(4e-3, 2e-3).evaluations == 2
+
+
+class Listening(LinearComponent):
+    """Remembers how the force that it is fed changes over each step it makes."""
+
+    def __init__(self, *arguments, **options) -> None:
+        super().__init__(*arguments, **options)
+        self.slopes = []
+
+    def do_step(self, t, h):
+        self.slopes.append(self._derivatives[0][0] if len(self._derivatives) else 0.0)
+        super().do_step(t, h)
+
+
+def test_a_trial_is_made_with_the_mean_force_alone() -> None:
+    """A line continued from the last step would be far off after a blow."""
+    system = joined(kind=Listening)
+    system.begin(0.0)
+    stepper = interface_jacobian(variant=RADAU_2).start(system)
+    stepper.step(0.0, 0.05)
+    left = system.components[0]
+    left.slopes.clear()
+    stepper.step(0.05, 0.05)
+    trial, final = np.array_split(left.slopes, 2)
+    assert (trial == 0.0).all()
+    assert (np.abs(final) > 1.0).all()  # N/s; the force swings by tens of N in half a second
+
+
 def test_giving_up_is_an_error() -> None:
     """It says how far it got, and what to do."""
     system = three_contacts()

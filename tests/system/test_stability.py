@@ -14,7 +14,7 @@ from railcosim.analysis.frequency import wheelset_positions
 from railcosim.analysis.growth import Bench, Kick
 from railcosim.analysis.linear_pair import linear_parts
 from railcosim.analysis.pair import Journey, open_pair
-from railcosim.analysis.stability import Contact, Coupling, static_stiffness
+from railcosim.analysis.stability import FAST, RATE, Contact, Coupling, static_stiffness
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.files import load
 from railcosim.track.irregularity import QUALITIES, synthesise
@@ -88,6 +88,15 @@ def test_a_window_below_longer_stable_steps_is_found_and_runs_grow_in_it(exporte
         assert bench.growth(scheme, inside) == pytest.approx(coupling.growth(inside), rel=0.1)
         assert bench.growth(scheme, outside, most=1500) < 0.0
     assert coupling.growth(outside) < 0.0
+
+
+def test_slow_growth_is_growth(parts) -> None:
+    """A scheme drives the least damped mode of the track a little, long before anything is seen."""
+    coupling = Coupling(Contact(parts, Owner.VEHICLE, 1e9), members()["jacobi-linear"].scheme)
+    h = 4.5e-5  # s
+    assert RATE < coupling.growth(h) < FAST
+    assert not coupling.is_stable(h)
+    assert coupling.is_stable(h / 2)
 
 
 def test_law_solved_in_the_master_is_stable_at_every_step_that_is_used(parts) -> None:
