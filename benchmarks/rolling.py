@@ -2,8 +2,9 @@
 
 250 km/h over german-low, Hertz. The error is RMS over that of the forces' deviation from rest. The
 reference is the pair with the contact in the track, steps of 0.01 and 0.02 ms extrapolated to none;
-it shares nothing with schemes that have the contact in the master but the bodies. Cost is the least of
-many short blocks of steps, a simulated second, over that of the first scheme at its first step.
+it shares nothing with schemes that have the contact in the master but the bodies. Cost is that of a
+simulated second, by the least of many short blocks of steps, over the first scheme's at its first
+step.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/rolling.py [FOLDER_WITH_FMUS]
 """
