@@ -158,7 +158,10 @@ def in_ms(step: float) -> str:
     """A largest stable step for a table, ms."""
     if math.isinf(step):
         return f"> {1e3 * LONGEST:g}"
-    return f"{1e3 * step:.3g}" if step > 0.0 else "none"
+    if step <= 0.0:
+        return "none"
+    digit = 10.0 ** (math.floor(math.log10(1e3 * step)) - 2)
+    return f"{math.floor(1e3 * step / digit) * digit:.3g}"  # rounded down: a limit is no more
 
 
 def _reach(limit: Limit) -> str:

@@ -15,6 +15,7 @@ from railcosim.analysis.growth import Bench, Kick
 from railcosim.analysis.linear_pair import linear_parts
 from railcosim.analysis.pair import Journey, open_pair
 from railcosim.analysis.stability import FAST, RATE, Contact, Coupling, static_stiffness
+from railcosim.cli.stability_command import in_ms
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.files import load
 from railcosim.track.irregularity import QUALITIES, synthesise
@@ -155,7 +156,7 @@ def test_stability_on_the_command_line(exported, tmp_path) -> None:
     assert done.returncode == 0, done.stderr
     limits = load(tmp_path / "limits.nc")
     assert limits["k_H"].size == 2
-    assert f"{1e3 * limits['interface-jacobian-hermite.master'].min():.3g}" in done.stdout
+    assert f"{in_ms(float(limits['interface-jacobian-hermite.master'].min()))}" in done.stdout
     assert (tmp_path / "limits.png").stat().st_size > 5000
     wrong = command(exported, "stability", "--schemes", "jakobi", folder=tmp_path)
     assert wrong.returncode == 2
