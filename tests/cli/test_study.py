@@ -55,7 +55,8 @@ def test_study_on_a_scheduler_and_then_here(folder, scheduler) -> None:
     points = {path: path.stat().st_mtime_ns for path in (folder / "grid/points").iterdir()}
     assert len(points) == 6
     first = load(folder / "grid/study.nc")
-    assert (first["error"] < 0.2).all()
+    # Inputs held over 0.1 ms, the worst of them, leave a fifth over so short a ride.
+    assert (first["error"] < 0.3).all()
 
     more = study(
         *common, "--steps", "2e-4,1e-4,5e-5", "--plot", "orders.svg", folder=folder
@@ -67,8 +68,10 @@ def test_study_on_a_scheduler_and_then_here(folder, scheduler) -> None:
     assert table.sizes["step"] == 3
     assert (table["error"].sel(step=first["step"]) == first["error"]).all()
     orders = table["observed_order"].isel(owner=0, contact=0).values
-    # Three steps from 0.2 ms on: first order is not all asymptotic yet (measured 0.95 at least).
-    assert orders == pytest.approx([1, 2, 3], abs=0.15)
+    # Steps from 0.2 ms on are too long for held inputs to show their order: none is told then.
+    assert np.isnan(orders[0])
+    # Nor is the rest all asymptotic yet (measured 2.96).
+    assert orders[1:] == pytest.approx([2, 3], abs=0.15)
     assert "relative error of contact forces" in (folder / "orders.svg").read_text()
 
 
