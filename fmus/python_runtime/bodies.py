@@ -192,7 +192,7 @@ class VehicleBody:
 
     def end_compliance(self, shapes: Shapes, c: Coefficients) -> FloatArray:
         """See `Body`."""
-        G = ((shapes.out * c.P1) @ shapes.into.T).real - c.h**2 / 6 * self._rigid @ self._rigid.T
+        G = ((shapes.out * c.P1) @ shapes.into.T).real - c.R1 * self._rigid @ self._rigid.T
         return np.tile(G, (2, 2))
 
     def rest(self, height: FloatArray) -> State:

@@ -114,7 +114,8 @@ class Mover:
 
         A step is one exact step of the modes where forces come from outside and no wheel moves;
         otherwise it is cut into internal steps, over each of which the forces on the modes go
-        along a parabola or, where the body's own contacts make them, along a line.
+        along a parabola or, where the body's own contacts make them, are held at the mean of both
+        ends: along a line, a stiff contact would drive some modes to grow.
         """
         outside = isinstance(self.forces, FromOutside)
         one = outside and np.array_equal(start.position, end.position)
@@ -145,5 +146,6 @@ class Mover:
         if h not in self._known:
             if len(self._known) >= 8:  # a master with varying steps must not fill the memory
                 self._known.clear()
-            self._known[h] = coefficients(self.body.poles, h)
+            own = isinstance(self.forces, OwnContact)
+            self._known[h] = coefficients(self.body.poles, h, held=own)
         return self._known[h]

@@ -40,9 +40,10 @@ class Drive:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """s1 = E s0 + P0 g0 + P1 g1 + Q q for s' = lambda s + g.
+    """s1 = E s0 + P0 g0 + P1 g1 + Q q for s' = lambda s + g; r1 = ... + R0 g0 + R1 g1 for r'' = g.
 
-    In a step h, g goes from g0 to g1 along a line, with a bulge of q in the middle.
+    In a step h, g goes from g0 to g1 along a line, with a bulge of q in the middle; or it is held
+    at the mean of both.
     """
 
     h: float
@@ -50,10 +51,12 @@ class Coefficients:
     P0: ComplexArray
     P1: ComplexArray
     Q: ComplexArray
+    R0: float
+    R1: float
 
 
-def coefficients(poles: ComplexArray, h: float) -> Coefficients:
-    """Exact coefficients of one step.
+def coefficients(poles: ComplexArray, h: float, *, held: bool = False) -> Coefficients:
+    """Exact coefficients of one step, of forces along a line or held at their mean.
 
     References
     ----------
@@ -66,8 +69,10 @@ def coefficients(poles: ComplexArray, h: float) -> Coefficients:
     phi1: ComplexArray = np.where(small, _series(z, 1), np.expm1(safe) / safe)
     phi2: ComplexArray = np.where(small, _series(z, 2), (phi1 - 1) / safe)
     phi3: ComplexArray = np.where(small, _series(z, 3), (phi2 - 0.5) / safe)
+    end, share = (phi1 / 2, 1 / 4) if held else (phi2, 1 / 6)
     return Coefficients(
-        h=h, E=E, P0=h * (phi1 - phi2), P1=h * phi2, Q=4 * h * (phi2 - 2 * phi3)
+        h=h, E=E, P0=h * (phi1 - end), P1=h * end, Q=4 * h * (phi2 - 2 * phi3),
+        R0=h**2 * (1 / 2 - share), R1=h**2 * share,
     )  # fmt: skip
 
 
@@ -80,18 +85,18 @@ def _series(z: ComplexArray, k: int) -> ComplexArray:
 
 
 def free_step(c: Coefficients, state: State, start: Drive) -> State:
-    """The step with a force falling from `start` to nothing."""
+    """The step with what `start` does to it."""
     return State(
         c.E * state.s + c.P0 * start.s,
-        state.r + c.h * state.v + (c.h**2 / 3) * start.r,
+        state.r + c.h * state.v + c.R0 * start.r,
         state.v + (c.h / 2) * start.r,
     )
 
 
 def add_end(c: Coefficients, state: State, end: Drive) -> None:
-    """Add, in place, the effect of a force rising from nothing to `end`."""
+    """Add, in place, what `end` does."""
     state.s += c.P1 * end.s
-    state.r += (c.h**2 / 6) * end.r
+    state.r += c.R1 * end.r
     state.v += (c.h / 2) * end.r
 
 

@@ -54,20 +54,24 @@ static void phi_functions(Complex z, Complex phi[4])
 void coefficients_make(Coefficients *c, const Model *model, double h)
 {
     const size_t n = model->modes;
+    const int held = model->contact_sign != 0;
     for (size_t r = 0; r < n; r++) {
         const Complex z = {model->pole.re[r] * h, model->pole.im[r] * h};
         Complex phi[4];
         phi_functions(z, phi);
         c->E[r] = phi[0].re;
         c->E[n + r] = phi[0].im;
-        c->P0[r] = h * (phi[1].re - phi[2].re);
-        c->P0[n + r] = h * (phi[1].im - phi[2].im);
-        c->P1[r] = h * phi[2].re;
-        c->P1[n + r] = h * phi[2].im;
+        const Complex end = {held ? phi[1].re / 2 : phi[2].re, held ? phi[1].im / 2 : phi[2].im};
+        c->P0[r] = h * (phi[1].re - end.re);
+        c->P0[n + r] = h * (phi[1].im - end.im);
+        c->P1[r] = h * end.re;
+        c->P1[n + r] = h * end.im;
         c->Q[r] = 4 * h * (phi[2].re - 2 * phi[3].re);
         c->Q[n + r] = 4 * h * (phi[2].im - 2 * phi[3].im);
     }
     c->h = h;
+    c->R0 = held ? h * h / 4 : h * h / 3;
+    c->R1 = held ? h * h / 4 : h * h / 6;
 }
 
 /* Displacements and velocities of the rigid coordinates. */
@@ -92,14 +96,14 @@ void step_free(const Body *body, const Coefficients *c, const double *x, const d
         next[2 * n + j] = r[j] + c->h * v[j];
         next[2 * n + m->rigid + j] = v[j];
     }
-    add_rigid(m, c->h * c->h / 3, c->h / 2, g0, next);
+    add_rigid(m, c->R0, c->h / 2, g0, next);
 }
 
 void step_add_end(const Body *body, const Coefficients *c, const double *g1, double *next)
 {
     const size_t n = body->model->modes;
     body->kernels->add(n, c->P1, c->P1 + n, g1, g1 + n, next, next + n);
-    add_rigid(body->model, c->h * c->h / 6, c->h / 2, g1, next);
+    add_rigid(body->model, c->R1, c->h / 2, g1, next);
 }
 
 void step_add_bulge(const Body *body, const Coefficients *c, const double *q, double *next)

@@ -99,7 +99,7 @@ int motion_forces_at_end(Motion *motion, const Coefficients *c, const Inputs *no
     double G[WHEELS * WHEELS], z[WHEELS], gap[WHEELS], delta[WHEELS];
     const Shapes *shapes = body_shapes(&motion->body, now->position);
     /* Displacement at the end of a step per force at its end. */
-    body_compliance(&motion->body, shapes, c->P1, c->h * c->h / 6, G);
+    body_compliance(&motion->body, shapes, c->P1, c->R1, G);
     body_observe(&motion->body, shapes, x, z);
     for (size_t k = 0; k < WHEELS; k++) {
         gap[k] = m->contact_sign * (z[k] - now->load[k]);

@@ -52,7 +52,7 @@ const Coefficients *motion_coefficients(Motion *motion, double h);
 int motion_still(const InputPath *path);
 /* Into how many internal steps a step is cut: one that is exact where forces come from outside and
    no wheel moves; otherwise some over each of which the forces on the modes go along a parabola
-   or, where the body's own contacts make them, along a line. */
+   or, where the body's own contacts make them, are held at their mean. */
 double motion_internal_steps(const Motion *motion, int is_still, double h);
 /* Generalised forces of contact forces. */
 void motion_drive(Motion *motion, const Shapes *shapes, const double force[WHEELS], double *g);

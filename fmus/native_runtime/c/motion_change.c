@@ -123,7 +123,7 @@ static const char *end_change(Motion *motion, const Coefficients *c, const Input
     memcpy(dforce, change->load, WHEELS * sizeof(double));
     if (body->model->contact_sign != 0) {
         double G[WHEELS * WHEELS], z[WHEELS], dz[WHEELS];
-        body_compliance(body, shapes, c->P1, c->h * c->h / 6, G);
+        body_compliance(body, shapes, c->P1, c->R1, G);
         body_observe(body, shapes, x, z);
         motion_observe_change(motion, shapes, slope, x, dx, dz);
         balance_change(motion, G, z, now->load, dz, change->load, dforce);
