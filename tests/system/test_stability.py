@@ -181,3 +181,18 @@ def test_advice_on_the_command_line(exported, tmp_path) -> None:
     assert float(advice["error"].max()) <= 1e-2
     assert (np.diff(advice["cost"]) >= 0).all()  # cheapest first
     assert (tmp_path / "a.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize(("owner", "step"), [(Owner.TRACK, 1e-4), (Owner.VEHICLE, 5e-6)])
+def test_nothing_grows_inside_the_owner_of_a_stiff_contact(exported, owner, step) -> None:
+    """With the default internal step and 8 GN/m, wheels kicked against each other come to rest.
+
+    With forces along a line over the internal step, those of the track grew by over 200/s.
+    """
+    kick = Kick(1e-6)
+    journey = Journey(speed=50.0, held=True, profile=kick)
+    stiff = {"contact.nonlinear": False, "contact.stiffness": 8e9}
+    with open_pair(*files(exported, owner), stiff, journey) as pair:
+        bench = Bench(pair, kick, 1e6)
+        scheme = members()["gauss-seidel-linear-vehicle-first"].scheme
+        assert bench.growth(scheme, step, 3000) < 0.0
