@@ -33,6 +33,9 @@ step, 2.4 for noise without memory, less for all that the steps resolve."""
 DISAGREE = 0.7
 """RMS of the change by another step, over that of the dynamic part: nothing is known of it any
 more. It is above 1 between two runs that both are noise of the coupling."""
+MADE = 2.0
+"""Likewise, where shorter steps show the sign too: signals of one size differ by twice it at most,
+so beyond that most of what moves was made by the coupling."""
 WINDOW, STEPS = 0.1, 50
 """Length of what is compared at once: s, and steps. A contact's bounce lasts some ms."""
 HALVINGS, SHORTEST = 10, 5e-6
@@ -162,7 +165,12 @@ def _over_first(
                 )
             if not signs_of(other).texts:
                 return _condemned(signs, change, shorter, where)
-            if before is not None and _difference(before, other, signs, window)[0] <= DISAGREE:
+            settled = (
+                before is not None and _difference(before, other, signs, window)[0] <= DISAGREE
+            )
+            if settled and change > MADE:
+                return _condemned(signs, change, shorter, where)
+            if settled:
                 return Verdict(
                     believed=True,
                     reason=f"{signs}; so it is with shorter steps, but this one is too long: the "

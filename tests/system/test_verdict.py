@@ -74,7 +74,7 @@ def test_on_the_command_line(exported, tmp_path, options, status) -> None:
     done = subprocess.run(
         [sys.executable, "-c", "from railcosim.cli.main import run; run()", "run",
          "--vehicle-fmu", fmus[0], "--track-fmu", fmus[1], "--out", tmp_path / "run.nc",
-         "--step", "5e-3", "--time", "0.1", *options],
+         "--scheme", "jacobi", "--step", "5e-3", "--time", "0.1", *options],
         env={**os.environ, "COLUMNS": "200"}, capture_output=True, text=True, timeout=300,
         check=False,
     )  # fmt: skip
