@@ -30,6 +30,8 @@ from railcosim.vehicle.parameters import Vehicle
 distributed = pytest.importorskip("distributed")
 from railcosim.analysis.cluster import ClusterError, connect, measured  # noqa: E402
 
+pytestmark = pytest.mark.slow  # converged references for every case
+
 STIFF = Contact(label="1e9", parameters={"contact.nonlinear": False, "contact.stiffness": 1e9})
 STOP, LONG = 0.02, 0.05
 

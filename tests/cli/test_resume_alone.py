@@ -14,6 +14,8 @@ from railcosim.master.checkpoint import CheckpointError, CheckpointWarning, opti
 from railcosim.master.files import load
 from railcosim.track.irregularity import synthesise, write_profile
 
+pytestmark = pytest.mark.slow  # each a command that is killed and resumed
+
 CHECKPOINT = ["--checkpoint", "c", "--every", "0.005"]
 
 

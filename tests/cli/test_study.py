@@ -15,6 +15,8 @@ from railcosim.cli.main import run
 from railcosim.master.files import load
 from railcosim.parameters import write_toml
 
+pytestmark = pytest.mark.slow  # grids of runs on workers, a minute and more
+
 distributed = pytest.importorskip("distributed")
 
 COMMAND = [sys.executable, "-c", "from railcosim.cli.main import run; run()"]

@@ -10,6 +10,8 @@ from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.track.irregularity import QUALITIES, Profile
 
+pytestmark = pytest.mark.slow  # a run in time and a frequency response on the same dip
+
 SPEED = 130.0  # m/s, so that a short run sees all wheelsets over it
 K_H, STEP, STOP = 1e9, 1e-4, 0.2
 AT, WIDTH, DEPTH = 4.0, 0.4, 1e-4  # m, of a Gaussian

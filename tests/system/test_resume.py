@@ -13,6 +13,8 @@ import pytest
 from railcosim.master.checkpoint import results_of
 from railcosim.master.files import load
 
+pytestmark = pytest.mark.slow  # kill -9 in mid-run, and again from the start
+
 JOB = Path(__file__).with_name("killed_pair.py")
 
 

@@ -20,6 +20,10 @@ from railcosim.master.cosimulation import cosimulate
 from railcosim.master.files import load
 from railcosim.track.irregularity import QUALITIES, synthesise
 
+pytestmark = (
+    pytest.mark.slow
+)  # limits searched, and runs of thousands of steps to hold them against
+
 SPEED = 250 / 3.6  # m/s
 LINEAR = {"contact.nonlinear": False, "contact.stiffness": 1e9}
 HERTZ = {"contact.nonlinear": True}

@@ -16,6 +16,8 @@ from railcosim.master.files import load
 from railcosim.track.irregularity import synthesise
 from railcosim.track.irregularity.defects import wheel_flat
 
+pytestmark = pytest.mark.slow  # runs repeated with ever shorter steps
+
 SPEED = 250 / 3.6  # m/s
 
 
