@@ -47,29 +47,6 @@ class RingModes:
         """Modes that take part with a weight; partners, having one pole, have one weight."""
         return replace(self, shapes=self.shapes * np.sqrt(weight))
 
-    def receptance(self, omega: FloatArray, out: ComplexArray, inp: ComplexArray) -> ComplexArray:
-        """Sum over modes and their conjugates, for given shape values.
-
-        Parameters
-        ----------
-        omega : array, shape (n_omega,)
-            rad/s.
-        out : array, shape (n_out, n)
-            Shapes at the observed points.
-        inp : array, shape (n_in, n)
-            Shapes at the loaded points.
-
-        Returns
-        -------
-        array, shape (n_omega, n_out, n_in)
-            m/N.
-        """
-        s = 1j * np.asarray(omega)[:, None]
-        b = inp[:, self.partner].T
-        direct: ComplexArray = (out / (s - self.poles)[:, None, :]) @ b
-        conjugate = (out.conj() / (s - self.poles.conj())[:, None, :]) @ b.conj()
-        return 0.5 * (direct + conjugate)
-
 
 def ring_modes(cell: Cell, highest_frequency: float) -> RingModes:
     """Complex modes of the ring of `cell.track.mesh.cells` cells, below a frequency.

@@ -34,6 +34,16 @@ def test_mass_and_symmetry():
     assert up @ BODY.M @ up == pytest.approx(M_C + 2 * M_T + 4 * M_W, rel=1e-14)  # rounding
 
 
+def test_springs_and_dampers_of_the_bounce():
+    """Two secondary suspensions a bogie, two primary ones an axle, in stiffness as in damping."""
+    for A, secondary, primary in ((BODY.K, K_S, K_P), (BODY.C, C_S, C_P)):
+        carbody, bogie, axle = (index(n) for n in ("carbody.z", "bogie[1].z", "wheelset[1].z"))
+        assert A[carbody, carbody] == pytest.approx(2 * secondary, rel=1e-14)  # rounding
+        assert A[bogie, bogie] == pytest.approx(secondary + 2 * primary, rel=1e-14)
+        assert A[axle, axle] == pytest.approx(primary, rel=1e-14)
+        assert A[carbody, bogie] == pytest.approx(-secondary, rel=1e-14)
+
+
 def test_static_wheel_load():
     assert BODY.wheel_load == pytest.approx((M_C + 2 * M_T + 4 * M_W) * 9.81 / 8, rel=1e-14)
     assert BODY.wheel_load == pytest.approx(79e3, rel=5e-3)  # the paper rounds to kN
