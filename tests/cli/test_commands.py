@@ -103,7 +103,7 @@ def test_an_interrupted_run_keeps_what_it_had(fmus, tmp_path) -> None:
         [*COMMAND, *map(str, arguments)], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
         env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
     )  # fmt: skip
-    time.sleep(12)  # imports and the start take two on a quiet machine; the run takes minutes
+    time.sleep(25)  # imports and the start take two on a quiet machine; the run takes minutes
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 1
