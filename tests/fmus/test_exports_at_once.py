@@ -10,11 +10,11 @@ from railcosim.fmus.content import contents
 from railcosim.fmus.export import MixedExport, NativeRuntime, packed
 from railcosim.vehicle.parameters import Vehicle
 
+pytestmark = pytest.mark.slow  # four processes export everything at once
+
 # Another process that exports, again and again, when it is told to.
 EXPORTS = """import pickle, sys; from pathlib import Path
 from railcosim.fmus.export import packed
-
-pytestmark = pytest.mark.slow  # four processes export everything at once
 made = pickle.loads(Path(sys.argv[1]).read_bytes())
 print("ready", flush=True)
 sys.stdin.readline()
