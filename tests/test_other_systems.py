@@ -18,6 +18,7 @@ for name in ("fork", "getuid", "geteuid", "killpg", "setsid", "sched_getaffinity
              "O_DIRECTORY", "O_NOFOLLOW"):
     if hasattr(os, name):
         delattr(os, name)
+os.process_cpu_count = os.cpu_count  # of 3.13; on POSIX it asks sched_getaffinity
 for name in ("SIGKILL", "SIGHUP", "SIGALRM", "setitimer", "pthread_sigmask"):
     if hasattr(signal, name):
         delattr(signal, name)

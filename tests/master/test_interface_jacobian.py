@@ -170,8 +170,10 @@ def test_hertz_with_loss_of_contact_creates_no_energy(variant, step) -> None:
     )
     assert (compression < 0).mean() > 0.2  # it does fly
     assert (compression > 0).any()
-    # 1e-2 of a blow may be won or lost where the contact opens within a step (`_GAUSS`).
-    assert energy.max() < 1.03 * energy[0]
+    # 1e-2 of a blow may be won or lost where the contact opens within a step (`_GAUSS`), and the
+    # path of blows is chaotic: of 60 starts 1e-9 apart, the luckiest had won 4 % after 5 s. What
+    # creates energy wins more: Hermite 2400 %, Radau-2 170000 % at 10 ms.
+    assert energy.max() < 1.1 * energy[0]
 
 
 @pytest.mark.parametrize(
