@@ -1,7 +1,7 @@
 """Do the tests notice? Each mutant of `mutants.toml` is one wrong line; a test must fail for it.
 
 A mutant's own tests run first, in a copy of the tree; if they all pass, every test runs. One that
-none notices has survived: a test is missing. Those that change nothing that could be seen say why.
+none notices has survived: a test is missing. The test that failed must pass without the mutant.
 
     python benchmarks/mutants.py [--jobs 2] [--only WORD] [--own] [--out mutants.csv]
 """
@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import argparse
 import csv
+import json
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import tomllib
 from collections.abc import Iterator
@@ -28,7 +30,7 @@ from rich.console import Console
 HOME = Path(__file__).parents[1]
 LONGEST = 900.0  # s; a mutant that makes tests hang is noticed, by whoever waits
 PASSED, FAILED = 0, 1  # pytest's exit statuses; any other says that it could not test
-KILLED, SURVIVED = "killed", "SURVIVED"
+KILLED, SURVIVED, ANYWAY = "killed", "SURVIVED", "FAILS ANYWAY"  # ... without the mutant too
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,19 +43,28 @@ class Mutant:
     tests: list[str]
     what: str
 
-    def apply(self, tree: Path) -> None:
-        """Change the file; the old text must stand there once, or the list is out of date."""
-        path = tree / self.file
-        text = path.read_text(encoding="utf-8")
+    def mutated(self) -> str:
+        """Text of the file changed; the old one must stand there once, or the list is out of date.
+
+        Raises
+        ------
+        ValueError
+            If it does not.
+        """
+        text = (HOME / self.file).read_text(encoding="utf-8")
         if text.count(self.old) != 1:
             raise ValueError(f"{self.file}: {text.count(self.old)} times, not once: {self.old!r}")
-        path.write_text(text.replace(self.old, self.new), encoding="utf-8")
+        return text.replace(self.old, self.new)
 
 
-def tracked() -> list[str]:
-    """Files of the project."""
-    listed = subprocess.run(["git", "ls-files"], cwd=HOME, check=True, capture_output=True)
-    return listed.stdout.decode().splitlines()
+@dataclass(frozen=True, kw_only=True)
+class Fate:
+    """What became of a mutant: by which test, and how long that took (s)."""
+
+    mutant: Mutant
+    fate: str
+    by: str
+    seconds: float
 
 
 @contextmanager
@@ -71,9 +82,14 @@ def copied(files: list[str]) -> Iterator[Path]:
         yield tree
 
 
-def tested(tree: Path, where: list[str]) -> int:
-    """Run tests in a tree until one fails; pytest's exit status."""
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
+def tested(tree: Path, where: list[str]) -> tuple[int, list[str]]:
+    """Run tests in a tree until one fails: pytest's exit status, and the one that failed.
+
+    Where a crash or the time limit leaves no name, all of `where`.
+    """
+    cache = tree / ".pytest_cache"
+    shutil.rmtree(cache, ignore_errors=True)
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-o", f"cache_dir={cache}"]
     command += ["-m", "not importers", *where]  # also those that are slow
     environment = {
         **os.environ,
@@ -86,59 +102,80 @@ def tested(tree: Path, where: list[str]) -> int:
             command, cwd=tree, env=environment, capture_output=True, timeout=LONGEST, check=False
         )
     except subprocess.TimeoutExpired:
-        return FAILED
+        return FAILED, where
     if run.returncode not in (PASSED, FAILED):
         # A mutant that no module can be imported with, or that crashes the process, is noticed.
         text = (run.stdout + run.stderr).decode(errors="replace")
         if "no tests ran" in text or "file or directory not found" in text:
             raise ValueError(f"cannot test {' '.join(where)}: {text.strip()[-300:]}")
-        return FAILED
-    return run.returncode
+    if run.returncode == PASSED:
+        return PASSED, []
+    named = cache / "v" / "cache" / "lastfailed"
+    return FAILED, list(json.loads(named.read_text())) if named.exists() else where
 
 
-def judged(mutant: Mutant, files: list[str], *, own: bool) -> tuple[str, float]:
-    """Whether a mutant is noticed, and how long that took (s)."""
-    begun = time.monotonic()
-    with copied(files) as tree:
-        mutant.apply(tree)
-        places = [mutant.tests] if own else [mutant.tests, ["tests"]]
-        noticed = any(tested(tree, place) == FAILED for place in places)
-    return KILLED if noticed else SURVIVED, time.monotonic() - begun
+class Trial:
+    """Tries mutants in copies of the tree, and what failed for them in a copy without any."""
 
+    def __init__(self, *, own: bool) -> None:
+        listed = subprocess.run(["git", "ls-files"], cwd=HOME, check=True, capture_output=True)
+        self._files = listed.stdout.decode().splitlines()
+        self._own = own
+        self._sound: dict[str, bool] = {}  # tests, and whether they pass without any mutant
+        self._one = threading.Lock()
 
-def check_unchanged(mutants: list[Mutant], files: list[str]) -> None:
-    """See that the tests pass without any mutant: else all would count as killed."""
-    where = sorted({place for mutant in mutants for place in mutant.tests})
-    with copied(files) as tree:
-        if tested(tree, where) != PASSED:
-            raise SystemExit(f"tests fail without any mutant: pytest {' '.join(where)}")
+    def judge(self, mutant: Mutant) -> Fate:
+        """Whether a mutant is noticed, and by what."""
+        begun = time.monotonic()
+        fate, names = SURVIVED, list[str]()
+        with copied(self._files) as tree:
+            (tree / mutant.file).write_text(mutant.mutated(), encoding="utf-8")
+            for where in [mutant.tests] if self._own else [mutant.tests, ["tests"]]:
+                status, names = tested(tree, where)
+                if status == FAILED:
+                    fate = KILLED if self._pass_without(names) else ANYWAY
+                    break
+        by = " ".join(names)
+        return Fate(mutant=mutant, fate=fate, by=by, seconds=time.monotonic() - begun)
+
+    def _pass_without(self, names: list[str]) -> bool:
+        key = " ".join(names)
+        with self._one:  # each is asked for once
+            if key not in self._sound:
+                with copied(self._files) as tree:
+                    self._sound[key] = tested(tree, names)[0] == PASSED
+            return self._sound[key]
 
 
 def main() -> None:
-    """Try all mutants of the list, print what became of each, and how many lived."""
+    """Try all mutants of the list, write what became of each as it is known, and how many lived."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--jobs", type=int, default=2, help="trees tested at once")
     options.add_argument("--only", default="", help="those with this word in file or text")
     options.add_argument("--own", action="store_true", help="their own tests only")
-    options.add_argument("--out", type=Path, help="the table, CSV")
+    options.add_argument("--out", type=Path, default=os.devnull, help="the table, CSV")
     given = options.parse_args()
     listed = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
     mutants = [Mutant(**m) for m in listed["mutant"] if given.only in f"{m['file']} {m['what']}"]
-    files, console = tracked(), Console()
-    check_unchanged(mutants, files)
-    rows = []
-    with ThreadPoolExecutor(given.jobs) as pool:
-        tasks = {pool.submit(judged, m, files, own=given.own): m for m in mutants}
-        for task in as_completed(tasks):
-            mutant, (fate, seconds) = tasks[task], task.result()
-            rows.append((fate, mutant.file, mutant.what, f"{seconds:.0f}"))
-            console.print(f"{fate:9}{mutant.file}: {mutant.what} ({seconds:.0f} s)", markup=False)
-    if given.out:
-        with given.out.open("w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows([("fate", "file", "mutant", "seconds"), *sorted(rows)])
-    alive = sum(fate == SURVIVED for fate, *_ in rows)
-    console.print(f"{len(rows)} mutants: {len(rows) - alive} killed, {alive} survived")
-    sys.exit(1 if alive else 0)
+    for mutant in mutants:
+        mutant.mutated()  # before hours are spent
+    trial, console, fates = Trial(own=given.own), Console(), list[str]()
+    with (
+        given.out.open("w", newline="", encoding="utf-8") as file,
+        ThreadPoolExecutor(given.jobs) as pool,
+    ):
+        table = csv.writer(file)
+        table.writerow(["fate", "file", "mutant", "by", "seconds"])
+        for task in as_completed([pool.submit(trial.judge, m) for m in mutants]):
+            one = task.result()
+            fates.append(one.fate)
+            row = [one.fate, one.mutant.file, one.mutant.what, one.by, f"{one.seconds:.0f}"]
+            table.writerow(row)
+            file.flush()
+            console.print("{}  {}: {} ({}, {} s)".format(*row), markup=False)
+    killed = fates.count(KILLED)
+    console.print(f"{len(fates)} mutants: {killed} killed, {len(fates) - killed} not")
+    sys.exit(0 if killed == len(fates) else 1)
 
 
 if __name__ == "__main__":
