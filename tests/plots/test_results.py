@@ -1,0 +1,49 @@
+"""Units on the axes of results: numbers that a label's unit must fit."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from railcosim.plots.results import response_chart, run_chart
+
+
+def panels(chart):
+    return {row[0].y_label: row[0] for row in chart.rows}
+
+
+def test_a_run_is_drawn_in_the_units_of_its_axes() -> None:
+    """79 kN of contact force, a wheel 1.5 mm down, 0.2 m/s2: in SI in the file."""
+    values = {
+        "wheelset[1].left.force_z": 79e3, "wheelset[4].left.force_z": 78e3,
+        "wheelset[1].left.wheel_z": 1.5e-3, "wheelset[1].left.rail_z": 1e-3,
+        "bogie[2].az": 0.3, "carbody.az": 0.2,
+    }  # fmt: skip
+    run = xr.Dataset({k: ("time", [v, v]) for k, v in values.items()}, {"time": [0.0, 1.0]})
+    shown = {
+        label: {c.name: c.y[-1] for c in panel.curves}
+        for label, panel in panels(run_chart(run)).items()
+    }
+    expected = {
+        "contact force, left (kN)": {"wheelset[1]": 79, "wheelset[4]": 78},
+        "down (mm)": {"wheelset[1].left.wheel_z": 1.5, "wheelset[1].left.rail_z": 1.0},
+        "bogie acceleration (m/s²)": {"bogie[2].az": 0.3},
+        "car body acceleration (m/s²)": {"carbody.az": 0.2},
+    }
+    assert shown == {label: pytest.approx(curves) for label, curves in expected.items()}
+
+
+@pytest.mark.parametrize(
+    ("excitation", "per"), [("irregularity_z", "m"), ("wheelset[2].rail_force_z", "N")]
+)
+def test_a_response_is_per_unit_of_what_excites(excitation, per) -> None:
+    values = {"carbody.z": [3 + 4j, 0j], "wheelset[1].left.force_z": [1j, 2j]}
+    frf = xr.Dataset(
+        {name: ("frequency", v) for name, v in values.items()},
+        {"frequency": [1.0, 2.0]}, {"excitation": excitation},
+    )  # fmt: skip
+    shown = panels(response_chart(frf))
+    assert list(shown) == [f"displacement (m/{per})", f"contact force (N/{per})"]
+    motion, force = (panel.curves[0] for panel in shown.values())
+    assert (motion.name, force.name) == ("carbody.z", "wheelset[1].left")
+    assert np.array_equal(motion.y, [5.0, 0.0])
+    assert np.array_equal(force.y, [1.0, 2.0])
