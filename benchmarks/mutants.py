@@ -1,7 +1,7 @@
 """Do the tests notice? Each mutant of `mutants.toml` is one wrong line; a test must fail for it.
 
 A mutant's own tests run first, in a copy of the tree; if they all pass, every test runs. One that
-none notices has survived: a test is missing. The test that failed must pass without the mutant.
+none notices has survived: a test is missing. Those that failed must pass without any mutant.
 
     python benchmarks/mutants.py [--jobs 2] [--only WORD] [--own] [--out mutants.csv]
 """
@@ -16,7 +16,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 import tomllib
 from collections.abc import Iterator
@@ -30,7 +29,7 @@ from rich.console import Console
 HOME = Path(__file__).parents[1]
 LONGEST = 900.0  # s; a mutant that makes tests hang is noticed, by whoever waits
 PASSED, FAILED = 0, 1  # pytest's exit statuses; any other says that it could not test
-KILLED, SURVIVED, ANYWAY = "killed", "SURVIVED", "FAILS ANYWAY"  # ... without the mutant too
+KILLED, SURVIVED = "killed", "SURVIVED"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +62,7 @@ class Fate:
 
     mutant: Mutant
     fate: str
-    by: str
+    by: list[str]
     seconds: float
 
 
@@ -82,14 +81,11 @@ def copied(files: list[str]) -> Iterator[Path]:
         yield tree
 
 
-def tested(tree: Path, where: list[str]) -> tuple[int, list[str]]:
-    """Run tests in a tree until one fails: pytest's exit status, and the one that failed.
-
-    Where a crash or the time limit leaves no name, all of `where`.
-    """
+def failing(tree: Path, where: list[str], *options: str, limit: float | None) -> list[str]:
+    """Run tests in a tree, and name those that fail; all where a crash or the limit hides which."""
     cache = tree / ".pytest_cache"
     shutil.rmtree(cache, ignore_errors=True)
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-o", f"cache_dir={cache}"]
+    command = [sys.executable, "-m", "pytest", "-q", "-o", f"cache_dir={cache}", *options]
     command += ["-m", "not importers", *where]  # also those that are slow
     environment = {
         **os.environ,
@@ -99,52 +95,31 @@ def tested(tree: Path, where: list[str]) -> tuple[int, list[str]]:
     }
     try:
         run = subprocess.run(
-            command, cwd=tree, env=environment, capture_output=True, timeout=LONGEST, check=False
+            command, cwd=tree, env=environment, capture_output=True, timeout=limit, check=False
         )
     except subprocess.TimeoutExpired:
-        return FAILED, where
+        return where
     if run.returncode not in (PASSED, FAILED):
         # A mutant that no module can be imported with, or that crashes the process, is noticed.
         text = (run.stdout + run.stderr).decode(errors="replace")
         if "no tests ran" in text or "file or directory not found" in text:
             raise ValueError(f"cannot test {' '.join(where)}: {text.strip()[-300:]}")
-    if run.returncode == PASSED:
-        return PASSED, []
     named = cache / "v" / "cache" / "lastfailed"
-    return FAILED, list(json.loads(named.read_text())) if named.exists() else where
+    if run.returncode == PASSED:
+        return []
+    return list(json.loads(named.read_text())) if named.exists() else where
 
 
-class Trial:
-    """Tries mutants in copies of the tree, and what failed for them in a copy without any."""
-
-    def __init__(self, *, own: bool) -> None:
-        listed = subprocess.run(["git", "ls-files"], cwd=HOME, check=True, capture_output=True)
-        self._files = listed.stdout.decode().splitlines()
-        self._own = own
-        self._sound: dict[str, bool] = {}  # tests, and whether they pass without any mutant
-        self._one = threading.Lock()
-
-    def judge(self, mutant: Mutant) -> Fate:
-        """Whether a mutant is noticed, and by what."""
-        begun = time.monotonic()
-        fate, names = SURVIVED, list[str]()
-        with copied(self._files) as tree:
-            (tree / mutant.file).write_text(mutant.mutated(), encoding="utf-8")
-            for where in [mutant.tests] if self._own else [mutant.tests, ["tests"]]:
-                status, names = tested(tree, where)
-                if status == FAILED:
-                    fate = KILLED if self._pass_without(names) else ANYWAY
-                    break
-        by = " ".join(names)
-        return Fate(mutant=mutant, fate=fate, by=by, seconds=time.monotonic() - begun)
-
-    def _pass_without(self, names: list[str]) -> bool:
-        key = " ".join(names)
-        with self._one:  # each is asked for once
-            if key not in self._sound:
-                with copied(self._files) as tree:
-                    self._sound[key] = tested(tree, names)[0] == PASSED
-            return self._sound[key]
+def judged(mutant: Mutant, files: list[str], *, own: bool) -> Fate:
+    """Whether a mutant is noticed, and by what."""
+    begun = time.monotonic()
+    by: list[str] = []
+    with copied(files) as tree:
+        (tree / mutant.file).write_text(mutant.mutated(), encoding="utf-8")
+        for where in [mutant.tests] if own else [mutant.tests, ["tests"]]:
+            by = by or failing(tree, where, "-x", limit=LONGEST)
+    fate = KILLED if by else SURVIVED
+    return Fate(mutant=mutant, fate=fate, by=by, seconds=time.monotonic() - begun)
 
 
 def main() -> None:
@@ -155,27 +130,36 @@ def main() -> None:
     options.add_argument("--own", action="store_true", help="their own tests only")
     options.add_argument("--out", type=Path, default=os.devnull, help="the table, CSV")
     given = options.parse_args()
-    listed = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
-    mutants = [Mutant(**m) for m in listed["mutant"] if given.only in f"{m['file']} {m['what']}"]
+    known = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))["mutant"]
+    mutants = [Mutant(**m) for m in known if given.only in f"{m['file']} {m['what']}"]
     for mutant in mutants:
         mutant.mutated()  # before hours are spent
-    trial, console, fates = Trial(own=given.own), Console(), list[str]()
+    listed = subprocess.run(["git", "ls-files"], cwd=HOME, check=True, capture_output=True)
+    files = listed.stdout.decode().splitlines()
+    console, fates = Console(), list[Fate]()
     with (
         given.out.open("w", newline="", encoding="utf-8") as file,
         ThreadPoolExecutor(given.jobs) as pool,
     ):
         table = csv.writer(file)
         table.writerow(["fate", "file", "mutant", "by", "seconds"])
-        for task in as_completed([pool.submit(trial.judge, m) for m in mutants]):
+        tasks = [pool.submit(judged, m, files, own=given.own) for m in mutants]
+        for task in as_completed(tasks):
             one = task.result()
-            fates.append(one.fate)
-            row = [one.fate, one.mutant.file, one.mutant.what, one.by, f"{one.seconds:.0f}"]
+            fates.append(one)
+            by, taken = " ".join(one.by), f"{one.seconds:.0f}"
+            row = [one.fate, one.mutant.file, one.mutant.what, by, taken]
             table.writerow(row)
             file.flush()
             console.print("{}  {}: {} ({}, {} s)".format(*row), markup=False)
-    killed = fates.count(KILLED)
-    console.print(f"{len(fates)} mutants: {killed} killed, {len(fates) - killed} not")
-    sys.exit(0 if killed == len(fates) else 1)
+    killed = sum(one.fate == KILLED for one in fates)
+    console.print(f"{len(fates)} mutants: {killed} killed, {len(fates) - killed} survived")
+    names = sorted({name for one in fates for name in one.by})
+    with copied(files) as tree:
+        anyway = failing(tree, names, limit=None) if names else []
+    if anyway:
+        console.print("they fail without any mutant, and show nothing:", *anyway, markup=False)
+    sys.exit(1 if anyway or killed < len(fates) else 0)
 
 
 if __name__ == "__main__":

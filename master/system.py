@@ -121,9 +121,7 @@ class System:
                 port.fresh = True
         self._buffer.take(self._sources, None, self._inputs, "clip")
         for port in self._late:
-            port.component.write_inputs()
-            if port.reacts:
-                port.fresh = False
+            port.component.write_inputs()  # no output depends at once on what is new here
 
     def write_inputs(self, k: int) -> None:
         """Set the inputs of component `k` to what its `u` holds: after a step, where they got to.

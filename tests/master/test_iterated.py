@@ -193,6 +193,25 @@ def test_one_guessed_value_of_a_linear_system_takes_three_evaluations():
         assert max(p.report.evaluations for p in points[2:]) <= most
 
 
+@pytest.mark.parametrize(("factor", "forgotten"), [(0.4, True), (2.5, True), (1 + 1e-12, False)])
+def test_what_was_learnt_holds_for_its_step_length(factor, forgotten):
+    """A step of another length is made as if nothing had been learnt, or it would lead astray."""
+    system, scheme = make_system(), iqn_ils(reuse=3)
+    points = cosimulate(system, scheme, 0.5, 3.0)
+    for _ in range(5):
+        next(points)
+    state, (past, learnt) = system.save_state(), points.stepper.memory
+    counts = []
+    for kept in (learnt, (0.0, ())):
+        system.restore_state(state)
+        points.stepper.memory = past, kept
+        report = points.stepper.step(2.0, factor * 0.5)
+        counts.append((report.evaluations, system.outputs.tobytes()))
+    assert (counts[0] == counts[1]) is forgotten
+    assert counts[1][0] == 3  # as above
+    assert counts[0][0] == (3 if forgotten else 2)
+
+
 def test_failure_names_all_that_helps():
     scheme = picard(until=Until(max_evaluations=7))
     with pytest.raises(ConvergenceError) as caught:
