@@ -12,7 +12,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.linear.receptance import lag
@@ -173,7 +172,7 @@ def _error(
     except (ComponentError, ArithmeticError, np.linalg.LinAlgError):
         return np.inf
     wrong, right = (
-        trapezoid((np.abs(values) ** 2).sum(axis=1), source.omega)
+        np.trapezoid((np.abs(values) ** 2).sum(axis=1), source.omega)
         for values in (response - exact, exact)
     )
     return float(np.sqrt(wrong / right))

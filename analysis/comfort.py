@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from railcosim.master.component import FloatArray
 
@@ -44,7 +43,7 @@ def iso_2631_weight(frequency: FloatArray) -> FloatArray:
 
 def weighted_acceleration(frequency: FloatArray, psd: FloatArray) -> float:
     """W_k-weighted r.m.s. acceleration (m/s2) from a one-sided density ((m/s2)^2/Hz)."""
-    return float(np.sqrt(trapezoid(iso_2631_weight(frequency) ** 2 * psd, frequency)))
+    return float(np.sqrt(np.trapezoid(iso_2631_weight(frequency) ** 2 * psd, frequency)))
 
 
 def reaction(weighted: float) -> str:
@@ -81,5 +80,5 @@ def sperling(frequency: FloatArray, psd: FloatArray) -> float:
     """
     inside = (frequency >= SPERLING_BAND[0]) & (frequency <= SPERLING_BAND[1])
     f, centimetres = frequency[inside], 1e4 * psd[inside]
-    mean_square = trapezoid(sperling_weight(f) ** 2 * centimetres, f)
+    mean_square = np.trapezoid(sperling_weight(f) ** 2 * centimetres, f)
     return float((2 * mean_square) ** 0.15)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
-from scipy.signal import welch
+import scipy
 
 from railcosim.master.component import FloatArray
 
@@ -39,7 +38,9 @@ def welch_psd(x: FloatArray, step: float, segment: float) -> tuple[FloatArray, F
     IEEE Trans. Audio Electroacoust. 15(2), 70-73.
     """
     n = min(round(segment / step), x.size)
-    frequency, psd = welch(x, fs=1 / step, window="hann", nperseg=n, noverlap=int(OVERLAP * n))
+    frequency, psd = scipy.signal.welch(
+        x, fs=1 / step, window="hann", nperseg=n, noverlap=int(OVERLAP * n)
+    )
     count = 1 + (x.size - n) // (n - int(OVERLAP * n))
     return frequency, psd, max(1.0, INDEPENDENT * count)
 
@@ -63,7 +64,7 @@ def third_octaves(frequency: FloatArray, psd: FloatArray) -> tuple[FloatArray, F
     f, s = frequency[positive], psd[positive]
     k = np.arange(np.ceil(10 * np.log10(f[0]) + 0.5), np.floor(10 * np.log10(f[-1]) - 0.5) + 1)
     edges = 10 ** ((np.append(k, k[-1] + 1) - 0.5) / 10) if k.size else np.empty(0)
-    running = np.interp(edges, f, cumulative_trapezoid(s, f, initial=0))
+    running = np.interp(edges, f, scipy.integrate.cumulative_trapezoid(s, f, initial=0))
     return 10 ** (k / 10), np.diff(running)
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.receptance import FrequencyResponse, lag
@@ -75,5 +74,5 @@ def acceleration_psd(omega: FloatArray, psd: FloatArray) -> FloatArray:
 
 def standard_deviation(frequency: FloatArray, psd: FloatArray) -> FloatArray:
     """Root of the integral of one-sided densities (n, ...) over frequencies (n,) in Hz."""
-    deviation: FloatArray = np.sqrt(trapezoid(psd, frequency, axis=0))
+    deviation: FloatArray = np.sqrt(np.trapezoid(psd, frequency, axis=0))
     return deviation

@@ -1,4 +1,4 @@
-"""railcosim export, railcosim parameters."""
+"""railcosim export."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from railcosim.analysis.export_pair import PAIR, export_pair
 from railcosim.analysis.roles import owns_contact
 from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime, Runtime
 from railcosim.fmus.native_runtime.platforms import platforms_named
-from railcosim.parameters import write_toml
 from railcosim.storage.archive import digest_of
 from railcosim.storage.temporary import scratch
 from railcosim.track.parameters import Track
@@ -81,18 +80,6 @@ def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:
     if fmi != 2 or platforms is not None:
         raise UsageError("--runtime python: is FMI 2 only, for every platform; leave out the rest")
     return PythonRuntime()
-
-
-def parameters(
-    vehicle: Annotated[bool, typer.Option("--vehicle", help="The vehicle's.")] = False,
-    track: Annotated[bool, typer.Option("--track", help="The track's.")] = False,
-) -> None:
-    """Print the default parameter file, with units, ranges and sources as comments."""
-    if vehicle == track:
-        raise UsageError("parameters: give --vehicle or --track")
-    # Plain print: the file goes to a file.
-    text = write_toml(Vehicle(), "Vehicle") if vehicle else write_toml(Track(), "Slab track")
-    print(text, end="")
 
 
 def exported(

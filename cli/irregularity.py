@@ -10,7 +10,6 @@ import numpy as np
 import typer
 
 from railcosim.plots.chart import Chart, Curve, Panel
-from railcosim.plots.picture import save_picture
 from railcosim.track.irregularity import (
     QUALITIES,
     Profile,
@@ -24,7 +23,7 @@ from railcosim.track.irregularity.synthesis import quality
 
 from .irregularity_options import SEED
 from .options import PlotFile, console, positive
-from .results import PICTURES, Suffixes
+from .results import PICTURES, Suffixes, draw
 
 PROFILES = Suffixes("--out", (".csv",))
 SEGMENT = 0.25  # of a profile's length: a compromise of scatter and longest wave
@@ -64,8 +63,7 @@ def irregularity(
         f"mm, right {deviation[1]:.3g} mm",
     )
     if plot is not None and chart is not None:
-        save_picture(chart, plot)
-        console.print(str(plot))
+        draw(chart, plot)
 
 
 def _chart(profile: Profile, target: Quality | None) -> Chart:

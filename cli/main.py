@@ -7,7 +7,7 @@ import sys
 import warnings
 from importlib.metadata import version
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 # Our matrices are small: threads wait for each other longer than they work. And how many there are
 # decides in which order sums are taken, so what is exported or computed would differ in its last
@@ -19,54 +19,20 @@ os.environ.update(
 import typer
 from rich.text import Text
 
-from railcosim.analysis.memory import TooLargeError
-from railcosim.fmus.native_runtime.compile import CacheRefused, CompilationFailed, CompilerMissing
-from railcosim.fmus.native_runtime.platforms import UnknownPlatform
-from railcosim.master.checkpoint import CheckpointError
-from railcosim.master.component import ComponentError
-from railcosim.master.connections import CouplingError
-from railcosim.master.cosimulation import Divergence
-from railcosim.master.fmi.archive import FmuError
-from railcosim.parameters import ParameterError
 from railcosim.storage.interruption import obey_all, reason
-from railcosim.track.decay import RingWarning
 
-from . import (
-    advise_command,
-    compare,
-    demo,
-    export,
-    frf,
-    irregularity,
-    map_command,
-    paper,
-    receptance,
-    ride_command,
-    run_command,
-    stability_command,
-    study_command,
-)
-from .options import UsageError, console, errors
+from .commands import MARKUP, Listed
+from .terminal import console, errors
 
 BAD_INPUT, FAILED = 2, 1
 LONGEST = 2000  # characters of a message: what a stranger's file is quoted with may fill screens
-BAD_INPUTS = (
-    ParameterError, FmuError, CouplingError, CheckpointError, TooLargeError, UnknownPlatform,
-    UsageError,
-)  # fmt: skip
-FAILURES = (
-    Divergence, ComponentError, CompilationFailed, CompilerMissing, CacheRefused, ArithmeticError,
-    OSError,
-)  # fmt: skip
-
-# Parameters and the FMUs made from them say the same of a ring, in other words.
-ONCE = (RingWarning,)
 
 app = typer.Typer(
     name="railcosim",
+    cls=Listed,
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
-    rich_markup_mode="markdown",  # "rich" would take the [i] of wheelset[i] for a style
+    rich_markup_mode=MARKUP,
     help="Railway vehicle and slab track as separate FMUs, coupled in time and in frequency. "
     "Start with `railcosim demo`.",
 )
@@ -90,36 +56,15 @@ def _begin(
         print(context.get_help())
 
 
-app.command("demo")(demo.demo)
-app.command("export")(export.export)
-app.command("run")(run_command.run)
-app.command("frf")(frf.frf)
-app.command("receptance")(receptance.receptance)
-app.command("track-receptance")(receptance.track_receptance)
-app.command("compare")(compare.compare)
-app.command("map")(map_command.map_command)
-app.command("ride")(ride_command.ride_command)
-app.command("advise")(advise_command.advise)
-app.command("stability")(stability_command.stability)
-app.command("study")(study_command.study)
-app.command("irregularity")(irregularity.irregularity)
-app.command("paper")(paper.paper)
-app.command("parameters")(export.parameters)
-
-
 def run() -> None:
     """Entry point: exit status 0 done, 2 bad input, 1 a run that failed; never a traceback."""
     warnings.showwarning = _note
     obey_all()
+    _check_arguments(sys.argv[1:])
     try:
-        _check_arguments(sys.argv[1:])
         stopped = app(standalone_mode=False)
         if stopped:  # typer turns Ctrl-C into a number
             _fail(reason(), FAILED)
-    except BAD_INPUTS as error:
-        _fail(_one_line(str(error)), BAD_INPUT)
-    except FAILURES as error:
-        _fail(str(error), FAILED)
     except MemoryError as error:
         _fail(f"out of memory: ask for less at once ({error})", FAILED)
     except typer.Exit as stop:
@@ -128,20 +73,29 @@ def run() -> None:
         _fail(reason(), FAILED)
     except Exception as error:
         usage = getattr(error, "format_message", None)  # click's own errors: a wrong option
-        if usage is None:
-            raise
-        _fail(_one_line(usage()), BAD_INPUT)
+        if usage is not None:
+            _fail(_one_line(usage()), BAD_INPUT)
+        # Here, since it loads what only commands need.
+        from .failures import BAD_INPUTS, FAILURES  # noqa: PLC0415
+
+        if isinstance(error, BAD_INPUTS):
+            _fail(_one_line(str(error)), BAD_INPUT)
+        if isinstance(error, FAILURES):
+            _fail(str(error), FAILED)
+        raise
 
 
 def _check_arguments(arguments: list[str]) -> None:
     """Refuse an empty one, such as of a variable that is not set: a path would be this folder."""
     for before, argument in pairwise(["railcosim", *arguments]):
         if not argument:
-            raise UsageError(f"the argument behind {before} is empty")
+            _fail(f"the argument behind {before} is empty", BAD_INPUT)
 
 
 def _note(message: Warning | str, category: type[Warning], *where: object, **more: object) -> None:
     """Show a warning as a line for users: which line of ours gave it is of no use to them."""
+    from .failures import ONCE  # noqa: PLC0415 - as above
+
     if category in ONCE:
         warnings.simplefilter("ignore", category)
     errors.print(f"note: {message}")
@@ -153,6 +107,6 @@ def _one_line(sentence: str) -> str:
     return line if len(line) <= LONGEST else f"{line[:half]} ... {line[-half:]}"
 
 
-def _fail(sentence: str, exit_status: int) -> None:
+def _fail(sentence: str, exit_status: int) -> NoReturn:
     errors.print(Text("error:", style="red"), sentence)
     sys.exit(exit_status)

@@ -15,7 +15,6 @@ import xarray as xr
 
 from railcosim.master.files import save
 from railcosim.plots.chart import Chart
-from railcosim.plots.picture import save_picture
 from railcosim.storage.interruption import finishing
 from railcosim.storage.lock import HeldError, held
 from railcosim.storage.whole import TargetError, check_folder, check_target, why
@@ -107,13 +106,21 @@ def keep(
                 missing.append(out)
         if plot is not None and chart is not None:
             try:
-                save_picture(chart(result), plot)
-                console.print(str(plot))
+                draw(chart(result), plot)
             except OSError as error:
                 warnings.warn(f"{plot}: cannot be written ({why(error)})", stacklevel=2)
                 missing.append(plot)
     if missing:
         raise ResultError(f"{' and '.join(map(str, missing))}: not written")
+
+
+def draw(chart: Chart, path: Path) -> None:
+    """Draw a picture, and say where it is."""
+    # Here, since most commands run without a picture, and it loads matplotlib.
+    from railcosim.plots.picture import save_picture  # noqa: PLC0415
+
+    save_picture(chart, path)
+    console.print(str(path))
 
 
 def _keep_elsewhere(result: xr.Dataset, out: Path, error: Exception) -> None:

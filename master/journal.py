@@ -20,8 +20,8 @@ from typing import Any, TypeAlias
 from urllib.parse import quote
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.io import netcdf_file
 
 from railcosim.master.component import FloatArray
 from railcosim.storage.whole import check_regular, written_whole
@@ -129,7 +129,7 @@ def read_journal(
     """
     _check_seals(path, seals, n_rows)
     try:
-        with netcdf_file(path, mmap=False) as file:
+        with scipy.io.netcdf_file(path, mmap=False) as file:
             found = getattr(file, _ID, b"").decode("ascii", "replace")
             names = _names(columns)
             known = all(name in file.variables for name in names)
@@ -151,7 +151,7 @@ def _names(columns: xr.Dataset) -> list[str]:
 def _write_header(path: Path, columns: xr.Dataset, identity: str) -> None:
     """Write a file with one row, to be written over: scipy sizes records by the first."""
     attributes: Mapping[str, object] = columns.attrs
-    with netcdf_file(path, "w", version=2) as file:
+    with scipy.io.netcdf_file(path, "w", version=2) as file:
         file.createDimension("time", None)
         for key, value in {**attributes, _ID: identity}.items():
             setattr(file, str(key), str(value).encode())

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.signal import find_peaks
 
 from railcosim.analysis.frequency import response
 from railcosim.analysis.resonance import resonance
@@ -61,7 +61,7 @@ def peak(frequency: FloatArray, size: FloatArray, low: float, high: float) -> fl
     """Highest resonance between two frequencies, Hz; NaN if the response has no top there."""
     inside = (frequency >= low) & (frequency <= high)
     f, s = frequency[inside], size[inside]
-    tops, _ = find_peaks(s)
+    tops, _ = scipy.signal.find_peaks(s)
     if tops.size == 0:
         return float("nan")
     top = tops[np.argmax(s[tops])]

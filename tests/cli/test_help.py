@@ -1,15 +1,24 @@
 """What `railcosim` says of itself, also where a terminal is narrow."""
 
+import inspect
+import subprocess
+import sys
 from importlib.metadata import version
 
 import pytest
-import typer
 
 from railcosim.analysis.catalogue import Owner, SchemeName
-from railcosim.cli.main import app
+from railcosim.cli.commands import COMMANDS, loaded
 from railcosim.cli.scheme_options import Inputs
 
-COMMANDS = typer.main.get_command(app).commands
+LIGHT = """
+import sys
+sys.argv = ["railcosim", "--help"]
+from railcosim.cli.main import run
+run()
+loaded = {"numpy", "scipy", "xarray", "matplotlib", "fmpy", "dask"} & set(sys.modules)
+assert not loaded, loaded
+"""
 
 
 def test_version(railcosim):
@@ -24,13 +33,23 @@ def test_no_command_is_help(railcosim):
     assert all(name in said.out for name in COMMANDS)
 
 
+def test_the_list_of_commands_loads_none_of_them():
+    subprocess.run([sys.executable, "-c", LIGHT], check=True, capture_output=True)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_summaries_are_the_commands_own(name):
+    docstring = inspect.cleandoc(loaded(name).help)
+    assert COMMANDS[name].summary == docstring.splitlines()[0]
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_names_are_whole_at_80_columns(railcosim, command):
     status, out, err = railcosim(command, "-h")
     assert (status, err) == (0, "")
     assert max(map(len, out.splitlines())) <= 80
     words = set(out.replace(",", " ").replace(";", " ").replace(":", " ").split())
-    for option in COMMANDS[command].params:
+    for option in loaded(command).params:
         if option.param_type_name == "option":
             assert set(option.opts) <= words
         if "--scheme" in option.opts:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 from scipy.fft import next_fast_len
-from scipy.signal import welch
 
 from railcosim.parameters import ParameterError
 
@@ -205,5 +205,5 @@ def estimated_density(profile: Profile, segment: float) -> tuple[FloatArray, Flo
             f"irregularity {profile.name}: {x.size} samples are too few for a spectrum"
         )
     z = np.interp(x, profile.x, profile.left)
-    n, density = welch(z, fs=1 / step, nperseg=min(round(segment / step), z.size))
+    n, density = scipy.signal.welch(z, fs=1 / step, nperseg=min(round(segment / step), z.size))
     return 2 * np.pi * n[1:], density[1:] / (2 * np.pi)

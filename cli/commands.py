@@ -1,0 +1,135 @@
+"""The commands by name; the module of one is loaded when it is called, not when it is listed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Literal
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+MARKUP: Literal["markdown"] = "markdown"  # "rich" would take the [i] of wheelset[i] for a style
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a command is.
+
+    Attributes
+    ----------
+    module, function : str
+        Of this package.
+    summary : str
+        The first line of its docstring.
+    """
+
+    module: str
+    function: str
+    summary: str
+
+
+COMMANDS = {
+    "demo": Place(
+        "demo",
+        "demo",
+        "The whole job on the paper's vehicle and slab track, in half a minute to a minute.",
+    ),
+    "export": Place(
+        "export",
+        "export",
+        "Write Vehicle, Track, VehicleWithContact, TrackWithContact as FMUs, and Pair.ssp.",
+    ),
+    "run": Place(
+        "run_command",
+        "run",
+        "Run a vehicle FMU and a track FMU coupled in time, or any system of FMUs in an SSP file.",
+    ),
+    "frf": Place(
+        "frf",
+        "frf",
+        "Linearise a vehicle FMU and a track FMU and couple them in the frequency domain.",
+    ),
+    "receptance": Place(
+        "receptance",
+        "receptance",
+        "Frequency response of any FMU between two variables, from a linear model of it.",
+    ),
+    "track-receptance": Place(
+        "receptance",
+        "track_receptance",
+        "Driving-point receptance of the rail on a track without end, from the finite elements.",
+    ),
+    "compare": Place(
+        "compare",
+        "compare",
+        "Compare coupled FMUs with the monolithic solution, in time and in frequency.",
+    ),
+    "map": Place(
+        "map_command",
+        "map_command",
+        "Responses to irregularity over its wavelength and the speed, on flexible and rigid track.",
+    ),
+    "ride": Place(
+        "ride_command",
+        "ride_command",
+        "Random response by pseudo-excitation: densities, standard deviations, ride comfort.",
+    ),
+    "advise": Place(
+        "advise_command",
+        "advise",
+        "Name owner, scheme and step that reach an accuracy at the least cost, before running.",
+    ),
+    "stability": Place(
+        "stability_command",
+        "stability",
+        "Predict the largest stable step of every scheme, owner of the contact and stiffness.",
+    ),
+    "study": Place(
+        "study_command",
+        "study",
+        "Compare coupling schemes: error against the monolithic solution, growth and cost.",
+    ),
+    "irregularity": Place(
+        "irregularity",
+        "irregularity",
+        "Make a random profile of a class of track, and hold its spectrum against the class's.",
+    ),
+    "paper": Place(
+        "paper",
+        "paper",
+        "Reproduce figures 3 to 23 of Xu & Lu (2021): pictures, data, table.csv and report.html.",
+    ),
+    "parameters": Place(
+        "parameters",
+        "parameters",
+        "Print the default parameter file, with units, ranges and sources as comments.",
+    ),
+}
+
+
+def loaded(name: str) -> Any:
+    """The command of that name, whole."""
+    place = COMMANDS[name]
+    function = getattr(import_module(f".{place.module}", __package__), place.function)
+    alone = typer.Typer(
+        add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=MARKUP
+    )
+    alone.command(name)(function)
+    return typer.main.get_command(alone)
+
+
+class Listed(TyperGroup):
+    """Commands that are known by their summaries until one is called."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.commands = {
+            name: TyperCommand(name, callback=None, help=place.summary, rich_markup_mode=MARKUP)
+            for name, place in COMMANDS.items()
+        }
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that is called, and its arguments."""
+        name, _, rest = super().resolve_command(ctx, args)
+        return name, name and loaded(name), rest

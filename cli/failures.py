@@ -1,0 +1,31 @@
+"""Which exceptions are the user's mistakes, and which a run that failed.
+
+Loaded when something has gone wrong: it knows modules of all kinds.
+"""
+
+from __future__ import annotations
+
+from railcosim.analysis.memory import TooLargeError
+from railcosim.fmus.native_runtime.compile import CacheRefused, CompilationFailed, CompilerMissing
+from railcosim.fmus.native_runtime.platforms import UnknownPlatform
+from railcosim.master.checkpoint import CheckpointError
+from railcosim.master.component import ComponentError
+from railcosim.master.connections import CouplingError
+from railcosim.master.cosimulation import Divergence
+from railcosim.master.fmi.archive import FmuError
+from railcosim.parameters import ParameterError
+from railcosim.track.decay import RingWarning
+
+from .options import UsageError
+
+BAD_INPUTS = (
+    ParameterError, FmuError, CouplingError, CheckpointError, TooLargeError, UnknownPlatform,
+    UsageError,
+)  # fmt: skip
+FAILURES = (
+    Divergence, ComponentError, CompilationFailed, CompilerMissing, CacheRefused, ArithmeticError,
+    OSError,
+)  # fmt: skip
+
+# Parameters and the FMUs made from them say the same of a ring, in other words.
+ONCE = (RingWarning,)
