@@ -24,6 +24,7 @@ from railcosim.reference.agreement import near, relative_rms
 from railcosim.reference.monolithic import Monolithic, assemble, frequency_response
 from railcosim.reference.newmark import newmark
 from railcosim.storage.temporary import scratch
+from railcosim.track.irregularity.named import irregularity as named
 from railcosim.vehicle.contact import LinearContact
 
 from .export import exported
@@ -32,7 +33,6 @@ from .irregularity_options import (
     Irregularity,
     RepeatOption,
     SeedOption,
-    profile_of,
 )
 from .options import (
     ContactStiffness,
@@ -120,7 +120,7 @@ def compare(
     count_steps(
         0.0, positive("--time", time, "s"), doubted("--step", positive("--step", step, "s"))
     )
-    profile = profile_of(irregularity, v * time, seed, fade, repeat)
+    profile = named(irregularity, v * time, seed=seed, fade=fade, repeat=repeat)
     frequency = frequencies_of(frequencies)
     cars, rails = vehicle_of(vehicle), track_of(track)
     with TemporaryDirectory(dir=scratch()) as folder:

@@ -13,7 +13,7 @@ from railcosim.master.component import ComponentError
 from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import Divergence
 from railcosim.master.fmi.archive import FmuError
-from railcosim.parameters import ParameterError
+from railcosim.parameters import ArgumentError, ParameterError
 from railcosim.track.decay import RingWarning
 
 from .options import UsageError
@@ -27,5 +27,11 @@ FAILURES = (
     OSError,
 )  # fmt: skip
 
+
 # Parameters and the FMUs made from them say the same of a ring, in other words.
 ONCE = (RingWarning,)
+
+
+def sentence_of(error: Exception) -> str:
+    """What is said of it: an argument of a function is an option here."""
+    return error.option if isinstance(error, ArgumentError) else str(error)

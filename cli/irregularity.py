@@ -19,9 +19,9 @@ from railcosim.track.irregularity import (
     synthesise,
     write_profile,
 )
+from railcosim.track.irregularity.named import SEED
 from railcosim.track.irregularity.synthesis import quality
 
-from .irregularity_options import SEED
 from .options import PlotFile, console, positive
 from .results import PICTURES, Suffixes, draw
 

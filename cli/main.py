@@ -76,10 +76,10 @@ def run() -> None:
         if usage is not None:
             _fail(_one_line(usage()), BAD_INPUT)
         # Here, since it loads what only commands need.
-        from .failures import BAD_INPUTS, FAILURES  # noqa: PLC0415
+        from .failures import BAD_INPUTS, FAILURES, sentence_of  # noqa: PLC0415
 
         if isinstance(error, BAD_INPUTS):
-            _fail(_one_line(str(error)), BAD_INPUT)
+            _fail(_one_line(sentence_of(error)), BAD_INPUT)
         if isinstance(error, FAILURES):
             _fail(str(error), FAILED)
         raise

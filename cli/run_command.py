@@ -15,6 +15,7 @@ from railcosim.analysis.roles import owners
 from railcosim.analysis.system_run import run_ssp
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.plots.outputs import outputs_chart
+from railcosim.track.irregularity.named import irregularity as named
 
 from .conclusion import BelieveOption, concluded
 from .export import fmus_of
@@ -23,7 +24,6 @@ from .irregularity_options import (
     Irregularity,
     RepeatOption,
     SeedOption,
-    profile_of,
 )
 from .keeping_options import (
     CheckpointOption,
@@ -162,7 +162,9 @@ def run(
     count_steps(0.0, stop, doubted("--step", step))
     parameters = contact_parameters(contact_stiffness)
     journey = Journey(
-        speed=v, held=held, profile=profile_of(irregularity, v * stop, seed, fade, repeat)
+        speed=v,
+        held=held,
+        profile=named(irregularity, v * stop, seed=seed, fade=fade, repeat=repeat),
     )
     with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner]) as made:
         options = keeping.checkpoints.options if keeping.checkpoints else {}

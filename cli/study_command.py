@@ -24,6 +24,7 @@ from railcosim.analysis.study_table import save_table, table_of
 from railcosim.master.suggest import suggest
 from railcosim.plots.study import UNSTABLE, save_study_picture
 from railcosim.storage.temporary import scratch
+from railcosim.track.irregularity.named import irregularity as named
 
 from .export import exported
 from .irregularity_options import (
@@ -31,7 +32,6 @@ from .irregularity_options import (
     Irregularity,
     RepeatOption,
     SeedOption,
-    profile_of,
 )
 from .options import (
     PlotFile,
@@ -108,7 +108,9 @@ def study(
     PICTURES.check(plot)
     folder_of("--out", out)
     v = speed_of(speed)
-    profile = profile_of(irregularity, v * positive("--time", time, "s"), seed, fade, repeat)
+    profile = named(
+        irregularity, v * positive("--time", time, "s"), seed=seed, fade=fade, repeat=repeat
+    )
     ride = Ride(speed=v, profile=profile, stop=time)
     grid = Grid(
         schemes=_schemes(schemes),

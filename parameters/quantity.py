@@ -13,6 +13,25 @@ class ParameterError(ValueError):
     """A parameter is unknown, of the wrong type or out of range; one line says which and why."""
 
 
+class ArgumentError(ParameterError):
+    """An argument of a function cannot be; on the command line its option has the same name.
+
+    Parameters
+    ----------
+    argument : str
+        Its name.
+    value : object
+        As it was given; None where that says nothing, as of a switch.
+    text : str
+        What is wrong, what is allowed, and what to do.
+    """
+
+    def __init__(self, argument: str, value: object, text: str) -> None:
+        shown = "" if value is None else f" {value:g}" if isinstance(value, float) else f" {value}"
+        self.option = f"--{argument.replace('_', '-')}{shown}: {text}"
+        super().__init__(f"{argument}{shown}: {text}")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
     """What is known of a number besides its value.

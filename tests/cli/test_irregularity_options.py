@@ -7,11 +7,10 @@ from railcosim.analysis.pair import Journey
 from railcosim.analysis.study_point import Ride
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.cli import compare, run_command, study_command
-from railcosim.cli.irregularity_options import profile_of
-from railcosim.cli.options import UsageError
 from railcosim.master.schemes.jacobi import jacobi
-from railcosim.parameters import ParameterError
+from railcosim.parameters import ArgumentError, ParameterError
 from railcosim.track.irregularity import read_profile, synthesise
+from railcosim.track.irregularity.named import irregularity
 
 
 @pytest.fixture
@@ -24,21 +23,21 @@ def short(tmp_path):
 
 def test_seed_chooses_a_track_of_the_class() -> None:
     known = synthesise("fra-5", 50.0, seed=4)
-    assert np.array_equal(profile_of("fra-5", 50.0, seed=4).left, known.left)
-    assert np.array_equal(profile_of("fra-5", 50.0).left, synthesise("fra-5", 50.0, 1).left)
+    assert np.array_equal(irregularity("fra-5", 50.0, seed=4).left, known.left)
+    assert np.array_equal(irregularity("fra-5", 50.0).left, synthesise("fra-5", 50.0, 1).left)
 
 
 def test_a_class_fades_in_and_a_file_does_not(short) -> None:
-    assert profile_of("german-low", 2.0).fade == 10.0
-    assert profile_of(str(short), 2.0).fade == 0.0
-    assert profile_of("german-low", 2.0, fade=0.0).fade == 0.0
-    assert profile_of(str(short), 2.0, fade=1.5).fade == 1.5
+    assert irregularity("german-low", 2.0).fade == 10.0
+    assert irregularity(str(short), 2.0).fade == 0.0
+    assert irregularity("german-low", 2.0, fade=0.0).fade == 0.0
+    assert irregularity(str(short), 2.0, fade=1.5).fade == 1.5
 
 
 def test_a_file_is_repeated_on_request(short) -> None:
     with pytest.raises(ParameterError, match=r"short.CSV: ends after 3 m.*50 m.*--repeat"):
-        profile_of(str(short), 50.0)
-    profile_of(str(short), 50.0, repeat=True).check_covers(50.0)
+        irregularity(str(short), 50.0)
+    irregularity(str(short), 50.0, repeat=True).check_covers(50.0)
 
 
 @pytest.mark.parametrize(
@@ -47,8 +46,9 @@ def test_a_file_is_repeated_on_request(short) -> None:
      ("short.csv", {"seed": 1})],
 )  # fmt: skip
 def test_options_that_say_nothing_are_refused(text, options) -> None:
-    with pytest.raises(UsageError, match=f"--{next(iter(options))}.*says nothing"):
-        profile_of(text, 10.0, **options)
+    with pytest.raises(ArgumentError, match=f"{next(iter(options))}.*says nothing") as refused:
+        irregularity(text, 10.0, **options)
+    assert refused.value.option == f"--{refused.value}"
 
 
 @pytest.mark.parametrize(

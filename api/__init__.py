@@ -1,0 +1,82 @@
+"""Railway vehicle and slab track as separate FMUs, coupled in time and in frequency.
+
+The names below are what most users need; each is loaded when it is first used. Everything else is
+in the packages ``railcosim.master`` (anyone's FMUs), ``railcosim.analysis`` (vehicle and track
+together), ``railcosim.vehicle``, ``railcosim.track``, ``railcosim.fmus``.
+"""
+
+from __future__ import annotations
+
+from functools import reduce
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from railcosim.analysis.catalogue import catalogue as schemes
+    from railcosim.analysis.export_pair import export_pair as export
+    from railcosim.master.component import Variable
+    from railcosim.master.cosimulation import cosimulate
+    from railcosim.master.coupling import couple
+    from railcosim.master.files import load as open_result
+    from railcosim.master.files import save as save_result
+    from railcosim.master.fmi.fmu import FmuComponent
+    from railcosim.master.recording import Recorder
+    from railcosim.master.signals import Signal
+    from railcosim.track.irregularity import Profile
+    from railcosim.track.irregularity.named import irregularity
+    from railcosim.track.parameters import Track
+    from railcosim.vehicle.parameters import Vehicle
+
+    load = FmuComponent.load
+
+    __version__: str
+
+__all__ = [
+    "Profile",
+    "Recorder",
+    "Signal",
+    "Track",
+    "Variable",
+    "Vehicle",
+    "__version__",
+    "cosimulate",
+    "couple",
+    "export",
+    "irregularity",
+    "load",
+    "open_result",
+    "save_result",
+    "schemes",
+]
+
+_PLACES = {
+    "Profile": "track.irregularity:Profile",
+    "Recorder": "master.recording:Recorder",
+    "Signal": "master.signals:Signal",
+    "Track": "track.parameters:Track",
+    "Variable": "master.component:Variable",
+    "Vehicle": "vehicle.parameters:Vehicle",
+    "cosimulate": "master.cosimulation:cosimulate",
+    "couple": "master.coupling:couple",
+    "export": "analysis.export_pair:export_pair",
+    "irregularity": "track.irregularity.named:irregularity",
+    "load": "master.fmi.fmu:FmuComponent.load",
+    "open_result": "master.files:load",
+    "save_result": "master.files:save",
+    "schemes": "analysis.catalogue:catalogue",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("importlib.metadata").version("railcosim")
+    if name not in _PLACES:
+        raise AttributeError(f"module 'railcosim' has no attribute {name!r}")
+    module, _, path = _PLACES[name].partition(":")
+    found = reduce(getattr, path.split("."), import_module(f"railcosim.{module}"))
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
