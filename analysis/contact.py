@@ -10,12 +10,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from railcosim.master.component import Variable
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.law import Law
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.vehicle.contact import (
     ContactLaw,
     HertzContact,
@@ -24,13 +23,8 @@ from railcosim.vehicle.contact import (
     tangent_stiffness,
 )
 
-WHEELSETS = [f"wheelset[{i}]" for i in (1, 2, 3, 4)]
-WHEELS = [f"{w}.{side}" for side in ("left", "right") for w in WHEELSETS]
-FORCES = [f"{wheel}.force_z" for wheel in WHEELS]
-# With what sign a motion (downwards) adds to the compression. Where the rail's surface is low, by
-# the irregularity, it is farther from the wheel.
-MOTIONS = {"wheel_z": 1.0, "rail_z": -1.0, "irregularity_z": -1.0}
-
+LAYOUT = Layout()
+WHEELSETS, WHEELS, FORCES = LAYOUT.axles, LAYOUT.wheels, LAYOUT.names(FORCE)
 
 Parameters = Mapping[str, float | bool]
 """Of FMUs, by name; of the contact, also `TANGENT`."""
@@ -113,11 +107,7 @@ def contact_law(law: ContactLaw, nominal: Mapping[str, float]) -> Law:
     nominal : mapping
         Nominal values of the forces, N, by name.
     """
-    motions = [
-        Variable(name=f"{wheel}.{motion}", unit="m", nominal=1e-3)
-        for wheel in WHEELS
-        for motion in MOTIONS
-    ]
+    motions = [Variable(name=name, unit="m", nominal=1e-3) for name in LAYOUT.motions]
     forces = [
         Variable(
             name=name, unit="N", description="contact force, compression positive",
@@ -125,5 +115,4 @@ def contact_law(law: ContactLaw, nominal: Mapping[str, float]) -> Law:
         )
         for name in FORCES
     ]  # fmt: skip
-    compression = np.kron(np.eye(len(WHEELS)), list(MOTIONS.values()))
-    return Law("contact", law, motions, forces, compression)
+    return Law("contact", law, motions, forces, LAYOUT.compression)

@@ -24,7 +24,7 @@ from railcosim.track.decay import RingWarning
 from railcosim.track.irregularity import Profile
 
 from .catalogue import FMUS, Owner
-from .contact import FORCES, MOTIONS, WHEELS, WHEELSETS, law_of
+from .contact import FORCES, LAYOUT, WHEELSETS, law_of
 from .coupled_reference import ContactForces, compression_model, converged_forces
 from .pair import Journey, open_pair
 
@@ -146,14 +146,14 @@ def reference(ride: Ride, contact: Contact, vehicle: bytes, track: bytes) -> Con
             open_pair(cars, rails, dict(contact.parameters), ride.journey()) as pair,
         ):
             pair.system.exchange()
-            now = dict(zip(pair.system.names, pair.system.outputs.tolist(), strict=True))
-        positions = np.array([now[f"vehicle.{w}.position"] for w in WHEELSETS])
-        sides = dict(zip(MOTIONS, ("vehicle", "track", "irregularity"), strict=True))
-        rest = [sum(s * now[f"{sides[m]}.{w}.{m}"] for m, s in MOTIONS.items()) for w in WHEELS]
+            names = [name.partition(".")[2] for name in pair.system.names]
+            now = dict(zip(names, pair.system.outputs.tolist(), strict=True))
+        positions = np.array([now[f"{w}.position"] for w in WHEELSETS])
+        rest = LAYOUT.compression @ [now[name] for name in LAYOUT.motions]
         model = compression_model(cars, rails, positions)
         law = law_of(pair.parameters)
     heights = ride.profile.under(positions, ride.speed)
-    return converged_forces(model, law, np.array(rest), heights, ride.stop)
+    return converged_forces(model, law, rest, heights, ride.stop)
 
 
 def measure(

@@ -14,6 +14,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.ports import Layout
 from railcosim.parameters import ParameterError
 from railcosim.vehicle.multibody import COORDINATES, WHEELSETS
 
@@ -78,6 +79,10 @@ def resource(model: str, arrays: Arrays, table: Sequence[Scalar], guid: str) -> 
     sections = BODIES[model](arrays, owns_contact(table))
     nominals = [block.nominal for block in KINDS[model].states(arrays).blocks]
     sections |= {"guid": _text([guid]), "nominals": np.array(nominals)}
+    layout = Layout()
+    # Wheelsets, sides, directions; contact forces that load nothing, one a port, N.
+    sections["layout"] = np.array([layout.wheelsets, len(layout.sides), 1], np.int32)
+    sections["preloads"] = np.full(len(layout.ports), float(arrays.get("wheel_load", 0.0)))
     return _pack(sections | _interface(model, table))
 
 

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from railcosim.analysis.contact import FORCES, MOTIONS, WHEELS, WHEELSETS
+from railcosim.analysis.contact import FORCES, LAYOUT, WHEELSETS
 from railcosim.analysis.coupled_reference import compression_model, converged_forces
 from railcosim.analysis.pair import Journey, open_pair
 from railcosim.master.bonds import find_bonds
@@ -56,14 +56,14 @@ def reference(exported):
     """Forces of vehicle, springs and track as one system."""
     with opened(exported.folder, "master", K_H) as pair:
         pair.system.exchange()
-        now = dict(zip(pair.system.names, pair.system.outputs.tolist(), strict=True))
-    positions = np.array([now[f"vehicle.{w}.position"] for w in WHEELSETS])
-    sides = dict(zip(MOTIONS, ("vehicle", "track", "irregularity"), strict=True))
-    rest = [sum(s * now[f"{sides[m]}.{w}.{m}"] for m, s in MOTIONS.items()) for w in WHEELS]
+        names = [name.partition(".")[2] for name in pair.system.names]
+        now = dict(zip(names, pair.system.outputs.tolist(), strict=True))
+    positions = np.array([now[f"{w}.position"] for w in WHEELSETS])
+    rest = LAYOUT.compression @ [now[name] for name in LAYOUT.motions]
     vehicle, track = (exported.folder / f"{name}.fmu" for name in FMUS["master"])
     model = compression_model(vehicle, track, positions)
     heights = PROFILE.under(positions, SPEED)
-    return converged_forces(model, LinearContact(k_H=K_H), np.array(rest), heights, STOP)
+    return converged_forces(model, LinearContact(k_H=K_H), rest, heights, STOP)
 
 
 @pytest.fixture
