@@ -263,6 +263,5 @@ class Layout:
 
     def at_wheelsets(self, of_wheelsets: Iterable[float]) -> FloatArray:
         """Repeat values of wheelsets for their ports, in order."""
-        one_side = np.repeat(np.asarray(list(of_wheelsets), dtype=float), len(self.directions))
-        repeated: FloatArray = np.tile(one_side, len(self.sides))
-        return repeated
+        values = np.array(list(of_wheelsets), dtype=np.float64)
+        return np.tile(np.repeat(values, len(self.directions)), len(self.sides))
