@@ -231,7 +231,8 @@ class Layout:
     @cached_property
     def compression(self) -> FloatArray:
         """S, shape (ports, 3 ports): compressions by the motions named by `motions`."""
-        return np.kron(np.eye(len(self.ports)), list(MOTIONS.values()))
+        S: FloatArray = np.kron(np.eye(len(self.ports)), list(MOTIONS.values()))
+        return S
 
     @cached_property
     def motions(self) -> tuple[str, ...]:
