@@ -231,7 +231,9 @@ class Layout:
     @cached_property
     def compression(self) -> FloatArray:
         """S, shape (ports, 3 ports): compressions by the motions named by `motions`."""
-        S: FloatArray = np.kron(np.eye(len(self.ports)), list(MOTIONS.values()))
+        S: FloatArray = np.zeros((len(self.ports), len(self.motions)))
+        for row, signs in enumerate(S.reshape(len(S), len(S), -1)):
+            signs[row] = list(MOTIONS.values())
         return S
 
     @cached_property
