@@ -9,20 +9,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.parameters import write_toml
+from railcosim.parameters import ParameterError, write_toml
 from railcosim.track.decay import check_ring, decay_along
 from railcosim.track.parameters import Track
 from railcosim.track.reduced import ReducedTrack, reduce_track
-from railcosim.vehicle.contact import hertz_coefficient, tangent_stiffness
+from railcosim.vehicle.contact import tangent_stiffness
 from railcosim.vehicle.modal import modal_form
-from railcosim.vehicle.multibody import WHEELSETS, Multibody, build_multibody
+from railcosim.vehicle.multibody import Multibody, build_multibody
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.train import coefficient_of
 
 from . import interface
 from .interface import Scalar
 
 Arrays = dict[str, NDArray[Any]]
 Annotations = dict[str, dict[str, str]]
+EQUAL = 1e-9  # of a load; loads that are equal by symmetry differ by rounding, 1e-15
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,12 +84,7 @@ def track_arrays(track: ReducedTrack) -> Arrays:
 
 def vehicle_arrays(body: Multibody) -> Arrays:
     """The vehicle's modes, and how it rests on wheelsets held at given heights."""
-    modal = modal_form(body)
-    above = slice(0, WHEELSETS.start)
-    # Bodies above follow the wheelsets at rest; columns: unit height of one wheelset.
-    follow = np.zeros((body.K.shape[0], 4))
-    follow[WHEELSETS] = np.eye(4)
-    follow[above] = -np.linalg.solve(body.K[above, above], body.K[above, WHEELSETS])
+    modal, follow = modal_form(body), body.following
     return {
         "poles": modal.poles,
         "rigid": modal.rigid,
@@ -96,20 +93,30 @@ def vehicle_arrays(body: Multibody) -> Arrays:
         "inverse_mass": 1 / np.diag(body.M),
         "start_s": modal.state_of @ follow,
         "start_r": modal.rigid.T @ body.M @ follow,
-        "wheel_load": np.array(body.wheel_load),
+        "wheel_load": np.array(one_load(body)),
         "wheelset_x": body.wheelset_x,
     }
 
 
+def one_load(body: Multibody) -> float:
+    """Static load of every wheel, N.
+
+    Raises
+    ------
+    ParameterError
+        If there are other than four wheelsets, or they carry different loads.
+    """
+    if body.wheelset_x.size != 4 or np.ptp(body.wheel_load) > EQUAL * body.wheel_load.max():
+        raise ParameterError(
+            f"{body.wheelset_x.size} wheelsets whose wheels carry {body.wheel_load.min():.0f} to "
+            f"{body.wheel_load.max():.0f} N: an FMU has four that carry the same"
+        )
+    return float(body.wheel_load[0])
+
+
 def contact_defaults(vehicle: Vehicle) -> interface.Contact:
     """Contact parameters of the vehicle's wheels: C, and k_H at the static load (eq. 18)."""
-    c = vehicle.contact
-    C = hertz_coefficient(
-        young_modulus=c.young_modulus,
-        poisson_ratio=c.poisson_ratio,
-        wheel_radius=vehicle.wheelset.radius,
-        rail_radius=c.rail_radius,
-    )
+    C = coefficient_of(vehicle)
     return interface.Contact(k_H=tangent_stiffness(C, vehicle.wheel_load), C=C)
 
 
@@ -135,6 +142,7 @@ def contents(
         If the ring is too short for what `railcosim.track.decay` promises.
     """
     body = build_multibody(vehicle)
+    load = one_load(body)
     progress("measuring the decay along the track")
     check_ring(track, float(np.ptp(body.wheelset_x)))
     progress("reducing the track")
@@ -146,7 +154,7 @@ def contents(
     for with_contact in (False, True):
         known = {
             "with_contact": with_contact,
-            "wheel_load": vehicle.wheel_load,
+            "wheel_load": load,
             "positions": positions.tolist(),
             "contact": contact_defaults(vehicle),
         }

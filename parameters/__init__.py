@@ -1,7 +1,7 @@
 """Declared quantities: default, unit, range and source of every parameter; TOML in and out."""
 
 from .quantity import ArgumentError, ParameterError, ParameterSet, quantity, switch
-from .toml_file import read_toml, write_toml
+from .toml_file import from_tables, read_toml, tables_of, write_toml
 from .usual import UnusualWarning, Usual
 
 __all__ = [
@@ -10,8 +10,10 @@ __all__ = [
     "ParameterSet",
     "UnusualWarning",
     "Usual",
+    "from_tables",
     "quantity",
     "read_toml",
     "switch",
+    "tables_of",
     "write_toml",
 ]

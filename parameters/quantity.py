@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import Field, dataclass, field, fields
-from typing import Any
+from typing import Any, TypeAlias
 
 from .usual import Usual
+
+MOST_NUMBERS = 64  # in one list; nothing that is built has more of anything
+Value: TypeAlias = float | int | bool | tuple[float | int, ...]
 
 
 class ParameterError(ValueError):
@@ -79,7 +82,7 @@ class Quantity:
 
 
 def quantity(
-    default: float,
+    default: float | tuple[float, ...],
     unit: str,
     description: str,
     *,
@@ -89,12 +92,12 @@ def quantity(
     minimum: float | None = None,
     maximum: float | None = None,
 ) -> Any:
-    """Declare a number of a `ParameterSet`; an integer default makes it an integer.
+    """Declare a number of a `ParameterSet`, or several; an integer default makes it an integer.
 
     Parameters
     ----------
-    default : float or int
-        Its value unless a file says otherwise.
+    default : float, int or tuple of them
+        Its value unless a file says otherwise; a tuple makes it any number of numbers.
     unit, description, source, usual, above, minimum, maximum
         See `Quantity`.
 
@@ -131,6 +134,8 @@ def quantity_of(declared: Field[Any]) -> Quantity:
 class ParameterSet:
     """Base of frozen parameter sets whose fields are declared by `quantity` and `switch`.
 
+    Other fields are parameter sets themselves, or None.
+
     Raises
     ------
     ParameterError
@@ -138,25 +143,41 @@ class ParameterSet:
     """
 
     def __post_init__(self) -> None:
-        for declared in fields(self):
+        for declared in quantities(self):
             value = check(declared, getattr(self, declared.name))
             object.__setattr__(self, declared.name, value)
 
 
-def check(declared: Field[Any], value: object) -> float | int | bool:
+def quantities(of: ParameterSet | type[ParameterSet]) -> list[Field[Any]]:
+    """The fields declared by `quantity` and `switch`."""
+    return [declared for declared in fields(of) if "quantity" in declared.metadata]
+
+
+def check(declared: Field[Any], value: object) -> Value:
     """Return `value` in the type of the declared field, or say what is wrong with it."""
-    known = quantity_of(declared)
     if isinstance(declared.default, bool):
         if not isinstance(value, bool):
             raise ParameterError(f"{declared.name} = {value!r}: must be true or false")
         return value
+    if not isinstance(declared.default, tuple):
+        return _number(declared, value, whole=isinstance(declared.default, int))
+    if not isinstance(value, (list, tuple)):
+        raise ParameterError(f"{declared.name} = {value!r}: must be a list of numbers, [...]")
+    if len(value) > MOST_NUMBERS:
+        raise ParameterError(f"{declared.name}: {len(value)} numbers, at most {MOST_NUMBERS}")
+    whole = bool(declared.default) and isinstance(declared.default[0], int)
+    return tuple(_number(declared, one, whole=whole) for one in value)
+
+
+def _number(declared: Field[Any], value: object, *, whole: bool) -> float | int:
+    known = quantity_of(declared)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ParameterError(f"{declared.name} = {value!r}: must be a number in {known.unit}")
     try:
         float(value)
     except OverflowError as error:  # a whole number may have any number of digits
         raise ParameterError(f"{declared.name}: must be {known.allowed}, below 1e308") from error
-    if isinstance(declared.default, int):
+    if whole:
         if value != int(value if math.isfinite(value) else 0):
             raise ParameterError(f"{declared.name} = {value!r}: must be a whole number")
         value = int(value)

@@ -6,11 +6,18 @@ import difflib
 import tomllib
 import warnings
 from collections.abc import Iterator, Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
-from .quantity import ParameterError, ParameterSet, check, quantity_of
+from .quantity import (
+    MOST_NUMBERS,
+    ParameterError,
+    ParameterSet,
+    check,
+    quantities,
+    quantity_of,
+)
 from .usual import UnusualWarning
 
 T = TypeVar("T")
@@ -23,7 +30,8 @@ def read_toml(kind: type[T], path: Path) -> T:
     Parameters
     ----------
     kind : type
-        A dataclass whose fields are all `ParameterSet`s.
+        A dataclass whose fields are `ParameterSet`s, each a table of the file, or tuples of them,
+        each an array of tables.
     path : Path
         The file.
 
@@ -42,19 +50,7 @@ def read_toml(kind: type[T], path: Path) -> T:
     UnusualWarning
         For every number of the file that is not a usual one, with the unit it may be in.
     """
-    try:
-        if path.exists() and not path.is_file():  # a device or a pipe may never end
-            raise ParameterError(f"{path}: is no file; give a parameter file, TOML")
-        if path.stat().st_size > SIZE_LIMIT:
-            raise ParameterError(f"{path}: larger than {SIZE_LIMIT} bytes, not a parameter file")
-        # Editors of some systems begin a file with a byte order mark.
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise ParameterError(f"{path}: cannot be read: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:  # not UTF-8, not TOML, endless digits or brackets
-        if isinstance(error, ParameterError):
-            raise
-        raise ParameterError(f"{path}: not a TOML file: {error}") from error
+    content = tables_of(path)
     try:
         read = from_tables(kind, content)
     except ParameterError as error:
@@ -64,41 +60,115 @@ def read_toml(kind: type[T], path: Path) -> T:
     return read
 
 
+def tables_of(path: Path) -> dict[str, Any]:
+    """Read a TOML file of bounded size.
+
+    Raises
+    ------
+    ParameterError
+        One line with the file and what is wrong with it.
+    """
+    try:
+        if path.exists() and not path.is_file():  # a device or a pipe may never end
+            raise ParameterError(f"{path}: is no file; give a parameter file, TOML")
+        if path.stat().st_size > SIZE_LIMIT:
+            raise ParameterError(f"{path}: larger than {SIZE_LIMIT} bytes, not a parameter file")
+        # Editors of some systems begin a file with a byte order mark.
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise ParameterError(f"{path}: cannot be read: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:  # not UTF-8, not TOML, endless digits or brackets
+        if isinstance(error, ParameterError):
+            raise
+        raise ParameterError(f"{path}: not a TOML file: {error}") from error
+
+
 def _doubts(read: object, content: Mapping[str, Any]) -> Iterator[str]:
     """What is unusual among the numbers that the tables give."""
-    for name, table in content.items():
+    for name, given in content.items():
         chosen = getattr(read, name)
-        for declared in fields(chosen):
-            known, value = quantity_of(declared), getattr(chosen, declared.name)
-            if known.usual is not None and declared.name in table:
-                doubt = known.usual.doubt(f"[{name}] {declared.name}", value, known.unit)
-                if doubt is not None:
-                    yield doubt
+        if isinstance(chosen, tuple):
+            for one, table in zip(chosen, given, strict=True):
+                yield from _doubts_of_set(f"[[{name}]]", one, table)
+        else:
+            yield from _doubts_of_set(f"[{name}]", chosen, given)
+
+
+def _doubts_of_set(place: str, chosen: ParameterSet, table: Mapping[str, Any]) -> Iterator[str]:
+    for declared in fields(chosen):
+        value = getattr(chosen, declared.name)
+        if declared.name not in table:
+            continue
+        if isinstance(value, ParameterSet):
+            yield from _doubts_of_set(f"{place} {declared.name}", value, table[declared.name])
+            continue
+        known = quantity_of(declared)
+        for number in value if isinstance(value, tuple) else (value,):
+            doubt = known.usual and known.usual.doubt(
+                f"{place} {declared.name}", number, known.unit
+            )
+            if doubt:
+                yield doubt
 
 
 def from_tables(kind: type[T], content: Mapping[str, object]) -> T:
     """Build `kind` from tables of values, as `read_toml` does from a file."""
     hints = get_type_hints(kind)
-    sets: dict[str, ParameterSet] = {}
-    for name, table in content.items():
+    for name in content:
         if name not in hints:
             raise ParameterError(f"unknown table or key [{name}]{_meant(name, list(hints))}")
-        if not isinstance(table, Mapping):
-            raise ParameterError(f"{name} = {table!r}: must be a table, [{name}]")
-        sets[name] = _parameter_set(hints[name], name, table)
-    return kind(**sets)
+    whole = {  # first the sets: what an array's tables leave out is as they say
+        name: _parameter_set(hint, f"[{name}]", content.get(name, {}), {})
+        for name, hint in hints.items()
+        if not _is_array(hint)
+    }
+    arrays = {
+        name: _array(get_args(hints[name])[0], name, tables, whole)
+        for name, tables in content.items()
+        if _is_array(hints[name])
+    }
+    return kind(**whole, **arrays)
 
 
-def _parameter_set(kind: type[Any], name: str, table: Mapping[str, object]) -> Any:
-    declared = {f.name: f for f in fields(kind)}
+def _is_array(hint: object) -> bool:
+    return get_origin(hint) is tuple
+
+
+def _array(
+    kind: type[Any], name: str, tables: object, whole: Mapping[str, ParameterSet]
+) -> tuple[Any, ...]:
+    if not isinstance(tables, list) or len(tables) > MOST_NUMBERS:
+        raise ParameterError(
+            f"{name}: must be an array of at most {MOST_NUMBERS} tables, each headed [[{name}]]"
+        )
+    return tuple(_parameter_set(kind, f"[[{name}]]", table, whole) for table in tables)
+
+
+def _parameter_set(
+    kind: type[Any], place: str, table: object, whole: Mapping[str, ParameterSet]
+) -> Any:
+    """A set from its table; a set within takes what its table leaves out from `whole`."""
+    if not isinstance(table, Mapping):
+        name = place.strip("[]")
+        raise ParameterError(f"{name} = {table!r}: must be a table, {place}")
+    declared = {f.name: f for f in quantities(kind)}
+    within = {f.name: f for f in fields(kind) if f.name not in declared}
+    values: dict[str, Any] = {}
     for key, value in table.items():
+        if key in within:
+            base = whole[key]
+            inner = f"{place} {key}"
+            changed = _parameter_set(type(base), inner, value, {})
+            values[key] = replace(base, **{k: getattr(changed, k) for k in value})
+            continue
         if key not in declared:
-            raise ParameterError(f"[{name}] unknown key {key!r}{_meant(key, list(declared))}")
+            allowed = [*declared, *within]
+            raise ParameterError(f"{place} unknown key {key!r}{_meant(key, allowed)}")
         try:
-            check(declared[key], value)
+            values[key] = check(declared[key], value)
         except ParameterError as error:
-            raise ParameterError(f"[{name}] {error}") from error
-    return kind(**table)
+            raise ParameterError(f"{place} {error}") from error
+    return kind(**values)
 
 
 def _meant(word: str, allowed: list[str]) -> str:
@@ -109,27 +179,50 @@ def _meant(word: str, allowed: list[str]) -> str:
 def write_toml(parameters: object, title: str) -> str:
     """Return the text of a parameter file, every key with its unit, range and source.
 
+    A source is that of the default: a number that is another one says so.
+
     Parameters
     ----------
     parameters : dataclass instance
-        Its fields are all `ParameterSet`s.
+        Its fields are `ParameterSet`s, or tuples of them.
     title : str
         First line, a comment.
     """
     lines = [f"# {title}", "# SI units. A key left out keeps the value printed here."]
     for section in fields(parameters):  # type: ignore[arg-type]  # any dataclass instance
         chosen = getattr(parameters, section.name)
-        lines += ["", f"[{section.name}]"]
-        for declared in fields(chosen):
-            known = quantity_of(declared)
-            value = getattr(chosen, declared.name)
-            text = str(value).lower() if isinstance(value, bool) else repr(value)
-            about = "true or false"
-            if known.usual is not None:
-                usual = f"usually {known.usual.low:g} to {known.usual.high:g}"
-                about = f"{known.unit}, {known.allowed}, {usual}"
-            lines += [
-                f"# {known.description} ({about}; {known.source})",
-                f"{declared.name} = {text}",
-            ]
+        if isinstance(chosen, tuple):
+            for one in chosen:
+                lines += _table(f"[[{section.name}]]", section.name, one)
+        else:
+            lines += _table(f"[{section.name}]", section.name, chosen)
     return "\n".join(lines) + "\n"
+
+
+def _table(head: str, name: str, chosen: ParameterSet) -> list[str]:
+    lines = ["", head]
+    for declared in quantities(chosen):
+        known, value = quantity_of(declared), getattr(chosen, declared.name)
+        about = "true or false"
+        if known.usual is not None:
+            usual = f"usually {known.usual.low:g} to {known.usual.high:g}"
+            about = f"{known.unit}, {known.allowed}, {usual}"
+        source = known.source
+        if value != declared.default:
+            source = f"instead of {_text(declared.default)}, {source}"
+        lines += [
+            f"# {known.description} ({about}; {source})",
+            f"{declared.name} = {_text(value)}",
+        ]
+    within = {f.name: getattr(chosen, f.name) for f in fields(chosen)}
+    for key, inner in within.items():
+        if isinstance(inner, ParameterSet):
+            lines += _table(f"[{name}.{key}]", f"{name}.{key}", inner)
+    return lines
+
+
+def _text(value: object) -> str:
+    """As TOML has it."""
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_text, value))}]"
+    return str(value).lower() if isinstance(value, bool) else repr(value)

@@ -21,8 +21,9 @@ from railcosim.track.parameters import Track
 from railcosim.track.rail import element_matrices
 from railcosim.track.shape_functions import shape_functions
 from railcosim.track.slab import PlateModes, free_plate_modes
-from railcosim.vehicle.multibody import COORDINATES, WHEELSETS, build_multibody
+from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.train import Train
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -33,22 +34,23 @@ class Monolithic:
     """M, C, K of everything, contacts apart.
 
     The unknowns are the vehicle's coordinates, [w, theta] at the nodes of the left rail and of the
-    right one, then the slabs' modes. Contacts are in the order left 1..4, right 1..4.
+    right one, then the slabs' modes. Contacts are those of the left wheels from the front, then
+    those of the right ones.
 
     Attributes
     ----------
     M, C, K, K_loss : sparse array, shape (n, n)
         Mass, viscous damping, stiffness, hysteretic part (complex stiffness K + i K_loss).
-    wheels : sparse array, shape (8, n)
+    wheels : sparse array, shape (n_contacts, n)
         Wheel displacements.
     nodes : array
         Rail nodes round the ring, m.
     track : Track
         Its parameters.
-    wheel_load : float
-        Static load of a wheel, N.
-    wheelset_x : array, shape (4,)
-        Wheelsets relative to the car body's centre, m.
+    load : array, shape (n_contacts,)
+        Static load of each wheel, N.
+    coordinates : tuple of str
+        Of the vehicle.
     """
 
     M: sparse.csc_array
@@ -58,15 +60,15 @@ class Monolithic:
     wheels: sparse.csr_array
     nodes: FloatArray
     track: Track
-    wheel_load: float
-    wheelset_x: FloatArray
+    load: FloatArray
+    coordinates: tuple[str, ...]
 
     def coordinate(self, name: str) -> int:
         """Place of a vehicle coordinate among the unknowns."""
-        return COORDINATES.index(name)
+        return self.coordinates.index(name)
 
     def rails(self, position: FloatArray) -> sparse.csr_array:
-        """Rail deflections under wheelsets at positions (4,), as rows, shape (8, n)."""
+        """Rail deflections under wheelsets at their positions, as rows, shape (n_contacts, n)."""
         x = np.asarray(position) % self.track.length
         ends = np.append(self.nodes, self.track.length)
         e = np.searchsorted(ends, x + NODE_TOLERANCE, side="right") - 1
@@ -76,26 +78,28 @@ class Monolithic:
         phi = 12 * rail.bending_stiffness / (rail.shear_stiffness * length**2)
         N_w, _ = shape_functions((x - ends[e]) / length, length, phi)
         columns = np.concatenate([_rail_columns(self, e, side) for side in (0, 1)])
-        rows = np.repeat(np.arange(8), 4)
+        rows = np.repeat(np.arange(2 * x.size), 4)
         entries = np.concatenate([N_w, N_w]).ravel()
-        return sparse.csr_array((entries, (rows, columns.ravel())), shape=(8, self.K.shape[0]))
+        return sparse.csr_array(
+            (entries, (rows, columns.ravel())), shape=(2 * x.size, self.K.shape[0])
+        )
 
 
 def _rail_columns(mono: Monolithic, e: NDArray[np.intp], side: int) -> NDArray[np.intp]:
     n = mono.nodes.size
-    first = len(COORDINATES) + 2 * n * side
+    first = len(mono.coordinates) + 2 * n * side
     after = (e + 1) % n
     return first + np.stack([2 * e, 2 * e + 1, 2 * after, 2 * after + 1], axis=1)
 
 
-def assemble(vehicle: Vehicle, track: Track, position: FloatArray) -> Monolithic:
+def assemble(vehicle: Vehicle | Train, track: Track, position: FloatArray) -> Monolithic:
     """Assemble the whole system.
 
     Parameters
     ----------
-    vehicle, track : Vehicle, Track
+    vehicle, track : Vehicle or Train, Track
         Parameters.
-    position : array, shape (4,)
+    position : array, shape (n_wheelsets,)
         Wheelset positions (m) that get a rail node, so that the loaded elements are exact there.
 
     Raises
@@ -134,7 +138,7 @@ def assemble(vehicle: Vehicle, track: Track, position: FloatArray) -> Monolithic
     C = sparse.block_diag([body.C, 0 * M_r, 0 * M_r, track.foundation.damping * per_mass * eye])
     zero = sparse.csr_array(body.K.shape)
     K_loss = track.rail.loss_factor * sparse.block_diag([zero, K_r, K_r, 0 * eye])
-    stretch = _stretch(track, nodes, plates, M.shape[0])
+    stretch = _stretch(track, nodes, plates, len(body.coordinates), M.shape[0])
     springs = stretch.T @ stretch
     f = track.fastening
     return Monolithic(
@@ -142,11 +146,11 @@ def assemble(vehicle: Vehicle, track: Track, position: FloatArray) -> Monolithic
         C=(C + f.damping * springs).tocsc(),
         K=(K + f.stiffness * springs).tocsc(),
         K_loss=(K_loss + f.loss_factor * f.stiffness * springs).tocsc(),
-        wheels=sparse.csr_array(np.tile(np.eye(10, M.shape[0])[WHEELSETS], (2, 1))),
+        wheels=sparse.vstack(2 * [sparse.eye_array(*M.shape, format="csr")[body.wheelsets]]),
         nodes=nodes,
         track=track,
-        wheel_load=vehicle.wheel_load,
-        wheelset_x=body.wheelset_x,
+        load=np.tile(body.wheel_load, 2),
+        coordinates=body.coordinates,
     )
 
 
@@ -172,17 +176,20 @@ def _rail_ring(track: Track, nodes: FloatArray) -> tuple[sparse.csr_array, spars
 
 
 def _stretch(
-    track: Track, nodes: FloatArray, plates: list[PlateModes], size: int
+    track: Track, nodes: FloatArray, plates: list[PlateModes], first: int, size: int
 ) -> sparse.csr_array:
-    """Stretch of every fastening, left rail first: rail minus slab, shape (n_fastenings, n)."""
+    """Stretch of every fastening, left rail first: rail minus slab, shape (n_fastenings, size).
+
+    The rails' unknowns begin at `first`.
+    """
     seats, cells, n = railseats(track), track.mesh.cells, nodes.size
     x = (np.arange(cells)[:, None] * track.cell_length + seats).ravel()
     at = np.argmin(np.abs(nodes[None, :] - x[:, None]), axis=1)
-    first_slab = len(COORDINATES) + 4 * n
+    first_slab = first + 4 * n
     blocks = []
     for side in (0, 1):
         rail = sparse.csr_array(
-            (np.ones(x.size), (np.arange(x.size), len(COORDINATES) + 2 * n * side + 2 * at)),
+            (np.ones(x.size), (np.arange(x.size), first + 2 * n * side + 2 * at)),
             shape=(x.size, first_slab),
         )
         y = np.full(seats.size, (2 * side - 1) * track.rail.lateral_distance / 2)
@@ -212,7 +219,7 @@ def frequency_response(
         rad/s.
     k_H : float
         Contact stiffness, N/m; 0 leaves vehicle and track apart.
-    position : array, shape (4,)
+    position : array, shape (n_wheelsets,)
         Of the wheelsets, m.
     loads : array, shape (n, n_loads) or (n_omega, n, n_loads)
         Force amplitudes, N.

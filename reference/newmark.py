@@ -20,7 +20,7 @@ BETA, GAMMA = 0.25, 0.5  # constant average acceleration: second order, no numer
 
 @dataclass(frozen=True, kw_only=True)
 class Instant:
-    """The system at one time: displacements x, velocities v, contact forces (8,) in N."""
+    """The system at one time: displacements x, velocities v, contact forces in N."""
 
     time: float
     x: FloatArray
@@ -32,9 +32,9 @@ def equilibrium(
     mono: Monolithic, law: ContactLaw, rails: sparse.csr_array, irregularity: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Displacements and contact forces at rest, by Newton's method from a stiff start."""
-    weight = 2 * mono.wheel_load * mono.wheels[:4].sum(axis=0)
+    weight = mono.wheels.T @ mono.load
     across = mono.wheels - rails
-    x, delta = np.zeros(mono.K.shape[0]), np.full(8, 1e-4)
+    x, delta = np.zeros(mono.K.shape[0]), np.full(mono.load.size, 1e-4)
     for _ in range(30):
         k = law.stiffness(delta)
         force = law.force(delta)
@@ -65,7 +65,7 @@ def newmark(
     law : ContactLaw
         Of every contact.
     position, irregularity : callable
-        Of time (s): wheelset positions (4,) and rail surface under the wheels (8,), m.
+        Of time (s): positions of the wheelsets and rail surface under the wheels, m.
     step : float
         s.
     steps : int
@@ -79,7 +79,7 @@ def newmark(
     C = mono.C + mono.K_loss / omega
     a0, a1 = 1 / (BETA * step**2), GAMMA / (BETA * step)
     factor = splu((mono.K + a0 * mono.M + a1 * C).tocsc())
-    weight = 2 * mono.wheel_load * mono.wheels[:4].sum(axis=0)
+    weight = mono.wheels.T @ mono.load
     where, rails = position(0.0), mono.rails(position(0.0))
     x, force = equilibrium(mono, law, rails, irregularity(0.0))
     v, a = np.zeros_like(x), np.zeros_like(x)
@@ -105,7 +105,7 @@ def newmark(
 
 
 def _contact_response(mono: Monolithic, rails: sparse.csr_array, factor: object) -> FloatArray:
-    """Displacements at the end of a step per unit contact force at its end, shape (n, 8)."""
+    """Displacements at the end of a step per contact force there, shape (n, n_contacts)."""
     across = (mono.wheels - rails).toarray().T
     solved: FloatArray = factor.solve(np.ascontiguousarray(across))  # type: ignore[attr-defined]
     return solved

@@ -6,13 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eig
+from scipy.linalg import eig, null_space, qr
+from scipy.sparse.csgraph import connected_components
 
 from .multibody import Multibody
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+RIGID = 1e-10  # of the largest stretch: rounding is 1e-15, levers and masses differ by 1e2
 CHECK_TOLERANCE = 1e-8  # two digits looser than the eigenproblem's usual rounding
 
 
@@ -42,14 +44,32 @@ class ModalVehicle:
 
 
 def modal_form(body: Multibody) -> ModalVehicle:
-    """Split a free vehicle into rigid-body and vibration modes.
+    """Split a free vehicle, or a train, into rigid-body and vibration modes.
+
+    What no spring joins is split by itself: vehicles alike have the same poles, whose common
+    eigenvectors nothing would tell apart.
 
     Raises
     ------
     ArithmeticError
         If two poles coincide so closely that the modes do not reproduce M, C and K.
     """
-    rigid, elastic = _split(body)
+    count, part = connected_components(body.stretch.T @ body.stretch)
+    made = [_modes_of(body, np.flatnonzero(part == k)) for k in range(count)]
+    modal = ModalVehicle(
+        rigid=np.hstack([m.rigid for m in made]),
+        poles=np.concatenate([m.poles for m in made]),
+        modes=np.hstack([m.modes for m in made]),
+        left=np.vstack([m.left for m in made]),
+        state_of=np.vstack([m.state_of for m in made]),
+    )
+    _check(body, modal)
+    return modal
+
+
+def _modes_of(body: Multibody, own: NDArray[np.intp]) -> ModalVehicle:
+    """Modes of some coordinates that nothing joins to the others; shapes over all coordinates."""
+    rigid, elastic = _split(body, own)
     C, K = (elastic.T @ A @ elastic for A in (body.C, body.K))
     m = elastic.shape[1]
     A = np.block([[np.zeros((m, m)), np.eye(m)], [-K, -C]])
@@ -58,29 +78,35 @@ def modal_form(body: Multibody) -> ModalVehicle:
     # One of each conjugate pair, counted twice; a real pole counts once.
     keep = poles.imag >= 0
     weight = np.where(poles.imag > 0, 2.0, 1.0)[keep]
-    modal = ModalVehicle(
+    return ModalVehicle(
         rigid=rigid,
         poles=poles[keep],
         modes=elastic @ right[:m, keep] * weight,
         left=inverse[keep, m:] @ elastic.T,
         state_of=inverse[keep, :m] @ elastic.T @ body.M,
     )
-    _check(body, modal)
-    return modal
 
 
-def _split(body: Multibody) -> tuple[FloatArray, FloatArray]:
-    """Mass-orthonormal bases of the rigid-body motions and of all the rest.
+def _split(body: Multibody, own: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+    """Mass-orthonormal bases of what stretches no suspension and of all the rest.
 
     What the suspensions' forces accelerate, M^-1 S^T, is mass-orthogonal to what stretches none.
+    Where there are more suspensions than motions they stretch, as many of them do.
     """
-    elastic = np.linalg.solve(body.M, body.stretch.T).astype(np.float64)
+    M = body.M[np.ix_(own, own)]
+    S = body.stretch[:, own]
+    S = S[np.abs(S).max(axis=1, initial=0.0) > 0]
+    _, R, order = qr((S / np.sqrt(np.diag(M))).T, mode="economic", pivoting=True)
+    size = np.abs(np.diag(R))
+    S = S[np.sort(order[: (size > RIGID * size.max(initial=0.0)).sum()])]
 
     def orthonormal(basis: FloatArray) -> FloatArray:
-        L = np.linalg.cholesky(basis.T @ body.M @ basis)
-        return basis @ np.linalg.inv(L).T
+        L = np.linalg.cholesky(basis.T @ M @ basis)
+        whole = np.zeros((len(body.M), basis.shape[1]))
+        whole[own] = basis @ np.linalg.inv(L).T
+        return whole
 
-    return orthonormal(body.rigid_modes), orthonormal(elastic)
+    return orthonormal(null_space(S)), orthonormal(np.linalg.solve(M, S.T).astype(np.float64))
 
 
 def _check(body: Multibody, modal: ModalVehicle) -> None:

@@ -1,15 +1,23 @@
-"""The vehicle in numbers: Table A1 of Xu & Lu (2021), counts read as their frequencies demand."""
+"""Vehicles in numbers: properties of their parts, and where these stand.
+
+The defaults are Table A1 of Xu & Lu (2021), counts read as their frequencies demand.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
-from railcosim.parameters import ParameterSet, Usual, quantity
+from railcosim.parameters import ParameterError, ParameterSet, Usual, quantity
 
 A1 = "Xu & Lu 2021, Table A1"
 LATERAL = "not used by the vertical model"
 STANDARD_GRAVITY = 9.81
+MOST_WHEELSETS = 64
+"""Of a vehicle or a train: eight coaches of eight."""
 SCHOOL = f"not in the paper, a published model of the same school; {LATERAL}"
+
+NONE = "none in the paper"
 
 BODY = Usual(3e3, 1.5e5, "empty wagons to loaded ones")
 FRAME = Usual(500.0, 3e4, "light trams to locomotives")
@@ -22,6 +30,7 @@ SPRING = Usual(2e4, 2e8, "air springs to axle guides")
 DAMPER = Usual(500.0, 2e6, "weak springs' own to yaw dampers")
 SPAN = Usual(0.4, 1.6, "inside frames to broad gauge")
 HEIGHT = Usual(-2.0, 3.0, "within a vehicle")
+PLACE = Usual(-60.0, 60.0, "within an articulated set")
 STEEL = Usual(1e11, 3e11, "iron to steel")
 POISSON = Usual(0.1, 0.45, "concrete to rubber")
 
@@ -44,7 +53,7 @@ class CarBody(ParameterSet):
 
 @dataclass(frozen=True, kw_only=True)
 class Bogie(ParameterSet):
-    """One of two bogie frames."""
+    """A bogie frame."""
 
     mass: float = quantity(4420.0, "kg", "mass", above=0, usual=FRAME, source=A1)
     inertia_roll: float = quantity(
@@ -60,7 +69,7 @@ class Bogie(ParameterSet):
 
 @dataclass(frozen=True, kw_only=True)
 class Wheelset(ParameterSet):
-    """One of four wheelsets."""
+    """A wheelset."""
 
     mass: float = quantity(1680.0, "kg", "mass", above=0, usual=AXLE, source=A1)
     inertia_roll: float = quantity(
@@ -91,6 +100,12 @@ class PrimarySuspension(ParameterSet):
     stiffness_y: float = quantity(
         1.24e6, "N/m", f"lateral, k_py; {LATERAL}", above=0, usual=SPRING, source=A1
     )
+    damping_x: float = quantity(
+        0.0, "N.s/m", f"longitudinal, c_px; {LATERAL}", minimum=0, usual=DAMPER, source=NONE
+    )
+    damping_y: float = quantity(
+        0.0, "N.s/m", f"lateral, c_py; {LATERAL}", minimum=0, usual=DAMPER, source=NONE
+    )
     half_span: float = quantity(0.978, "m", "lateral half-span", above=0, usual=SPAN, source=SCHOOL)
 
 
@@ -110,15 +125,23 @@ class SecondarySuspension(ParameterSet):
     stiffness_y: float = quantity(
         0.11e6, "N/m", f"lateral, k_sy; {LATERAL}", above=0, usual=SPRING, source=A1
     )
+    damping_x: float = quantity(
+        0.0, "N.s/m", f"longitudinal, c_sx, yaw dampers; {LATERAL}", minimum=0, usual=DAMPER,
+        source=NONE,
+    )  # fmt: skip
     damping_y: float = quantity(
         5.4e3, "N.s/m", f"lateral, c_sy; {LATERAL}", minimum=0, usual=DAMPER, source=A1
     )
+    roll_stiffness: float = quantity(
+        0.0, "N.m/rad", f"of a bogie's roll bar; {LATERAL}", minimum=0,
+        usual=Usual(1e5, 5e6, "weak to stiff roll bars"), source=NONE,
+    )  # fmt: skip
     half_span: float = quantity(0.978, "m", "lateral half-span", above=0, usual=SPAN, source=SCHOOL)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Geometry(ParameterSet):
-    """Where the bodies are."""
+    """Where the bodies are; the first two where [[carbodies]] do not say it."""
 
     bogie_half_distance: float = quantity(
         7.85, "m", "half the distance of the bogie centres, L_c", above=0,
@@ -139,6 +162,11 @@ class Geometry(ParameterSet):
     wheelset_height: float = quantity(
         0.14, "m", "wheelset, height to the bogie centre of mass", usual=HEIGHT, source=SCHOOL
     )
+    length: float = quantity(
+        22.8, "m", "between coupler faces, whose middle is x = 0; places vehicles in a train",
+        above=0, usual=Usual(5.0, 100.0, "short wagons to articulated sets"),
+        source="not in the paper; metro cars of type A, whose bogies are 15.7 m apart too",
+    )  # fmt: skip
     gravity: float = quantity(
         STANDARD_GRAVITY, "m/s2", "acceleration of gravity", above=0,
         usual=Usual(9.7, 9.9, "on the Earth"), source="usual",
@@ -164,8 +192,91 @@ class Contact(ParameterSet):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Coupler(ParameterSet):
+    """Between two car bodies; at rest a coupler between two vehicles carries nothing."""
+
+    stiffness: float = quantity(
+        0.0, "N/m", "vertical", minimum=0, usual=SPRING, source=f"{NONE}: slides up and down"
+    )
+    damping: float = quantity(0.0, "N.s/m", "vertical", minimum=0, usual=DAMPER, source=NONE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarBodyPlace(ParameterSet):
+    """Where a car body is; `carbody` is what differs from the vehicle's [carbody]."""
+
+    x: float = quantity(
+        0.0, "m", "its centre of mass, forward of the vehicle's middle", usual=PLACE, source=A1
+    )
+    carbody: CarBody | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class BogiePlace(ParameterSet):
+    """Where a bogie is, and what stands on it; None: as the vehicle's tables say."""
+
+    x: float = quantity(0.0, "m", "its centre, forward", usual=PLACE, source=A1)
+    wheelsets: tuple[float, ...] = quantity(
+        (1.25, -1.25), "m", "wheelsets, forward of the bogie's centre",
+        usual=Usual(-4.0, 4.0, "up to four axles"), source=A1,
+    )  # fmt: skip
+    carbodies: tuple[int, ...] = quantity(
+        (1,), "1", "numbers, from the front, of the car bodies on it; one for each suspension",
+        minimum=1, maximum=MOST_WHEELSETS, usual=Usual(1, MOST_WHEELSETS, "a car body's number"),
+        source=A1,
+    )  # fmt: skip
+    pivots: tuple[float, ...] = quantity(
+        (), "m", "where each of these stands, forward of the bogie's centre; none: at its centre",
+        usual=Usual(-2.0, 2.0, "within a bogie"), source=A1,
+    )  # fmt: skip
+    bogie: Bogie | None = None
+    wheelset: Wheelset | None = None
+    primary_suspension: PrimarySuspension | None = None
+    secondary_suspension: SecondarySuspension | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxlePlace(ParameterSet):
+    """Where a wheelset is that carries a car body without a bogie."""
+
+    x: float = quantity(0.0, "m", "forward", usual=PLACE, source=NONE)
+    carbody: int = quantity(
+        1, "1", "number, from the front, of the car body on it", minimum=1, maximum=MOST_WHEELSETS,
+        usual=Usual(1, MOST_WHEELSETS, "a car body's number"), source=NONE,
+    )  # fmt: skip
+    wheelset: Wheelset | None = None
+    primary_suspension: PrimarySuspension | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CouplerPlace(ParameterSet):
+    """Where two car bodies of a vehicle are joined."""
+
+    x: float = quantity(0.0, "m", "forward", usual=PLACE, source=NONE)
+    carbodies: tuple[int, ...] = quantity(
+        (1, 2), "1", "numbers of the two", minimum=1, maximum=MOST_WHEELSETS,
+        usual=Usual(1, MOST_WHEELSETS, "a car body's number"), source=NONE,
+    )  # fmt: skip
+    coupler: Coupler | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Vehicle:
-    """Everything about a vehicle: one car body, two bogies, four wheelsets.
+    """Everything about a vehicle.
+
+    Without places: one car body on two bogies of two wheelsets each.
+
+    Attributes
+    ----------
+    carbody, bogie, wheelset, primary_suspension, secondary_suspension, geometry, contact, coupler
+        Properties of all such parts.
+    carbodies, bogies, axles, couplers : tuple
+        Places of any number of them, from the front, and what is other there.
+
+    Raises
+    ------
+    ParameterError
+        If the places do not fit together.
 
     References
     ----------
@@ -180,9 +291,93 @@ class Vehicle:
     secondary_suspension: SecondarySuspension = field(default_factory=SecondarySuspension)
     geometry: Geometry = field(default_factory=Geometry)
     contact: Contact = field(default_factory=Contact)
+    coupler: Coupler = field(default_factory=Coupler)
+    carbodies: tuple[CarBodyPlace, ...] = ()
+    bogies: tuple[BogiePlace, ...] = ()
+    axles: tuple[AxlePlace, ...] = ()
+    couplers: tuple[CouplerPlace, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.carbodies or self.bogies or self.axles or self.couplers:
+            check_places(self)
+
+    @property
+    def placed(self) -> Vehicle:
+        """The same with its places written out."""
+        if self.carbodies:
+            return self
+        L_c, L_t = self.geometry.bogie_half_distance, self.geometry.axle_half_distance
+        bogies = tuple(BogiePlace(x=x, wheelsets=(L_t, -L_t)) for x in (L_c, -L_c))
+        whole = replace(self.geometry, **WITHOUT_PLACES)
+        return replace(self, carbodies=(CarBodyPlace(),), bogies=bogies, geometry=whole)
 
     @property
     def wheel_load(self) -> float:
-        """Static load of one wheel, N."""
-        mass = self.carbody.mass + 2 * self.bogie.mass + 4 * self.wheelset.mass
-        return mass * self.geometry.gravity / 8
+        """Mean static load of its wheels, N."""
+        whole = self.placed
+        cars = [place.carbody or self.carbody for place in whole.carbodies]
+        bogies = [place.bogie or self.bogie for place in whole.bogies]
+        axles = [p.wheelset or self.wheelset for p in whole.bogies for _ in p.wheelsets]
+        axles += [place.wheelset or self.wheelset for place in whole.axles]
+        mass = sum(part.mass for some in (cars, bogies, axles) for part in some)
+        return mass * self.geometry.gravity / (2 * len(axles))
+
+
+WITHOUT_PLACES = {
+    name: getattr(Geometry(), name) for name in ("bogie_half_distance", "axle_half_distance")
+}
+"""Distances that a vehicle with places must leave as they are."""
+
+
+def check_places(vehicle: Vehicle) -> None:
+    """Raise ParameterError if a vehicle's places do not fit together."""
+    for name in ("carbodies", "bogies"):
+        x = [place.x for place in getattr(vehicle, name)]
+        for before, behind in pairwise(x):
+            if behind >= before:
+                raise ParameterError(
+                    f"[[{name}]] x = {behind:g} m behind x = {before:g} m: list them from the front"
+                )
+    if not vehicle.carbodies:
+        raise ParameterError("[[carbodies]] are missing: say where each car body is, x = ...")
+    for name, default in WITHOUT_PLACES.items():
+        if getattr(vehicle.geometry, name) != default:
+            raise ParameterError(
+                f"[geometry] {name}: [[bogies]] say where bogies and wheelsets are"
+            )
+    count = len(vehicle.axles) + sum(len(bogie.wheelsets) for bogie in vehicle.bogies)
+    if not 1 <= count <= MOST_WHEELSETS:
+        raise ParameterError(
+            f"{count} wheelsets in [[bogies]] and [[axles]]: must be 1 to {MOST_WHEELSETS}"
+        )
+    _check_standing(vehicle)
+
+
+def _check_standing(vehicle: Vehicle) -> None:
+    for bogie in vehicle.bogies:
+        _check_numbers("bogies", bogie.x, bogie.carbodies, vehicle)
+        if not bogie.wheelsets or not bogie.carbodies:
+            raise ParameterError(f"[[bogies]] x = {bogie.x:g} m: needs wheelsets and carbodies")
+        if len(bogie.pivots) not in {0, len(bogie.carbodies)}:
+            raise ParameterError(
+                f"[[bogies]] x = {bogie.x:g} m: {len(bogie.pivots)} pivots for "
+                f"{len(bogie.carbodies)} carbodies: must be one for each, or none"
+            )
+    for axle in vehicle.axles:
+        _check_numbers("axles", axle.x, (axle.carbody,), vehicle)
+    for coupler in vehicle.couplers:
+        _check_numbers("couplers", coupler.x, coupler.carbodies, vehicle)
+        if len(set(coupler.carbodies)) != 2 or len(coupler.carbodies) != 2:
+            raise ParameterError(
+                f"[[couplers]] x = {coupler.x:g} m: carbodies = {list(coupler.carbodies)}: must be "
+                "the numbers of two"
+            )
+
+
+def _check_numbers(table: str, x: float, numbers: tuple[int, ...], vehicle: Vehicle) -> None:
+    count = len(vehicle.carbodies)
+    for number in numbers:
+        if number > count:
+            raise ParameterError(
+                f"[[{table}]] x = {x:g} m: there is no car body {number}; [[carbodies]] has {count}"
+            )

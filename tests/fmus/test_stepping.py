@@ -21,7 +21,7 @@ from railcosim.vehicle.contact import HertzContact, LinearContact, solve_compres
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import PrimarySuspension, SecondarySuspension, Vehicle
 
-MULTIBODY = build_multibody(Vehicle())
+MULTIBODY, LOAD = build_multibody(Vehicle()), Vehicle().wheel_load
 HERTZ = HertzContact(C=9.64e10)
 WHEELS = np.array([18.0, 15.5, 2.3, -0.2])  # places on a track
 NONE = np.empty(0)
@@ -105,7 +105,7 @@ def test_rigid_body_under_a_ramp():
 
 
 def forces(seed):
-    return MULTIBODY.wheel_load * (1 + 0.3 * np.random.default_rng(seed).normal(size=8))
+    return LOAD * (1 + 0.3 * np.random.default_rng(seed).normal(size=8))
 
 
 def by_exponential(height, start, end, h):
@@ -118,7 +118,7 @@ def by_exponential(height, start, end, h):
 
     def net(force):
         out = np.zeros(n)
-        out[6:] = 2 * MULTIBODY.wheel_load - force[:4] - force[4:]
+        out[6:] = 2 * LOAD - force[:4] - force[4:]
         return out
 
     A = np.zeros((2 * n + 2, 2 * n + 2))
@@ -166,7 +166,7 @@ def test_vehicle_at_rest_stays_at_rest(vehicle):
     height = np.array([2e-3, 1e-3, -1e-3, 3e-3])
     K = MULTIBODY.K
     holding = K[6:, 6:] - K[6:, :6] @ np.linalg.solve(K[:6, :6], K[:6, 6:])
-    force = np.tile(MULTIBODY.wheel_load - holding @ height / 2, 2)
+    force = np.tile(LOAD - holding @ height / 2, 2)
     rest = vehicle.rest(height)
     same = Inputs(np.zeros(4), force)
     later = Mover(vehicle, FromOutside(), np.inf).step(rest, same, same, 0.5)
@@ -303,7 +303,7 @@ def test_vehicle_on_its_contacts_keeps_its_energy(drop):
     """Without dampers, on a rigid rail: kinetic, springs, Hertz and the weight."""
     multibody = undamped()
     body = VehicleBody(vehicle_arrays(multibody))
-    load = multibody.wheel_load
+    load = LOAD
     delta = (load / HERTZ.C) ** (2 / 3)
 
     def energy(state):
@@ -337,7 +337,7 @@ def test_vehicle_on_its_contacts_keeps_its_energy(drop):
 
 def test_vehicle_contact_is_second_order_in_the_internal_step(vehicle):
     """Over a bump in the rail, started where its wheels rest; the contact never opens."""
-    delta = (MULTIBODY.wheel_load / HERTZ.C) ** (2 / 3)
+    delta = (LOAD / HERTZ.C) ** (2 / 3)
     begin, end = np.zeros(8), 2e-5 * np.array([1, -1, 2, 0.5, 1, -1, 2, 0.5])
 
     def after(step):

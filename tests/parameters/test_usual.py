@@ -7,16 +7,25 @@ import pytest
 
 from railcosim.cli.options import UsageError, contact_parameters, doubted, speed_of
 from railcosim.parameters import UnusualWarning, Usual, read_toml, write_toml
-from railcosim.parameters.quantity import quantity_of
+from railcosim.parameters.quantity import quantities, quantity_of
 from railcosim.track.parameters import Track
-from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.parameters import (
+    AxlePlace,
+    BogiePlace,
+    CarBodyPlace,
+    CouplerPlace,
+    Vehicle,
+)
 
+PLACES = [CarBodyPlace(), BogiePlace(), AxlePlace(), CouplerPlace()]
+SETS = [getattr(whole, f.name) for whole in (Vehicle(), Track()) for f in fields(whole)] + PLACES
 QUANTITIES = [
-    (table.name, declared, getattr(getattr(whole, table.name), declared.name))
-    for whole in (Vehicle(), Track())
-    for table in fields(whole)
-    for declared in fields(getattr(whole, table.name))
+    (type(chosen).__name__, declared, number)
+    for chosen in SETS
+    if chosen != ()  # arrays of tables, of which there are none by default
+    for declared in quantities(chosen)
     if not isinstance(declared.default, bool)
+    for number in (declared.default if isinstance(declared.default, tuple) else [declared.default])
 ]
 
 

@@ -1,12 +1,23 @@
 """The vehicle against mechanics by hand: one mass or two masses at a time."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 
 from railcosim.vehicle.modal import modal_form
-from railcosim.vehicle.multibody import COORDINATES, WHEELSETS, build_multibody
-from railcosim.vehicle.parameters import PrimarySuspension, SecondarySuspension, Vehicle
+from railcosim.vehicle.multibody import build_multibody
+from railcosim.vehicle.parameters import (
+    Bogie,
+    CarBody,
+    Geometry,
+    PrimarySuspension,
+    SecondarySuspension,
+    Vehicle,
+    Wheelset,
+)
 
 VEHICLE = Vehicle()
 BODY = build_multibody(VEHICLE)
@@ -17,7 +28,7 @@ C_P, C_S = 2 * 65e3, 2 * 16.5e3
 
 
 def index(name):
-    return COORDINATES.index(name)
+    return BODY.coordinates.index(name)
 
 
 def grounded():
@@ -26,11 +37,36 @@ def grounded():
     return BODY.M[above], BODY.C[above], BODY.K[above]
 
 
+OTHER = Vehicle(
+    carbody=CarBody(mass=31234.5, inertia_pitch=1.234e6),
+    bogie=Bogie(mass=2777.7, inertia_pitch=1555.5),
+    wheelset=Wheelset(mass=1234.5),
+    primary_suspension=PrimarySuspension(stiffness=1e6 / 3, damping=7.7e3),
+    secondary_suspension=SecondarySuspension(stiffness=0.37e6, damping=11.1e3),
+    geometry=Geometry(bogie_half_distance=9.13, axle_half_distance=1.37, gravity=9.80665),
+)
+
+
+@pytest.mark.parametrize(("vehicle", "name"), [(VEHICLE, "paper"), (OTHER, "odd")])
+def test_as_written_out_by_hand_before_bodies_and_springs(vehicle, name):
+    """M, C, K of one vehicle, coordinate by coordinate, as an earlier version had them."""
+    stored = json.loads((Path(__file__).parent / "frozen_multibody.json").read_text())[name]
+    body = build_multibody(vehicle)
+    for what in ("M", "C", "K"):
+        expected = np.zeros((10, 10))
+        for one, other, value in stored[what]:
+            expected[index(one), index(other)] = value
+        # Rounding: a place and a difference of two places.
+        assert np.abs(getattr(body, what) - expected).max() < 1e-12 * np.abs(expected).max()
+    assert body.wheelset_x == pytest.approx(stored["wheelset_x"], rel=1e-12)
+    assert body.wheel_load == pytest.approx(np.full(4, stored["wheel_load"]), rel=1e-12)
+
+
 def test_mass_and_symmetry():
     for A in (BODY.M, BODY.C, BODY.K):
         assert np.abs(A - A.T).max() < 1e-15 * np.abs(A).max()  # rounding
     assert np.linalg.eigvalsh(BODY.M).min() > 0
-    up = np.array([name.endswith(".z") for name in COORDINATES], dtype=float)
+    up = np.array([name.endswith(".z") for name in BODY.coordinates], dtype=float)
     assert up @ BODY.M @ up == pytest.approx(M_C + 2 * M_T + 4 * M_W, rel=1e-14)  # rounding
 
 
@@ -50,7 +86,7 @@ def test_static_wheel_load():
 
 
 def test_rigid_motions_stretch_nothing_and_nothing_else_does():
-    rigid = BODY.rigid_modes
+    rigid = modal_form(BODY).rigid
     assert rigid.shape == (10, 4)
     scale = np.abs(BODY.K).max()
     assert np.abs(BODY.K @ rigid).max() < 1e-12 * scale  # rounding
@@ -160,4 +196,5 @@ def test_rigid_modes_are_mass_orthonormal():
 
 
 def test_wheelsets_are_the_last_coordinates():
-    assert COORDINATES[WHEELSETS] == tuple(f"wheelset[{i}].z" for i in (1, 2, 3, 4))
+    names = tuple(f"wheelset[{i}].z" for i in (1, 2, 3, 4))
+    assert BODY.coordinates[BODY.wheelsets] == names

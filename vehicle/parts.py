@@ -1,0 +1,147 @@
+"""A vehicle's parameters as bodies and springs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .bodies import (
+    ALONG_X,
+    ALONG_Y,
+    BOGIE,
+    CARBODY,
+    DOWN,
+    WHEELSET,
+    Body,
+    Parts,
+    Spring,
+    in_order,
+)
+from .parameters import (
+    AxlePlace,
+    BogiePlace,
+    Coupler,
+    PrimarySuspension,
+    SecondarySuspension,
+    Vehicle,
+)
+from .parameters import Wheelset as WheelsetParameters
+
+SIDES = (-1.0, 1.0)  # left, right: y is to the right
+
+
+def parts_of(vehicle: Vehicle) -> Parts:
+    """Bodies and springs of a vehicle; x from its middle, z from its secondary suspension's plane.
+
+    A car body that stands on axles stands on them in that plane.
+    """
+    vehicle = vehicle.placed
+    cars = [_carbody(vehicle, k) for k in range(len(vehicle.carbodies))]
+    made = [_bogie(vehicle, bogie, cars) for bogie in vehicle.bogies]
+    made += [_axle(vehicle, axle, cars[axle.carbody - 1]) for axle in vehicle.axles]
+    joints = []
+    for place in vehicle.couplers:
+        one, other = (cars[number - 1] for number in place.carbodies)
+        joints.append(coupled(one, other, place.x, place.coupler or vehicle.coupler))
+    return Parts(
+        bodies=in_order([*cars, *(body for one in made for body in one.bodies)]),
+        suspension=(
+            *joints,
+            *(spring for one in made for spring in one.secondary),
+            *(spring for one in made for spring in one.primary),
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class _RunningGear:
+    """A bogie with its wheelsets, or an axle without one, and what springs stand on them."""
+
+    bodies: list[Body]
+    secondary: list[Spring]
+    primary: list[Spring]
+
+
+def coupled(a: Body, b: Body, x: float, coupler: Coupler) -> Spring:
+    """A coupler as a spring."""
+    return Spring(a=a, b=b, point=(x, 0.0, 0.0), axis=DOWN, k=coupler.stiffness, c=coupler.damping)
+
+
+def _carbody(vehicle: Vehicle, k: int) -> Body:
+    place = vehicle.carbodies[k]
+    car = place.carbody or vehicle.carbody
+    return Body(
+        kind=CARBODY,
+        mass=car.mass,
+        inertia=(car.inertia_roll, car.inertia_pitch, car.inertia_yaw),
+        place=(place.x, 0.0, -vehicle.geometry.carbody_height),
+    )
+
+
+def _wheelset(known: WheelsetParameters, x: float, z: float) -> Body:
+    return Body(
+        kind=WHEELSET,
+        mass=known.mass,
+        inertia=(known.inertia_roll, known.inertia_spin, known.inertia_yaw),
+        place=(x, 0.0, z),
+    )
+
+
+def _bogie(vehicle: Vehicle, place: BogiePlace, cars: Sequence[Body]) -> _RunningGear:
+    known = place.bogie or vehicle.bogie
+    z = -vehicle.geometry.bogie_height
+    frame = Body(
+        kind=BOGIE,
+        mass=known.mass,
+        inertia=(known.inertia_roll, known.inertia_pitch, known.inertia_yaw),
+        place=(place.x, 0.0, z),
+    )
+    secondary: list[Spring] = []
+    pivots = place.pivots or (0.0,) * len(place.carbodies)
+    above = place.secondary_suspension or vehicle.secondary_suspension
+    for number, ahead in zip(place.carbodies, pivots, strict=True):
+        secondary += _secondary(above, cars[number - 1], frame, place.x + ahead)
+    bodies, primary = [frame], []
+    below = place.primary_suspension or vehicle.primary_suspension
+    for ahead in place.wheelsets:
+        x = place.x + ahead
+        axle = _wheelset(
+            place.wheelset or vehicle.wheelset, x, z + vehicle.geometry.wheelset_height
+        )
+        primary += _primary(below, frame, axle, x, z)
+        bodies.append(axle)
+    return _RunningGear(bodies, secondary, primary)
+
+
+def _axle(vehicle: Vehicle, place: AxlePlace, car: Body) -> _RunningGear:
+    axle = _wheelset(place.wheelset or vehicle.wheelset, place.x, vehicle.geometry.wheelset_height)
+    below = place.primary_suspension or vehicle.primary_suspension
+    return _RunningGear([axle], [], _primary(below, car, axle, place.x, 0.0))
+
+
+def _primary(known: PrimarySuspension, a: Body, axle: Body, x: float, z: float) -> list[Spring]:
+    """Of both wheels of an axle."""
+    return [
+        Spring(a=a, b=axle, point=(x, side * known.half_span, z), axis=axis, k=k, c=c)
+        for side in SIDES
+        for axis, k, c in (
+            (ALONG_X, known.stiffness_x, known.damping_x),
+            (ALONG_Y, known.stiffness_y, known.damping_y),
+            (DOWN, known.stiffness, known.damping),
+        )
+    ]
+
+
+def _secondary(known: SecondarySuspension, car: Body, frame: Body, x: float) -> list[Spring]:
+    """Of both sides of a bogie, and its roll bar."""
+    springs = [
+        Spring(a=car, b=frame, point=(x, side * known.half_span, 0.0), axis=axis, k=k, c=c)
+        for side in SIDES
+        for axis, k, c in (
+            (ALONG_X, known.stiffness_x, known.damping_x),
+            (ALONG_Y, known.stiffness_y, known.damping_y),
+            (DOWN, known.stiffness, known.damping),
+        )
+    ]
+    bar = Spring(a=car, b=frame, point=None, axis=ALONG_X, k=known.roll_stiffness, c=0.0)
+    return [*springs, bar]

@@ -1,0 +1,132 @@
+"""Several vehicles one behind the other, coupled, in any order and either way round."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from railcosim.parameters import ParameterError
+
+from .bodies import CARBODY, WHEELSET, Body, Parts, in_order
+from .contact import hertz_coefficient
+from .parameters import MOST_WHEELSETS, Coupler, Vehicle
+from .parts import coupled, parts_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainVehicle:
+    """A vehicle of a train.
+
+    Attributes
+    ----------
+    vehicle : Vehicle
+        Its parameters.
+    reversed : bool
+        Whether it runs with its rear in front.
+    """
+
+    vehicle: Vehicle
+    reversed: bool = False
+
+    def parts(self) -> Parts:
+        """Bodies and springs, x from its middle."""
+        own = parts_of(self.vehicle)
+        return own.reversed() if self.reversed else own
+
+
+@dataclass(frozen=True, kw_only=True)
+class Train:
+    """Vehicles from the front.
+
+    Attributes
+    ----------
+    vehicles : tuple of TrainVehicle
+        From the front.
+    coupler : Coupler
+        Between every two.
+
+    Raises
+    ------
+    ParameterError
+        If there is none, there are more wheelsets than `MOST_WHEELSETS`, gravity differs, or one
+        contact law does not do for all wheels.
+    """
+
+    vehicles: tuple[TrainVehicle, ...]
+    coupler: Coupler = field(default_factory=Coupler)
+
+    def __post_init__(self) -> None:
+        if not self.vehicles:
+            raise ParameterError("a train needs at least one vehicle, [[vehicle]]")
+        count = sum(b.kind == WHEELSET for one in self.vehicles for b in one.parts().bodies)
+        if count > MOST_WHEELSETS:
+            raise ParameterError(f"a train of {count} wheelsets: must be at most {MOST_WHEELSETS}")
+        first = self.vehicles[0].vehicle
+        for number, one in enumerate(self.vehicles, start=1):
+            if one.vehicle.geometry.gravity != first.geometry.gravity:
+                raise ParameterError(
+                    f"vehicle {number}: [geometry] gravity = {one.vehicle.geometry.gravity:g} m/s2:"
+                    f" must be that of vehicle 1, {first.geometry.gravity:g} m/s2"
+                )
+            if coefficient_of(one.vehicle) != coefficient_of(first):
+                raise ParameterError(
+                    f"vehicle {number}: Hertz coefficient {coefficient_of(one.vehicle):g} N/m1.5 "
+                    f"and of vehicle 1 {coefficient_of(first):g}: one law is for all wheels of a "
+                    "train; give all the same [wheelset] radius and the same [contact]"
+                )
+
+    @property
+    def hertz_coefficient(self) -> float:
+        """C of F = C delta^1.5 of its wheels, N/m^1.5."""
+        return coefficient_of(self.vehicles[0].vehicle)
+
+    @property
+    def gravity(self) -> float:
+        """Acceleration of gravity, m/s2."""
+        return self.vehicles[0].vehicle.geometry.gravity
+
+    def parts(self) -> Parts:
+        """Bodies and springs of all; x forward of the first vehicle's middle."""
+        made: list[Parts] = []
+        couplers = []
+        rear = self.vehicles[0].vehicle.geometry.length / 2  # the first one's front, to begin with
+        for one in self.vehicles:
+            length = one.vehicle.geometry.length
+            middle = rear - length / 2
+            here = one.parts().moved(middle) if made else one.parts()
+            if made:
+                couplers.append(coupled(_last_car(made[-1]), _first_car(here), rear, self.coupler))
+            made.append(here)
+            rear = middle - length / 2
+        return Parts(
+            bodies=in_order(body for parts in made for body in parts.bodies),
+            suspension=tuple(spring for parts in made for spring in parts.suspension),
+            couplers=tuple(couplers),
+        )
+
+
+def train_of(stock: Vehicle | Train) -> Train:
+    """A vehicle as a train of one."""
+    return stock if isinstance(stock, Train) else Train(vehicles=(TrainVehicle(vehicle=stock),))
+
+
+def coefficient_of(vehicle: Vehicle) -> float:
+    """C of F = C delta^1.5 of a vehicle's wheels, N/m^1.5."""
+    c = vehicle.contact
+    return hertz_coefficient(
+        young_modulus=c.young_modulus,
+        poisson_ratio=c.poisson_ratio,
+        wheel_radius=vehicle.wheelset.radius,
+        rail_radius=c.rail_radius,
+    )
+
+
+def _last_car(parts: Parts) -> Body:
+    return min(_cars(parts), key=lambda b: b.place[0])
+
+
+def _first_car(parts: Parts) -> Body:
+    return max(_cars(parts), key=lambda b: b.place[0])
+
+
+def _cars(parts: Parts) -> list[Body]:
+    return [body for body in parts.bodies if body.kind == CARBODY]
