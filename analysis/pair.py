@@ -177,7 +177,7 @@ def _irregularity(journey: Journey, place: FloatArray) -> Signal:
         )
         for wheel in WHEELS
     ]
-    return Signal("irregularity", variables, heights)
+    return Signal("irregularity", variables, heights, vectorised=True)
 
 
 def _positions(vehicle: LoadedFmu, pool: Pool) -> FloatArray:

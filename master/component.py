@@ -121,6 +121,12 @@ class Component(ABC):
     def do_step(self, t: float, h: float) -> None:
         """Go from time `t` to `t + h` (s). Raises ComponentError."""
 
+    def foresee(self, times: FloatArray) -> None:  # noqa: B027 - most need it not
+        """Be told at which times (s) the next steps are likely to end; nothing is promised.
+
+        For what is cheaper done for many steps at once.
+        """
+
     # --- for those who use a component by itself -----------------------------------------------
 
     def set_inputs(self, u: FloatArray) -> None:

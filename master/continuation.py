@@ -84,26 +84,76 @@ class Held:
 
 
 class _Polynomial:
-    """Remembers the inputs of past communication points."""
+    """Remembers the inputs of past communication points.
+
+    All that a step needs is in arrays that are made once and written over: most of what a master
+    costs would else be the making of small arrays.
+    """
 
     def __init__(self, component: Component, degree: int) -> None:
         self.degree = degree
-        self.past: History = ()
         self._component = component
+        n = component.u.size
+        self._times: list[float] = []  # the latest first, as the points
+        self._points: list[FloatArray] = [np.empty(n) for _ in range(degree + 1)]
+        self._derivatives: FloatArray = np.zeros((degree, n))
+        self._known = tuple(self._derivatives[:order] for order in range(degree + 1))
+        self._work: FloatArray = np.empty(n)
+        self._beginning = 0
+        """Which of the points is the beginning of the step last made."""
+
+    @property
+    def past(self) -> History:
+        """Copies; see `Continuation`."""
+        points = zip(self._times, self._points, strict=False)
+        return tuple((t, u.copy()) for t, u in points)[::-1]
+
+    @past.setter
+    def past(self, past: History) -> None:
+        latest_first = past[: -self.degree - 2 : -1]
+        self._times = [t for t, _ in latest_first]
+        for kept, (_, u) in zip(self._points, latest_first, strict=False):
+            kept[:] = u
 
     def begin(self, t: float) -> None:
         """Begin the past; see `Continuation`."""
-        self.past = ()
+        self._times.clear()
         self._note(t, self._component.u)
 
     def path(self, t: float) -> FloatArray:
         """Give the polynomial through the past, which ends with the step; see `Continuation`."""
-        return _taylor(self.past, t, self.degree)
+        return np.stack([self._points[self._beginning], *self._known[len(self._times) - 1]])
 
     def _note(self, t: float, u: FloatArray) -> None:
         """Remember the inputs at `t`."""
-        past = self.past[:-1] if self.past and self.past[-1][0] == t else self.past
-        self.past = (*past[-self.degree :], (t, u.copy()))
+        times, points = self._times, self._points
+        if not times or times[0] != t:
+            times.insert(0, t)
+            del times[self.degree + 1 :]
+            points.insert(0, points.pop())
+        points[0][:] = u
+
+    def _fit(self, t: float) -> FloatArray:
+        """Derivatives at `t` of the polynomial through the past, shape (degree, n_inputs).
+
+        Of a lower degree in the first steps. What does not change has derivatives of exactly zero.
+        """
+        known = self._known[len(self._times) - 1]
+        if not len(known):
+            return known
+        first, (t0, t1, *earlier), (u0, u1, *_) = self._derivatives[0], self._times, self._points
+        np.subtract(u0, u1, first)
+        np.divide(first, t0 - t1, first)
+        if earlier:  # Newton's divided differences
+            (t2,), u2, second, work = earlier, self._points[2], self._derivatives[1], self._work
+            np.subtract(u1, u2, work)
+            np.divide(work, t1 - t2, work)
+            np.subtract(first, work, second)
+            np.divide(second, t0 - t2, second)
+            np.multiply(second, 2 * t - t0 - t1, work)
+            np.add(first, work, first)
+            np.multiply(second, 2, second)
+        return known
 
 
 class OwnHold(_Polynomial):
@@ -118,16 +168,19 @@ class OwnHold(_Polynomial):
 
     def extrapolate(self, t: float, h: float) -> None:
         """Let the component extrapolate; see `Continuation`."""
-        self._note(t, self._component.u)
-        self._component.do_step(t, h)
-        self._component.u[:] = _end(_taylor(self.past, t, 1), h)
+        component, self._beginning = self._component, 0
+        self._note(t, component.u)
+        component.do_step(t, h)
+        _go_on(component.u, self._fit(t), h)
 
     def interpolate(self, t: float, h: float, u: FloatArray) -> None:
         """Let the component interpolate; see `Continuation`."""
-        self._component.u[:] = u
-        self._component.write_inputs()
-        self._component.do_step(t, h)
+        component, self._beginning = self._component, 1
+        component.u[:] = u
+        component.write_inputs()
+        component.do_step(t, h)
         self._note(t + h, u)
+        self._fit(t)
 
 
 class Derivatives(_Polynomial):
@@ -139,17 +192,21 @@ class Derivatives(_Polynomial):
 
     def extrapolate(self, t: float, h: float) -> None:
         """Follow the polynomial through the past; see `Continuation`."""
-        self._note(t, self._component.u)
-        follow(self._component, _taylor(self.past, t, self.degree), t, h)
+        component, self._beginning = self._component, 0
+        self._note(t, component.u)
+        follow(component, self._fit(t), t, h)
 
     def interpolate(self, t: float, h: float, u: FloatArray) -> None:
         """Follow the polynomial through the past and the end; see `Continuation`."""
-        component = self._component
-        component.u[:] = self.past[-1][1]
+        component, self._beginning = self._component, 1
+        component.u[:] = self._points[0]
         component.write_inputs()
-        follow(component, _taylor((*self.past, (t + h, u)), t, self.degree), t, h)
-        component.u[:] = u  # without the rounding of the polynomial
         self._note(t + h, u)
+        derivatives = self._fit(t)
+        if len(derivatives):
+            component.set_input_derivatives(derivatives)
+        component.do_step(t, h)
+        component.u[:] = u  # without the rounding of the polynomial
 
 
 def continuation(component: Component, degree: int, *, at_end: bool) -> Continuation:
@@ -180,43 +237,31 @@ def continuation(component: Component, degree: int, *, at_end: bool) -> Continua
     return Held(component)
 
 
-def follow(component: Component, taylor: FloatArray, t: float, h: float) -> None:
-    """Step a component along a polynomial whose value at `t` is already written.
+def follow(component: Component, derivatives: FloatArray, t: float, h: float) -> None:
+    """Step a component along a polynomial whose value at `t` is in its `u`, and written.
 
     Parameters
     ----------
     component : Component
         To step from `t` to `t + h` (s).
-    taylor : array, shape (degree + 1, n_inputs)
-        Value and derivatives of the inputs at `t`.
+    derivatives : array, shape (degree, n_inputs)
+        Of the inputs at `t`.
     t, h : float
         Beginning and length of the step, s.
     """
-    if len(taylor) > 1:
-        component.set_input_derivatives(taylor[1:])
+    if len(derivatives):
+        component.set_input_derivatives(derivatives)
     component.do_step(t, h)
-    component.u[:] = _end(taylor, h)
+    _go_on(component.u, derivatives, h)
 
 
-def _taylor(points: History, t: float, degree: int) -> FloatArray:
-    """Value and derivatives at `t` of the polynomial through the last points."""
-    points = points[-degree - 1 :]
-    (t0, u0), *earlier = points[::-1]
-    if not earlier:
-        return u0[None]
-    (t1, u1), *earliest = earlier
-    first = (u0 - u1) / (t0 - t1)
-    if not earliest:
-        return np.stack([u0 + first * (t - t0), first])
-    t2, u2 = earliest[0]
-    second = (first - (u1 - u2) / (t1 - t2)) / (t0 - t2)  # Newton's divided differences
-    value = u0 + first * (t - t0) + second * (t - t0) * (t - t1)
-    return np.stack([value, first + second * (2 * t - t0 - t1), 2 * second])
-
-
-def _end(taylor: FloatArray, h: float) -> FloatArray:
-    """Value of the polynomial after `h` (s)."""
-    value: FloatArray = taylor[-1]
-    for k in range(len(taylor) - 2, -1, -1):
-        value = taylor[k] + value * (h / (k + 1))
-    return value
+def _go_on(u: FloatArray, derivatives: FloatArray, h: float) -> None:
+    """Make the value of a polynomial that after `h` (s), in place."""
+    order = len(derivatives)
+    if not order:
+        return
+    change = derivatives[-1] * (h / order)
+    for k in range(order - 1, 0, -1):
+        change += derivatives[k - 1]
+        change *= h / k
+    u += change

@@ -6,9 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import numpy as np
+
 from railcosim.master.schemes import Stepper, StepReport
 from railcosim.master.system import System
 
+_AHEAD = 256
+"""Steps that components are told of at once."""
 _ROUNDING = 1e-6
 """Of a step: a remainder smaller than this is rounding in the user's numbers, not a step."""
 
@@ -50,7 +54,7 @@ class FixedStep:
 
     def walk(self, system: System, stepper: Stepper, start: float, stop: float) -> Walk:
         """Begin; see `Pace.walk`."""
-        return _FixedWalk(stepper, self.step, start, stop)
+        return _FixedWalk(system, stepper, self.step, start, stop)
 
     def describe(self) -> str:
         """For people and for results."""
@@ -60,9 +64,13 @@ class FixedStep:
 class _FixedWalk:
     """See `Walk`; its memory is the number of steps made."""
 
-    def __init__(self, stepper: Stepper, step: float, start: float, stop: float) -> None:
+    def __init__(
+        self, system: System, stepper: Stepper, step: float, start: float, stop: float
+    ) -> None:
         self.memory = 0
-        self._stepper, self._step, self._start, self._stop = stepper, step, start, stop
+        self._system, self._stepper = system, stepper
+        self._step, self._start, self._stop = step, start, stop
+        self._foreseen = range(0)
         self._n_steps = max(1, math.ceil((stop - start) / step - _ROUNDING))
         remainder = stop - (start + (self._n_steps - 1) * step)
         # The same number for every full step: an FMU may keep matrices for the step it knows.
@@ -70,8 +78,20 @@ class _FixedWalk:
 
     def advance(self, t: float) -> tuple[float, StepReport]:
         """Make one step; see `Walk.advance`."""
+        if self.memory not in self._foreseen:
+            self._foresee()
         self.memory += 1
         if self.memory == self._n_steps:
             return self._stop, self._stepper.step(t, self._last)
         report = self._stepper.step(t, self._step)
         return self._start + self.memory * self._step, report
+
+    def _foresee(self) -> None:
+        """Tell when the next steps will end, to the bit, so that signals can be asked at once."""
+        first = self.memory
+        self._foreseen = range(first, min(first + _AHEAD, self._n_steps))
+        ends = self._start + np.array(self._foreseen) * self._step + self._step
+        if self._foreseen.stop == self._n_steps:
+            ends[-1] = self._start + (self._n_steps - 1) * self._step + self._last
+        for component in self._system.components:
+            component.foresee(ends)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from railcosim.master.component import Component, Variable
+from railcosim.master.component import Component, FloatArray, Variable
 
 
 class Signal(Component):
@@ -23,6 +25,9 @@ class Signal(Component):
         Of time (s) to values, shape (n_outputs,), in the units of `outputs`.
     start : float, optional
         Time (s) before the first step.
+    vectorised : bool, optional
+        Whether `function` also takes times, shape (n,), and gives values, shape (n, n_outputs),
+        to the bit those that it gives for each time alone. It is then asked for many at once.
     """
 
     can_rollback = True
@@ -31,12 +36,16 @@ class Signal(Component):
         self,
         name: str,
         outputs: Sequence[Variable],
-        function: Callable[[float], ArrayLike],
+        function: Callable[[Any], ArrayLike],
         start: float = 0.0,
+        *,
+        vectorised: bool = False,
     ) -> None:
         super().__init__(name, (), outputs)
         self._function = function
         self._time = start
+        self._vectorised = vectorised
+        self._foreseen: dict[float, FloatArray] = {}
         shape = np.shape(function(start))
         if shape != (len(self.outputs),):
             raise ValueError(
@@ -48,8 +57,17 @@ class Signal(Component):
         """Do nothing: there are no inputs."""
 
     def read_outputs(self) -> None:
-        """Evaluate the function at the present time."""
-        self.y[:] = self._function(self._time)
+        """Evaluate the function at the present time, unless that has been done."""
+        foreseen = self._foreseen.get(self._time)
+        self.y[:] = self._function(self._time) if foreseen is None else foreseen
+
+    def foresee(self, times: FloatArray) -> None:
+        """Evaluate the function at many times; see `Component`."""
+        if self._vectorised:
+            # What it cannot be asked for it will refuse when it is really asked.
+            with contextlib.suppress(ValueError, ArithmeticError):
+                values = np.asarray(self._function(times))
+                self._foreseen = dict(zip(times.tolist(), values, strict=True))
 
     def do_step(self, t: float, h: float) -> None:
         """Go to time `t + h` (s)."""

@@ -206,7 +206,7 @@ class System:
         port = self._ports[k]
         port.component.u[:] = taylor[0]
         port.component.write_inputs()
-        follow(port.component, taylor, t, h)
+        follow(port.component, taylor[1:], t, h)
         port.fresh = False
         if self.on_step is not None:
             self.on_step(k, t, h, taylor)

@@ -53,6 +53,7 @@ class FmuComponent(LoadedFmu):
         self._u_references = _references(description.input_references)
         self._y_references = _references(description.output_references)
         self._t, self._h = ctypes.c_double(), ctypes.c_double()
+        self._n_derivatives = ctypes.c_size_t()
         self._do_step = PreparedCall(self._check_phase, (_Phase.RUNNING,))  # too early
         self.bind(self.u, self.y)
 
@@ -149,6 +150,16 @@ class FmuComponent(LoadedFmu):
         super().bind(u, y)
         self._set_real = self._prepare("fmi2SetReal", self._u_references, u)
         self._get_real = self._prepare("fmi2GetReal", self._y_references, y)
+        self._derivatives = np.zeros((self.max_input_derivative, u.size))
+        if self._derivatives.size:
+            every = self.description.input_references * len(self._derivatives)
+            self._set_derivatives = self._instance.prepare(
+                "fmi2SetRealInputDerivatives",
+                ctypes.byref(_references(every)),
+                self._n_derivatives,
+                ctypes.byref(_orders(u.size, len(self._derivatives))),
+                ctypes.byref(_doubles(self._derivatives)),
+            )
 
     def write_inputs(self) -> None:
         """Make `u` the inputs at the present time."""
@@ -166,14 +177,15 @@ class FmuComponent(LoadedFmu):
 
     def set_input_derivatives(self, derivatives: FloatArray) -> None:
         """Give derivatives of the inputs for the next step; see `Component`."""
-        n, order = self.u.size, len(derivatives)
-        self._instance.call(
-            "fmi2SetRealInputDerivatives",
-            _references(self.description.input_references * order),
-            n * order,
-            _orders(n, order),
-            _pointer(np.ascontiguousarray(derivatives)),
-        )
+        order = len(derivatives)
+        if order > len(self._derivatives):
+            super().set_input_derivatives(derivatives)
+        self._derivatives[:order] = derivatives
+        self._n_derivatives.value = derivatives.size
+        call = self._set_derivatives
+        status = call.function(*call.arguments)
+        if status > WARNING:
+            self._instance.refuse("fmi2SetRealInputDerivatives", status)
 
     def step_derivative(self) -> FloatArray | None:
         """Change of the outputs per change of an input held over the last step; see `Component`."""
@@ -264,9 +276,11 @@ class FmuComponent(LoadedFmu):
         n = values.size
         if not n:
             return PreparedCall(int, ())  # no call, and OK
-        array = (ctypes.c_double * n).from_buffer(values.data)
         return self._instance.prepare(
-            function, ctypes.byref(references), ctypes.c_size_t.from_param(n), ctypes.byref(array)
+            function,
+            ctypes.byref(references),
+            ctypes.c_size_t.from_param(n),
+            ctypes.byref(_doubles(values)),
         )
 
     # --- checks --------------------------------------------------------------------------------
@@ -302,6 +316,11 @@ def _orders(n: int, order: int) -> Any:
 def _references(values: tuple[int, ...]) -> Any:
     """Make a ctypes array of value references."""
     return (ctypes.c_uint * len(values))(*values)
+
+
+def _doubles(array: FloatArray) -> Any:
+    """Make a ctypes array that shares the memory of `array`, and keeps it alive."""
+    return (ctypes.c_double * array.size).from_buffer(array.data)
 
 
 def _pointer(array: FloatArray) -> Any:

@@ -43,6 +43,38 @@ def test_remainder_of_rounding_is_no_step():
     assert len(times(1e-3, 1.1)) == 1101  # 1.1 / 1e-3 is 1100.0000000000002
 
 
+@pytest.mark.parametrize("stop", [0.9, 100.0, 100.05])  # less than is foreseen at once, and more
+def test_a_signal_is_asked_for_many_times_at_once(stop):
+    """Foreseen to the bit: it is asked by itself for the start only, and gives the same bits."""
+    asked = []
+
+    def wave(t):
+        asked.append(np.ndim(t))
+        return np.sin(t)[..., None]
+
+    results = []
+    for vectorised in (False, True):
+        asked.clear()
+        signal = Signal("s", [Variable(name="y")], wave, vectorised=vectorised)
+        run = cosimulate(System([signal], []), jacobi(), 0.07, stop, start=0.1)
+        results.append([(p.time, *p.outputs) for p in run])
+        assert sum(ndim == 0 for ndim in asked) == (2 if vectorised else len(results[0]) + 1)
+    assert results[0] == results[1]
+
+
+def test_what_a_signal_cannot_foresee_ends_the_run_when_it_comes():
+    def until_one(t):
+        if np.max(t) > 1.0:
+            raise ValueError("nothing is known after 1 s")
+        return np.asarray(t)[..., None]
+
+    signal = Signal("s", [Variable(name="y")], until_one, vectorised=True)
+    run = cosimulate(System([signal], []), jacobi(), 0.25, 2.0)
+    assert [next(run).time for _ in range(5)] == [0.0, 0.25, 0.5, 0.75, 1.0]
+    with pytest.raises(ValueError, match="nothing is known after 1 s"):
+        next(run)
+
+
 def test_full_steps_have_the_same_length():
     """An FMU that keeps matrices for its step must not have to make them anew."""
     steps = []

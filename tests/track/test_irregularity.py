@@ -188,6 +188,15 @@ def test_every_wheelset_meets_the_same_profile_later() -> None:
     assert np.abs(heights(0.0)).max() < 1e-12  # nothing under the wheels at the start
 
 
+def test_many_times_at_once_give_the_same_bits() -> None:
+    heights = synthesise("german-low", 60.0).under(np.array([18.2, 15.7, 2.5, 0.0]), 50.0)
+    t = np.linspace(0.0, 1.2, 321)
+    np.testing.assert_array_equal(heights(t), [heights(time) for time in t])
+    assert heights(t).shape == (321, 8)
+    with pytest.raises(ParameterError, match="needs 100 m"):
+        heights(np.array([0.0, 2.0]))
+
+
 def test_fade_is_half_a_cosine_over_its_length() -> None:
     x = np.linspace(5, 40, 701)  # wherever the profile begins
     profile = Profile(name="step", x=x, left=x**0, right=-(x**0), fade=8.0)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
 from railcosim.parameters import ParameterError
@@ -76,7 +76,7 @@ class Profile:
                 f"{distance:.10g} m: shorten the run, or repeat the profile (--repeat)"
             )
 
-    def under(self, start: FloatArray, speed: float) -> Callable[[float], FloatArray]:
+    def under(self, start: FloatArray, speed: float) -> Callable[[ArrayLike], FloatArray]:
         """Irregularity under four wheelsets that start at `start` (m) with `speed` (m/s).
 
         The first wheelset starts at the beginning of the profile. Behind it the track is level, at
@@ -85,8 +85,8 @@ class Profile:
         Returns
         -------
         callable
-            Time (s) to heights, left 1..4, right 1..4, m. It raises ParameterError where the
-            profile has ended, unless it is `level_beyond`.
+            Time (s) to heights, left 1..4, right 1..4, m; times, shape (n,), to heights (n, 8).
+            It raises ParameterError where the profile has ended, unless it is `level_beyond`.
         """
         front = float(start.max())
         z = np.stack([self.left, self.right], axis=1) * self._window()[:, None]
@@ -94,12 +94,12 @@ class Profile:
         first, last = spline.x[0], spline.x[-1]
         until = math.inf if self.level_beyond else self.length + SLACK
 
-        def heights(t: float) -> FloatArray:
-            if speed * t > until:
-                self.check_covers(speed * t)
-            # np.clip and flattening by other means cost more than the spline.
-            place = np.minimum(np.maximum(start + speed * t, first), last)
-            at: FloatArray = spline(place).T.reshape(8)
+        def heights(t: ArrayLike) -> FloatArray:
+            gone = speed * np.asarray(t, dtype=float)
+            if gone.max(initial=0.0) > until:
+                self.check_covers(float(gone.max()))
+            place = np.minimum(np.maximum(start + gone[..., None], first), last)
+            at: FloatArray = spline(place).swapaxes(-1, -2).reshape(*gone.shape, -1)
             return at
 
         return heights
