@@ -59,10 +59,13 @@ ROLES = {
     ("parameter", "start_z"): 18,
 }
 
+FOUR = Layout()
 Sections = dict[str, NDArray[Any]]
 
 
-def resource(model: str, arrays: Arrays, table: Sequence[Scalar], guid: str) -> bytes:
+def resource(
+    model: str, arrays: Arrays, table: Sequence[Scalar], guid: str, layout: Layout = FOUR
+) -> bytes:
     """The content of model.bin.
 
     Parameters
@@ -75,15 +78,18 @@ def resource(model: str, arrays: Arrays, table: Sequence[Scalar], guid: str) -> 
         The interface.
     guid : str
         Identity that an importer must ask for.
+    layout : Layout
+        What meets the model.
     """
-    sections = BODIES[model](arrays, owns_contact(table))
+    sections = BODIES[model](arrays, owns_contact(table), layout)
     nominals = [block.nominal for block in KINDS[model].states(arrays).blocks]
     sections |= {"guid": _text([guid]), "nominals": np.array(nominals)}
-    layout = Layout()
-    # Wheelsets, sides, directions; contact forces that load nothing, one a port, N.
-    sections["layout"] = np.array([layout.wheelsets, len(layout.sides), 1], np.int32)
+    sizes = [layout.wheelsets, len(layout.sides), len(layout.directions)]
+    sections["layout"] = np.array(sizes, np.int32)
+    sections["mirror"] = np.array([d.mirror for d in layout.directions], np.int32)
+    # Contact forces that load nothing, one a port, N.
     sections["preloads"] = np.full(len(layout.ports), float(arrays.get("wheel_load", 0.0)))
-    return _pack(sections | _interface(model, table))
+    return _pack(sections | _interface(model, table, layout))
 
 
 def _sizes(
@@ -93,7 +99,7 @@ def _sizes(
     return np.array([even, odd, local, rigid, coordinates, nodes, cells, contact], np.int32)
 
 
-def _track(arrays: Arrays, has_contact: bool) -> Sections:
+def _track(arrays: Arrays, has_contact: bool, layout: Layout) -> Sections:
     nodes, _, ring = arrays["table"].shape
     if arrays["table"].nbytes > LARGEST_TABLE or ring > MOST_MODES:
         raise ParameterError(
@@ -101,40 +107,45 @@ def _track(arrays: Arrays, has_contact: bool) -> Sections:
             f"and tables of {LARGEST_TABLE / 1e9:.1f} GB; reduce cells, elements_per_bay or "
             "highest_frequency"
         )
-    body = TrackBody(arrays)
+    body, ports = TrackBody(arrays), len(layout.ports)
+    poles = np.concatenate([arrays["poles"], np.full(ports, arrays["residual_pole"])])
     return {
         "sizes": _sizes(
-            even=body.even, odd=ring - body.even, local=body.poles.size - ring, nodes=nodes,
+            even=body.even, odd=ring - body.even, local=ports, nodes=nodes,
             cells=body.phase.shape[0], contact=RAIL if has_contact else OUTSIDE,
         ),
-        **_complex("pole", body.poles),
+        **_complex("pole", poles),
         **_segments(body.partner, arrays["mu"], body.even),
         **_complex("table", arrays["table"]),
-        **_complex("local", body.local_table[:-1]),
+        **_complex("local", body.local_table[:-1, None]),
         "geometry": np.array([body.cell_length]),
     }  # fmt: skip
 
 
-def _vehicle(arrays: Arrays, has_contact: bool) -> Sections:
+def _vehicle(arrays: Arrays, has_contact: bool, layout: Layout) -> Sections:
     body = VehicleBody(arrays)
-    shapes, n = body.shapes(np.zeros(4)), body.poles.size
+    n, coordinates, wheelsets = body.poles.size, body.rigid.shape[0], layout.wheelsets
+    through = np.zeros((coordinates, wheelsets))  # a force acts at once on its own wheelset only
+    through[-wheelsets:] = -np.diag(arrays["inverse_mass"][-wheelsets:])
+    rigid = body.rigid[-wheelsets:]
     return {
         "sizes": _sizes(
-            even=n, rigid=body.rigid.shape[1], coordinates=body.rigid.shape[0],
+            even=n, rigid=body.rigid.shape[1], coordinates=coordinates,
             contact=WHEEL if has_contact else OUTSIDE,
         ),
         **_complex("pole", body.poles),
         "segments": np.array([[0, 0, n]], np.int32),
         "mu": np.zeros(1),
-        **_complex("out", shapes.out),
-        **_complex("in", shapes.into),
+        **_complex("out", body.modes[-wheelsets:]),
+        **_complex("in", -arrays["left"][:, -wheelsets:].T),
         **_complex("coordinate", body.modes),
         **_complex("start_s", body.start_s.T),
         "rigid": body.rigid,
-        "inverse_mass": body.inverse_mass,
+        "rigid_out": rigid,
+        "rigid_in": -rigid,
+        "through": through,
         "start_r": body.start_r.T,
         "wheelset_x": body.wheelset_x,
-        "preload": np.array([body.preload]),
     }  # fmt: skip
 
 
@@ -151,9 +162,9 @@ def _segments(partner: NDArray[np.intp], mu: NDArray[np.float64], even: int) -> 
     return {"segments": rows.astype(np.int32), "mu": mu[starts]}
 
 
-def _interface(model: str, table: Sequence[Scalar]) -> Sections:
+def _interface(model: str, table: Sequence[Scalar], layout: Layout) -> Sections:
     rows = [
-        [VALUE_TYPES[v.type], int(v.variability == "tunable"), _role(model, v), _owner(v)]
+        [VALUE_TYPES[v.type], int(v.variability == "tunable"), _role(model, v), _owner(v, layout)]
         for v in table
     ]
     ranges = [[float(v.start or 0), *_range(v)] for v in table]
@@ -183,16 +194,16 @@ def _role(model: str, v: Scalar) -> int:
     return ROLES[v.causality, quantity]
 
 
-def _owner(v: Scalar) -> int:
-    """Wheelset, wheel or coordinate, counted from 0."""
+def _owner(v: Scalar, layout: Layout) -> int:
+    """Wheelset, port or coordinate, counted from 0."""
     owner, _, quantity = v.name.rpartition(".")
-    side = owner.endswith((".left", ".right"))
-    on_wheelset = int(owner[9]) - 1 if owner.startswith("wheelset[") else 0
+    coordinates = [*COORDINATES[: WHEELSETS.start], *(f"{axle}.z" for axle in layout.axles)]
     if v.causality == "output" and ROLES[v.causality, quantity] in {COORDINATE, RATE, ACCELERATION}:
-        if owner.startswith("wheelset["):
-            return WHEELSETS.start + on_wheelset
-        return COORDINATES.index(f"{owner}.pitch" if quantity == "pitch" else f"{owner}.z")
-    return on_wheelset + (4 if side and owner.endswith(".right") else 0)
+        body = owner.removesuffix(".left").removesuffix(".right")
+        return coordinates.index(f"{body}.pitch" if quantity == "pitch" else f"{body}.z")
+    if owner in layout.axles:
+        return layout.axles.index(owner)
+    return layout.wheels.index(owner) if owner in layout.wheels else 0
 
 
 def _complex(name: str, values: NDArray[np.complexfloating]) -> Sections:

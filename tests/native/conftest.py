@@ -7,16 +7,17 @@ import os
 import shutil
 import subprocess
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 
-from railcosim.fmus.content import contents
+from railcosim.fmus.content import Arrays, contents
 from railcosim.fmus.interface import Scalar
 from railcosim.fmus.native_runtime.compile import headers, sources
-from railcosim.fmus.native_runtime.resource import resource
+from railcosim.fmus.native_runtime.resource import FOUR, resource
+from railcosim.mechanics.ports import Layout
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.parameters import Vehicle
 
@@ -201,20 +202,35 @@ def tiny_track() -> Track:
 def tiny(tmp_path_factory: pytest.TempPathFactory, tiny_track: Track) -> dict[str, Fmu]:
     """Four FMUs taken apart: files of 15 kB, to be damaged."""
     folder = tmp_path_factory.mktemp("tiny")
-    made = {}
-    for content in contents(Vehicle(), tiny_track):
-        guid = f"{{{uuid.uuid4()}}}"
-        resources = folder / content.name / "resources"
-        resources.mkdir(parents=True)
-        data = resource(content.model, content.arrays, content.table, guid)
-        (resources / "model.bin").write_bytes(data)
-        made[content.name] = Fmu(
-            name=content.name, guid=guid, resources=resources,
-            variables={v.name: v for v in content.table},
-            references={v.name: k for k, v in enumerate(content.table)},
-            states=2 * (content.arrays["poles"].size + (8 if content.model == "track" else 4)),
-        )  # fmt: skip
-    return made
+    return {
+        content.name: take_apart(
+            folder / content.name, content.model, content.arrays, content.table
+        )
+        for content in contents(Vehicle(), tiny_track)
+    }  # fmt: skip
+
+
+def take_apart(
+    folder: Path, model: str, arrays: Arrays, table: Sequence[Scalar], layout: Layout = FOUR
+) -> Fmu:
+    """An FMU as the C runtime finds it, without the rest."""
+    guid = f"{{{uuid.uuid4()}}}"
+    resources = folder / "resources"
+    resources.mkdir(parents=True)
+    (resources / "model.bin").write_bytes(resource(model, arrays, table, guid, layout))
+    local = len(layout.ports) if model == "track" else arrays["rigid"].shape[1]
+    return Fmu(
+        name=folder.name, guid=guid, resources=resources,
+        variables={v.name: v for v in table},
+        references={v.name: k for k, v in enumerate(table)},
+        states=2 * (arrays["poles"].size + local),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def made() -> Callable[..., Fmu]:
+    """Function that takes an FMU apart."""
+    return take_apart
 
 
 @pytest.fixture(scope="session")

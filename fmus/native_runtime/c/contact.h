@@ -13,10 +13,13 @@ typedef struct {
 double contact_force(const ContactLaw *law, double compression);
 double contact_stiffness(const ContactLaw *law, double compression);
 
-/* Solve delta + G force(delta) = gap by Newton's method from delta = gap; 0: it did not settle. */
-int contact_solve(const ContactLaw *law, const double G[WHEELS * WHEELS],
-                  const double gap[WHEELS], double delta[WHEELS]);
-/* Solve A x = b in place (x in b) by elimination with pivoting; 0: singular or not finite. */
-int solve_wheels(double A[WHEELS * WHEELS], double b[WHEELS]);
+/* Solve delta + G force(delta) = gap of n contacts by Newton's method from delta = gap; 0: it did
+   not settle. `work` has room for CONTACT_WORK(n) numbers. */
+#define CONTACT_WORK(n) ((n) * ((n) + 3))
+int contact_solve(const ContactLaw *law, size_t n, const double *G, const double *gap,
+                  double *delta, double *work);
+/* Solve A x = b of n unknowns in place (x in b) by elimination with pivoting; 0: singular or not
+   finite. */
+int solve_linear(size_t n, double *A, double *b);
 
 #endif

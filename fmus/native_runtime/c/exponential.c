@@ -79,8 +79,19 @@ static void add_rigid(const Model *m, double a, double b, const double *g, doubl
 {
     double *r = next + 2 * m->modes, *v = r + m->rigid;
     for (size_t j = 0; j < m->rigid; j++) {
-        r[j] += a * g[2 * m->modes + j];
-        v[j] += b * g[2 * m->modes + j];
+        r[j] += a * g[2 * m->drives + j];
+        v[j] += b * g[2 * m->drives + j];
+    }
+}
+
+/* The rigid coordinates without forces. */
+static void move_rigid(const Model *m, double h, const double *x, double *next)
+{
+    const double *r = x + 2 * m->modes, *v = r + m->rigid;
+    double *next_r = next + 2 * m->modes, *next_v = next_r + m->rigid;
+    for (size_t j = 0; j < m->rigid; j++) {
+        next_r[j] = r[j] + h * v[j];
+        next_v[j] = v[j];
     }
 }
 
@@ -89,26 +100,55 @@ void step_free(const Body *body, const Coefficients *c, const double *x, const d
 {
     const Model *m = body->model;
     const size_t n = m->modes;
-    body->kernels->combine(n, c->E, c->E + n, x, x + n, c->P0, c->P0 + n, g0, g0 + n, next,
-                           next + n);
-    const double *r = x + 2 * n, *v = r + m->rigid;
-    for (size_t j = 0; j < m->rigid; j++) {
-        next[2 * n + j] = r[j] + c->h * v[j];
-        next[2 * n + m->rigid + j] = v[j];
+    for (size_t k = 0; k <= m->segments; k++) {
+        const Segment *s = &m->segment[k];
+        const size_t to = s->to, im = n + to, in_im = m->drives + s->in;
+        body->kernels->combine(s->size, c->E + to, c->E + im, x + to, x + im, c->P0 + to,
+                               c->P0 + im, g0 + s->in, g0 + in_im, next + to, next + im);
     }
+    move_rigid(m, c->h, x, next);
     add_rigid(m, c->R0, c->h / 2, g0, next);
 }
 
 void step_add_end(const Body *body, const Coefficients *c, const double *g1, double *next)
 {
-    const size_t n = body->model->modes;
-    body->kernels->add(n, c->P1, c->P1 + n, g1, g1 + n, next, next + n);
-    add_rigid(body->model, c->R1, c->h / 2, g1, next);
+    const Model *m = body->model;
+    const size_t n = m->modes;
+    for (size_t k = 0; k <= m->segments; k++) {
+        const Segment *s = &m->segment[k];
+        const size_t to = s->to, im = n + to;
+        body->kernels->add(s->size, c->P1 + to, c->P1 + im, g1 + s->in, g1 + m->drives + s->in,
+                           next + to, next + im);
+    }
+    add_rigid(m, c->R1, c->h / 2, g1, next);
 }
 
 void step_add_bulge(const Body *body, const Coefficients *c, const double *q, double *next)
 {
-    const size_t n = body->model->modes;
-    body->kernels->add(n, c->Q, c->Q + n, q, q + n, next, next + n);
-    add_rigid(body->model, c->h * c->h / 3, 2 * c->h / 3, q, next);
+    const Model *m = body->model;
+    const size_t n = m->modes;
+    for (size_t k = 0; k <= m->segments; k++) {
+        const Segment *s = &m->segment[k];
+        const size_t to = s->to, im = n + to;
+        body->kernels->add(s->size, c->Q + to, c->Q + im, q + s->in, q + m->drives + s->in,
+                           next + to, next + im);
+    }
+    add_rigid(m, c->h * c->h / 3, 2 * c->h / 3, q, next);
+}
+
+void step_whole(const Body *body, const Coefficients *c, const double *x, const double *g0,
+                const double *gm, const double *g1, double *next)
+{
+    const Model *m = body->model;
+    const double a = c->h * c->h / 3, b = 2 * c->h / 3;
+    for (size_t k = 0; k <= m->segments; k++) {
+        const Segment *s = &m->segment[k];
+        const size_t to = s->to, in = s->in;
+        body->kernels->advance(s->size, m->modes, m->drives, c->E + to, c->P0 + to, c->P1 + to,
+                               c->Q + to, x + to, g0 + in, gm + in, g1 + in, next + to);
+    }
+    move_rigid(m, c->h, x, next);
+    add_rigid(m, c->R0 - 0.5 * a, 0.5 * c->h - 0.5 * b, g0, next);
+    add_rigid(m, c->R1 - 0.5 * a, 0.5 * c->h - 0.5 * b, g1, next);
+    add_rigid(m, a, b, gm, next);
 }

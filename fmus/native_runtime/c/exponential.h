@@ -23,5 +23,8 @@ void step_free(const Body *body, const Coefficients *c, const double *x, const d
 void step_add_end(const Body *body, const Coefficients *c, const double *g1, double *next);
 /* Add the effect of a bulge 4 q theta (1 - theta), theta = t / h. */
 void step_add_bulge(const Body *body, const Coefficients *c, const double *q, double *next);
+/* All at once: next = x after a step through g0, gm in its middle, and g1. */
+void step_whole(const Body *body, const Coefficients *c, const double *x, const double *g0,
+                const double *gm, const double *g1, double *next);
 
 #endif

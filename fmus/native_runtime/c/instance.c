@@ -41,6 +41,27 @@ static int make_live(Instance *i)
     return 1;
 }
 
+/* Arrays as long as there are wheelsets and contacts. */
+static int make_scratch(Instance *i)
+{
+    const Model *m = &i->model;
+    const size_t u = inputs_size(m), n = m->wheelsets, c = m->contacts;
+    Inputs *of_u[] = {&i->now, &i->change, &i->over.start, &i->over.slope, &i->over.curve,
+                      &i->over_change.start, &i->over_change.slope, &i->over_change.curve};
+    const size_t us = sizeof of_u / sizeof *of_u;
+    i->scratch = calloc(us * u + 2 * n + 3 * c, sizeof(double));
+    if (i->scratch == NULL)
+        return 0;
+    for (size_t k = 0; k < us; k++)
+        *of_u[k] = inputs_in(m, i->scratch + k * u);
+    i->heights = i->scratch + us * u;
+    i->dheights = i->heights + n;
+    i->force = i->dheights + n;
+    i->z = i->force + c;
+    i->vz = i->z + c;
+    return 1;
+}
+
 static int open_model(Instance *i, const char *resource, const char *guid)
 {
     char why[256];
@@ -57,7 +78,7 @@ static int open_model(Instance *i, const char *resource, const char *guid)
         instance_fail(i, "with a contact of its own this FMU is for co-simulation only");
         return 0;
     }
-    if (!make_live(i) || !motion_create(&i->motion, &i->model)) {
+    if (!make_live(i) || !make_scratch(i) || !motion_create(&i->motion, &i->model)) {
         instance_fail(i, "not enough memory");
         return 0;
     }
@@ -88,6 +109,7 @@ void instance_free(Instance *instance)
     motion_free(&instance->motion);
     model_free(&instance->model);
     free(instance->live);
+    free(instance->scratch);
     free(instance);
 }
 

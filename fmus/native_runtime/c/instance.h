@@ -52,6 +52,11 @@ typedef struct {
     double *path[3];              /* inputs over the last step: value, slope, curvature */
     double *next, *dx;            /* scratch, not part of `live`: as x */
     double *plan[4];              /* and: path of the next step, and the inputs set */
+    double *scratch;              /* the arrays that follow */
+    Inputs now, change;
+    InputPath over, over_change;            /* the last or the next step */
+    double *heights, *dheights;             /* of wheelsets at the start */
+    double *force, *z, *vz;                 /* of contacts, and their changes */
 } Instance;
 
 /* NULL: the log says why. */
@@ -113,7 +118,9 @@ Snapshot *snapshot_read(Instance *instance, const unsigned char *bytes, size_t s
 /* --- for each other ---------------------------------------------------------------------------- */
 
 /* Inputs of the model from a vector in the order of model.input. */
-Inputs instance_inputs(const Instance *instance, const double *u);
+void instance_inputs(const Instance *instance, const double *u, Inputs *inputs);
+/* The same over a step, from vectors of values, slopes and curvatures. */
+void instance_path(const Instance *instance, double *const u[3], InputPath *path);
 /* Whether all inputs are finite; if not, it is logged. */
 int instance_inputs_are_finite(Instance *instance, const double *u);
 double instance_parameter(const Instance *instance, Role role);

@@ -5,18 +5,29 @@
 
 #include <stddef.h>
 
-/* Every kernel is compiled for the oldest processor and, on x86-64, for AVX2 as well. */
+/* Parts of an element of the table of shapes, each an array over modes: the shapes at its first
+   node, by how much they differ at the second one, their slopes at both; real and imaginary. */
+enum { ELEMENT_PARTS = 8 };
+
+/* Every kernel is compiled for the oldest processor and, on x86-64, for AVX2 as well. Shapes are
+   rows, four at a time where there are four of something, `stride` apart. */
 typedef struct {
-    /* out = phase_a (w0 a0 + w1 a1) + phase_b (w2 b0 + w3 b1), phases being cos + i sin; a and b
-       point to the real parts of two rows, `stride` apart, imaginary parts `im` further on. */
-    void (*interpolate)(size_t n, size_t stride, ptrdiff_t im, const float *restrict a,
-                        const float *restrict b, const double w[4], const double phase_a[2],
-                        const double phase_b[2], double *restrict out_re,
-                        double *restrict out_im);
-    /* g = f0 X0 + ... + f3 X3; rows of X are `stride` apart. */
+    /* An element from the table of shapes: rows a and `stride_table` behind it are shape and slope
+       at the first node, b at the second; imaginary parts are `im` further on. Each is turned by
+       its phase, cos + i sin. */
+    void (*enter)(size_t n, size_t stride_table, ptrdiff_t im, const float *restrict a,
+                  const float *restrict b, const double phase_a[2], const double phase_b[2],
+                  size_t stride, double *restrict element);
+    /* X = e0 + w0 e1 + w1 e2 + w2 e3, of an element's four complex parts. */
+    void (*evaluate)(size_t n, size_t stride, const double *restrict element, const double w[3],
+                     double *restrict X_re, double *restrict X_im);
+    /* g = w0 e0 + w1 e1 + w2 e2 + w3 e3, or (`more`) that much more. */
+    void (*mix)(size_t n, size_t stride, const double *restrict element, const double w[4],
+                int more, double *restrict g_re, double *restrict g_im);
+    /* g = f0 X0 + ... + f3 X3, or (`more`) that much more. */
     void (*drive)(size_t n, size_t stride, const double *restrict X_re,
-                  const double *restrict X_im, const double f[4], double *restrict g_re,
-                  double *restrict g_im);
+                  const double *restrict X_im, const double f[4], int more,
+                  double *restrict g_re, double *restrict g_im);
     /* z[k] += Re sum X_k s. */
     void (*observe)(size_t n, size_t stride, const double *restrict X_re,
                     const double *restrict X_im, const double *restrict s_re,
@@ -36,6 +47,13 @@ typedef struct {
     void (*add)(size_t n, const double *restrict a_re, const double *restrict a_im,
                 const double *restrict x_re, const double *restrict x_im, double *restrict y_re,
                 double *restrict y_im);
+    /* y = E x + P0 g0 + P1 g1 + Q (gm - (g0 + g1) / 2): complex, elementwise. Imaginary parts of g
+       are `im_g` behind the real ones, of the others `im`. */
+    void (*advance)(size_t n, size_t im, size_t im_g, const double *restrict E,
+                    const double *restrict P0, const double *restrict P1,
+                    const double *restrict Q, const double *restrict x,
+                    const double *restrict g0, const double *restrict gm,
+                    const double *restrict g1, double *restrict y);
 } Kernels;
 
 /* The fastest that this processor runs. */

@@ -7,35 +7,87 @@
     const double *restrict X2_re = X1_re + stride, *restrict X2_im = X1_im + stride;         \
     const double *restrict X3_re = X2_re + stride, *restrict X3_im = X2_im + stride
 
-TARGET static void NAME(interpolate)(size_t n, size_t stride, ptrdiff_t im,
-                                     const float *restrict a, const float *restrict b,
-                                     const double w[4], const double phase_a[2],
-                                     const double phase_b[2], double *restrict out_re,
-                                     double *restrict out_im)
+TARGET static void NAME(enter)(size_t n, size_t stride_table, ptrdiff_t im,
+                               const float *restrict a, const float *restrict b,
+                               const double phase_a[2], const double phase_b[2], size_t stride,
+                               double *restrict element)
 {
-    const double w0 = w[0], w1 = w[1], w2 = w[2], w3 = w[3];
     const double ca = phase_a[0], sa = phase_a[1], cb = phase_b[0], sb = phase_b[1];
     const float *restrict a_im = a + im, *restrict b_im = b + im;
+    const float *restrict da = a + stride_table, *restrict da_im = a_im + stride_table;
+    const float *restrict db = b + stride_table, *restrict db_im = b_im + stride_table;
+    double *restrict e0 = element, *restrict e1 = e0 + stride, *restrict e2 = e1 + stride;
+    double *restrict e3 = e2 + stride, *restrict e4 = e3 + stride, *restrict e5 = e4 + stride;
+    double *restrict e6 = e5 + stride, *restrict e7 = e6 + stride;
     for (size_t r = 0; r < n; r++) {
-        const double a_r = w0 * (double)a[r] + w1 * (double)a[stride + r];
-        const double a_i = w0 * (double)a_im[r] + w1 * (double)a_im[stride + r];
-        const double b_r = w2 * (double)b[r] + w3 * (double)b[stride + r];
-        const double b_i = w2 * (double)b_im[r] + w3 * (double)b_im[stride + r];
-        out_re[r] = ca * a_r - sa * a_i + cb * b_r - sb * b_i;
-        out_im[r] = ca * a_i + sa * a_r + cb * b_i + sb * b_r;
+        const double re = ca * (double)a[r] - sa * (double)a_im[r];
+        const double turned = ca * (double)a_im[r] + sa * (double)a[r];
+        e0[r] = re;
+        e1[r] = turned;
+        e2[r] = cb * (double)b[r] - sb * (double)b_im[r] - re;
+        e3[r] = cb * (double)b_im[r] + sb * (double)b[r] - turned;
+    }
+    for (size_t r = 0; r < n; r++) {
+        e4[r] = ca * (double)da[r] - sa * (double)da_im[r];
+        e5[r] = ca * (double)da_im[r] + sa * (double)da[r];
+        e6[r] = cb * (double)db[r] - sb * (double)db_im[r];
+        e7[r] = cb * (double)db_im[r] + sb * (double)db[r];
     }
 }
 
+/* The parts of an element, each with a pointer of its own. */
+#define PARTS                                                                                \
+    const double *restrict e0 = element, *restrict e1 = e0 + stride;                         \
+    const double *restrict e2 = e1 + stride, *restrict e3 = e2 + stride;                     \
+    const double *restrict e4 = e3 + stride, *restrict e5 = e4 + stride;                     \
+    const double *restrict e6 = e5 + stride, *restrict e7 = e6 + stride
+
+TARGET static void NAME(evaluate)(size_t n, size_t stride, const double *restrict element,
+                                  const double w[3], double *restrict X_re,
+                                  double *restrict X_im)
+{
+    const double w0 = w[0], w1 = w[1], w2 = w[2];
+    PARTS;
+    for (size_t r = 0; r < n; r++) {
+        X_re[r] = e0[r] + w0 * e2[r] + w1 * e4[r] + w2 * e6[r];
+        X_im[r] = e1[r] + w0 * e3[r] + w1 * e5[r] + w2 * e7[r];
+    }
+}
+
+TARGET static void NAME(mix)(size_t n, size_t stride, const double *restrict element,
+                             const double w[4], int more, double *restrict g_re,
+                             double *restrict g_im)
+{
+    const double w0 = w[0], w1 = w[1], w2 = w[2], w3 = w[3];
+    PARTS;
+    if (more)
+        for (size_t r = 0; r < n; r++) {
+            g_re[r] += w0 * e0[r] + w1 * e2[r] + w2 * e4[r] + w3 * e6[r];
+            g_im[r] += w0 * e1[r] + w1 * e3[r] + w2 * e5[r] + w3 * e7[r];
+        }
+    else
+        for (size_t r = 0; r < n; r++) {
+            g_re[r] = w0 * e0[r] + w1 * e2[r] + w2 * e4[r] + w3 * e6[r];
+            g_im[r] = w0 * e1[r] + w1 * e3[r] + w2 * e5[r] + w3 * e7[r];
+        }
+}
+
 TARGET static void NAME(drive)(size_t n, size_t stride, const double *restrict X_re,
-                               const double *restrict X_im, const double f[4],
+                               const double *restrict X_im, const double f[4], int more,
                                double *restrict g_re, double *restrict g_im)
 {
     const double f0 = f[0], f1 = f[1], f2 = f[2], f3 = f[3];
     ROWS;
-    for (size_t r = 0; r < n; r++) {
-        g_re[r] = f0 * X_re[r] + f1 * X1_re[r] + f2 * X2_re[r] + f3 * X3_re[r];
-        g_im[r] = f0 * X_im[r] + f1 * X1_im[r] + f2 * X2_im[r] + f3 * X3_im[r];
-    }
+    if (more)
+        for (size_t r = 0; r < n; r++) {
+            g_re[r] += f0 * X_re[r] + f1 * X1_re[r] + f2 * X2_re[r] + f3 * X3_re[r];
+            g_im[r] += f0 * X_im[r] + f1 * X1_im[r] + f2 * X2_im[r] + f3 * X3_im[r];
+        }
+    else
+        for (size_t r = 0; r < n; r++) {
+            g_re[r] = f0 * X_re[r] + f1 * X1_re[r] + f2 * X2_re[r] + f3 * X3_re[r];
+            g_im[r] = f0 * X_im[r] + f1 * X1_im[r] + f2 * X2_im[r] + f3 * X3_im[r];
+        }
 }
 
 /* Sums of four rows, in LANES parts each: real parts of products, and what is taken off them. */
@@ -136,12 +188,34 @@ TARGET static void NAME(add)(size_t n, const double *restrict a_re, const double
     }
 }
 
+TARGET static void NAME(advance)(size_t n, size_t im, size_t im_g, const double *restrict E,
+                                 const double *restrict P0, const double *restrict P1,
+                                 const double *restrict Q, const double *restrict x,
+                                 const double *restrict g0, const double *restrict gm,
+                                 const double *restrict g1, double *restrict y)
+{
+    const double *restrict E_im = E + im, *restrict P0_im = P0 + im, *restrict P1_im = P1 + im;
+    const double *restrict Q_im = Q + im, *restrict x_im = x + im, *restrict g0_im = g0 + im_g;
+    const double *restrict gm_im = gm + im_g, *restrict g1_im = g1 + im_g;
+    double *restrict y_im = y + im;
+    for (size_t r = 0; r < n; r++) {
+        const double re = gm[r] - 0.5 * (g0[r] + g1[r]);
+        const double bulge = gm_im[r] - 0.5 * (g0_im[r] + g1_im[r]);
+        y[r] = E[r] * x[r] - E_im[r] * x_im[r] + P0[r] * g0[r] - P0_im[r] * g0_im[r] +
+               (P1[r] * g1[r] - P1_im[r] * g1_im[r]) + (Q[r] * re - Q_im[r] * bulge);
+        y_im[r] = E[r] * x_im[r] + E_im[r] * x[r] + P0[r] * g0_im[r] + P0_im[r] * g0[r] +
+                  (P1[r] * g1_im[r] + P1_im[r] * g1[r]) + (Q[r] * bulge + Q_im[r] * re);
+    }
+}
+
 static const Kernels NAME(kernels) = {
-    NAME(interpolate), NAME(drive), NAME(observe), NAME(respond), NAME(combine), NAME(add),
+    NAME(enter), NAME(evaluate), NAME(mix), NAME(drive), NAME(observe),
+    NAME(respond), NAME(combine), NAME(add), NAME(advance),
 };
 
 #undef ADD_TO_SUMS
 #undef MEET
+#undef PARTS
 #undef ROWS
 #undef SUMS
 #undef TAKE_SUM

@@ -5,8 +5,7 @@
 
 /* Change of everything outputs depend on. */
 typedef struct {
-    const double *u; /* inputs at which */
-    Inputs change;
+    const double *u; /* inputs at which; what changes by is in i->change */
     double time, position, speed; /* s; start_position, m; m/s */
     const double *dx;
 } Direction;
@@ -15,7 +14,7 @@ typedef struct {
    in initialisation parameters. */
 typedef struct {
     double *du, *dx;
-    double time, position, speed, heights[WHEELSETS], C, k_H;
+    double time, position, speed, *heights, C, k_H;
 } Seeds;
 
 /* Where the seed of a variable of the table goes; NULL: derivatives are not taken by it now. */
@@ -46,6 +45,7 @@ static Status read_seeds(Instance *i, const uint32_t *knowns, size_t n, const do
     const size_t states = i->model_exchange ? i->model.states : 0;
     memset(seeds->du, 0, i->model.inputs * sizeof(double));
     memset(seeds->dx, 0, i->model.states * sizeof(double));
+    memset(seeds->heights, 0, i->model.wheelsets * sizeof(double));
     for (size_t k = 0; k < n; k++) {
         const size_t ref = knowns[k];
         double *place = NULL;
@@ -68,19 +68,18 @@ static void law_change(Instance *i, const Seeds *seeds, const Inputs *now, Input
 {
     const int sign = i->model.contact_sign;
     const ContactLaw *law = &i->motion.law;
-    double z[WHEELS];
+    double *z = i->z;
     if (sign == 0 || (seeds->C == 0 && seeds->k_H == 0))
         return;
     const double part = law->nonlinear ? seeds->C / (1.5 * law->C) : seeds->k_H / law->k_H;
     body_observe(&i->motion.body, body_shapes(&i->motion.body, now->position), i->x, z);
-    for (size_t k = 0; k < WHEELS; k++)
+    for (size_t k = 0; k < i->model.contacts; k++)
         change->load[k] -= part * (z[k] - now->load[k]);
 }
 
-/* Change of an output; forces, rates and accelerations are already in motion's scratch. */
+/* Change of an output; those of forces, motions and rates are already in the scratch. */
 static double output_change(Instance *i, const Variable *v, const Direction *d,
-                            const double dforce[WHEELS], const double dz[WHEELS],
-                            const double dvz[WHEELS], const double *dacceleration)
+                            const double *dacceleration)
 {
     const Model *m = &i->model;
     const Body *body = &i->motion.body;
@@ -89,19 +88,15 @@ static double output_change(Instance *i, const Variable *v, const Direction *d,
         const double speed = i->value[m->of_role[ROLE_SPEED]];
         return d->position + d->time * speed + d->speed * i->clock->time;
     }
-    case ROLE_OUT_FORCE: return dforce[v->index];
-    case ROLE_OUT_CONTACT_Z: return dz[v->index];
-    case ROLE_OUT_CONTACT_VZ: return dvz[v->index];
+    case ROLE_OUT_FORCE: return i->force[v->index];
+    case ROLE_OUT_CONTACT_Z: return i->z[v->index];
+    case ROLE_OUT_CONTACT_VZ: return i->vz[v->index];
     case ROLE_OUT_COORDINATE: return body_coordinate(body, v->index, d->dx);
     case ROLE_OUT_RATE: return body_coordinate(body, v->index, i->motion.drate);
     default: break;
     }
-    const size_t first = m->coordinates - WHEELSETS;
-    double a = body_coordinate(body, v->index, dacceleration);
-    if (v->index >= first)
-        a -= m->inverse_mass[v->index - first] *
-             (dforce[v->index - first] + dforce[v->index - first + WHEELSETS]);
-    return a;
+    return body_coordinate(body, v->index, dacceleration) +
+           body_through(body, v->index, i->force);
 }
 
 /* Changes of the outputs with these references; other references give 0. */
@@ -110,23 +105,23 @@ static void outputs_change(Instance *i, const Direction *d, const uint32_t *refs
 {
     Motion *motion = &i->motion;
     const Model *m = &i->model;
-    const Inputs now = instance_inputs(i, d->u);
-    double dforce[WHEELS], dz[WHEELS] = {0}, dvz[WHEELS] = {0};
-    motion_forces_change(motion, &now, i->x, &d->change, d->dx, dforce);
+    const Inputs *now = &i->now, *change = &i->change;
+    instance_inputs(i, d->u, &i->now);
+    motion_forces_change(motion, now, i->x, change, d->dx, i->force);
     if (m->nodes > 0) {
-        motion_rate(motion, &now, i->x, motion->rate);
-        motion_rate_change(motion, &now, i->x, &d->change, d->dx, motion->drate);
-        const Shapes *shapes = body_shapes(&motion->body, now.position);
-        const Shapes *slope = body_slope(&motion->body, d->change.position);
-        motion_observe_change(motion, shapes, slope, i->x, d->dx, dz);
-        motion_observe_change(motion, shapes, slope, motion->rate, motion->drate, dvz);
+        motion_rate(motion, now, i->x, motion->rate);
+        motion_rate_change(motion, now, i->x, change, d->dx, motion->drate);
+        const Shapes *shapes = body_shapes(&motion->body, now->position);
+        const Shapes *slope = body_slope(&motion->body, change->position);
+        motion_observe_change(motion, shapes, slope, i->x, d->dx, i->z);
+        motion_observe_change(motion, shapes, slope, motion->rate, motion->drate, i->vz);
     } else {
         body_rate(&motion->body, d->dx, NULL, motion->drate);
         body_acceleration(&motion->body, d->dx, motion->rate);
     }
     for (size_t k = 0; k < n; k++)
         if (refs[k] < m->variables)
-            dy[k] = output_change(i, &m->variable[refs[k]], d, dforce, dz, dvz, motion->rate);
+            dy[k] = output_change(i, &m->variable[refs[k]], d, motion->rate);
 }
 
 /* References must be of outputs or, in Model Exchange, of states' derivatives or (at rest) states. */
@@ -161,31 +156,29 @@ static void rest_change(Instance *i, const Seeds *seeds, const Inputs *now, cons
 /* Change of the state at the end of the last step by inputs over it. */
 static const char *step_change(Instance *i, const double *du, double *dx)
 {
-    const InputPath path = {instance_inputs(i, i->path[0]), instance_inputs(i, i->path[1]),
-                            instance_inputs(i, i->path[2])};
-    InputPath change = {instance_inputs(i, du), instance_inputs(i, du), {{0}, {0}}};
-    for (size_t k = 0; k < WHEELSETS; k++) {
-        change.start.position[k] *= i->clock->before;
-        change.slope.position[k] *= i->clock->change;
-    }
-    for (size_t k = 0; k < WHEELS; k++) {
-        change.start.load[k] *= i->clock->before;
-        change.slope.load[k] *= i->clock->change;
+    const Inputs *start = &i->over_change.start, *slope = &i->over_change.slope;
+    instance_path(i, i->path, &i->over);
+    instance_inputs(i, du, &i->over_change.start);
+    instance_inputs(i, du, &i->over_change.slope);
+    memset(i->over_change.curve.position, 0, inputs_size(&i->model) * sizeof(double));
+    for (size_t k = 0; k < inputs_size(&i->model); k++) {
+        start->position[k] *= i->clock->before;
+        slope->position[k] *= i->clock->change;
     }
     memcpy(i->next, i->x_before, i->model.states * sizeof(double));
-    return motion_step_change(&i->motion, &path, &change, i->clock->step, i->next, dx);
+    return motion_step_change(&i->motion, &i->over, &i->over_change, i->clock->step, i->next, dx);
 }
 
 /* Changes of the states' derivatives and, at rest, of the states. */
 static void states_change(Instance *i, const Direction *d, const uint32_t *refs, size_t n,
                           double *changes)
 {
-    const Inputs now = instance_inputs(i, d->u);
     int rates = 0;
+    instance_inputs(i, d->u, &i->now);
     for (size_t k = 0; k < n; k++) {
         if (refs[k] >= FIRST_DERIVATIVE) {
             if (!rates)
-                motion_rate_change(&i->motion, &now, i->x, &d->change, d->dx, i->motion.drate);
+                motion_rate_change(&i->motion, &i->now, i->x, &i->change, d->dx, i->motion.drate);
             rates = 1;
             changes[k] = i->motion.drate[refs[k] - FIRST_DERIVATIVE];
         } else if (refs[k] >= FIRST_STATE) {
@@ -198,7 +191,7 @@ Status instance_directional(Instance *i, const uint32_t *unknowns, size_t n_unkn
                             const uint32_t *knowns, size_t n_knowns, const double *seed,
                             double *sensitivity)
 {
-    Seeds seeds = {i->plan[0], i->dx, 0, 0, 0, {0}, 0, 0};
+    Seeds seeds = {i->plan[0], i->dx, 0, 0, 0, i->dheights, 0, 0};
     const int stepped = !i->model_exchange && i->clock->step > 0;
     const double *end = stepped ? i->u_end : i->shown;
     double *du = seeds.du;
@@ -211,15 +204,15 @@ Status instance_directional(Instance *i, const uint32_t *unknowns, size_t n_unkn
         for (size_t k = 0; k < i->model.inputs; k++)
             du[k] *= i->clock->before + i->clock->change * i->clock->step;
     }
-    const Inputs now = instance_inputs(i, end);
-    Inputs change = instance_inputs(i, du);
+    instance_inputs(i, end, &i->now);
+    instance_inputs(i, du, &i->change);
     if (instance_phase(i) & (STARTED | INITIALISING)) {
-        law_change(i, &seeds, &now, &change);
-        rest_change(i, &seeds, &now, &change, i->dx);
+        law_change(i, &seeds, &i->now, &i->change);
+        rest_change(i, &seeds, &i->now, &i->change, i->dx);
     }
     if (failed != NULL)
         return instance_fail(i, "derivative of the last step: %s", failed);
-    const Direction d = {end, change, seeds.time, seeds.position, seeds.speed, i->dx};
+    const Direction d = {end, seeds.time, seeds.position, seeds.speed, i->dx};
     outputs_change(i, &d, unknowns, n_unknowns, sensitivity);
     states_change(i, &d, unknowns, n_unknowns, sensitivity); /* uses the same scratch */
     return OK;
@@ -231,9 +224,10 @@ Status instance_output_slopes(Instance *i, const uint32_t *refs, size_t n, doubl
         return ERROR;
     for (size_t k = 0; k < i->model.inputs; k++)
         i->plan[0][k] = i->path[1][k] + i->clock->step * i->path[2][k];
-    const Inputs now = instance_inputs(i, i->u_end);
-    motion_rate(&i->motion, &now, i->x, i->dx);
-    const Direction d = {i->u_end, instance_inputs(i, i->plan[0]), 1, 0, 0, i->dx};
+    instance_inputs(i, i->u_end, &i->now);
+    instance_inputs(i, i->plan[0], &i->change);
+    motion_rate(&i->motion, &i->now, i->x, i->dx);
+    const Direction d = {i->u_end, 1, 0, 0, i->dx};
     outputs_change(i, &d, refs, n, slopes);
     return OK;
 }

@@ -6,6 +6,9 @@
 #include <string.h>
 
 enum { MAX_PHASES = 1 << 22, MAX_WHOLE = 1 << 30 }; /* the latter of what becomes an int */
+enum { MAX_WHEELSETS = 64, MAX_DIRECTIONS = 6 };
+/* Shapes at all wheelsets, in numbers: what memory they take is not bounded by the file's size. */
+static const double MAX_SHAPES = 1 << 23;
 
 typedef struct {
     Model *model;
@@ -68,6 +71,31 @@ static void *allocate(Reader *reader, size_t count, size_t size)
     return memory;
 }
 
+static size_t whole_blocks(size_t n) { return (n + BLOCK - 1) / BLOCK * BLOCK; }
+
+/* What meets the body: wheelsets, sides, directions. */
+static void read_layout(Reader *reader)
+{
+    Model *m = reader->model;
+    const int32_t *sizes = section(reader, "layout", TYPE_INT32, 3, 0, 0);
+    if (!reader->good)
+        return;
+    demand(reader, sizes[0] >= 1 && sizes[0] <= MAX_WHEELSETS, "the number of wheelsets");
+    demand(reader, sizes[1] == 1 || sizes[1] == 2, "the number of sides");
+    demand(reader, sizes[2] >= 1 && sizes[2] <= MAX_DIRECTIONS, "the number of directions");
+    if (!reader->good)
+        return;
+    m->wheelsets = (size_t)sizes[0];
+    m->sides = (size_t)sizes[1];
+    m->directions = (size_t)sizes[2];
+    m->rows = m->wheelsets * m->directions;
+    m->padded_rows = whole_blocks(m->rows);
+    m->contacts = m->sides * m->rows;
+    m->mirror = section(reader, "mirror", TYPE_INT32, m->directions, 0, 0);
+    for (size_t d = 0; reader->good && d < m->directions; d++)
+        demand(reader, m->mirror[d] == 1 || m->mirror[d] == -1, "how a direction is mirrored");
+}
+
 static void read_sizes(Reader *reader)
 {
     Model *m = reader->model;
@@ -90,13 +118,18 @@ static void read_sizes(Reader *reader)
     m->ring = m->even + m->odd;
     m->modes = m->ring + m->local;
     m->states = 2 * (m->modes + m->rigid);
+    m->odd_at = whole_blocks(m->even);
+    m->width = m->odd_at + whole_blocks(m->odd);
+    m->drives = m->width + m->local;
     demand(reader, m->even > 0, "there are no modes");
-    demand(reader, m->local == 0 || m->local == WHEELS, "local modes must be one a wheel");
+    demand(reader, (double)m->width * (double)m->padded_rows <= MAX_SHAPES,
+           "there are too many modes for so many wheelsets");
+    demand(reader, m->contact_sign == 0 || m->directions == 1,
+           "a contact inside has one direction, the normal");
     demand(reader, (m->nodes > 0) != (m->coordinates > 0), "neither a track nor a vehicle");
     demand(reader, m->nodes == 0 || (m->nodes > 1 && m->cells > 0 && m->rigid == 0),
            "track");
-    demand(reader, m->nodes > 0 || (m->coordinates >= WHEELSETS && m->odd + m->local == 0 &&
-                                    m->rigid > 0), "vehicle");
+    demand(reader, m->nodes > 0 || (m->odd + m->local == 0 && m->rigid > 0), "vehicle");
 }
 
 static void read_segments(Reader *reader)
@@ -105,32 +138,36 @@ static void read_segments(Reader *reader)
     m->segments = resource_length(&m->resource, "segments");
     const int32_t *rows = section(reader, "segments", TYPE_INT32, m->segments, 3, 0);
     const double *mu = doubles(reader, "mu", m->segments, 0, 0);
-    m->segment = allocate(reader, m->segments, sizeof *m->segment);
+    m->segment = allocate(reader, m->segments + 1, sizeof *m->segment);
     size_t next = 0;
     for (size_t k = 0; reader->good && k < m->segments; k++, rows += 3) {
         demand(reader, rows[0] >= 0 && rows[1] >= 0 && rows[2] > 0, "a segment of modes");
         if (!reader->good)
             return;
-        const Segment s = {(size_t)rows[0], (size_t)rows[1], (size_t)rows[2], mu[k]};
+        Segment s = {(size_t)rows[0], (size_t)rows[1], (size_t)rows[2], 0, 0, mu[k]};
         const size_t first = s.to < m->even ? 0 : m->even;
         const size_t end = s.to < m->even ? m->even : m->ring;
+        const size_t shift = s.to < m->even ? 0 : m->odd_at - m->even;
+        s.out = s.to + shift;
+        s.in = s.from + shift;
         /* One after the other, and even and odd modes apart. */
         demand(reader, s.to == next && s.size <= end - s.to && s.from >= first && s.from < end &&
                s.size <= end - s.from, "a segment of modes");
         m->segment[k] = s;
-        m->even_segments += s.to < m->even;
-        m->longest = s.size > m->longest ? s.size : m->longest;
         next = s.to + s.size;
     }
     demand(reader, next == m->ring, "segments leave modes out");
+    if (reader->good)
+        m->segment[m->segments] = (Segment){m->ring, m->ring, m->local, m->width, m->width, 0};
 }
 
 /* One part of the table of shapes. */
 static const float *floats(Reader *reader, const char *name)
 {
     const Model *m = reader->model;
-    const float *data = section(reader, name, TYPE_FLOAT, m->nodes, 2, m->ring);
-    for (size_t k = 0; data != NULL && k < 2 * m->nodes * m->ring; k++)
+    const size_t values = 2 * m->directions;
+    const float *data = section(reader, name, TYPE_FLOAT, m->nodes, values, m->ring);
+    for (size_t k = 0; data != NULL && k < values * m->nodes * m->ring; k++)
         if (!isfinite(data[k])) {
             demand(reader, 0, "a mode shape is not finite");
             return NULL;
@@ -143,9 +180,9 @@ static void read_track(Reader *reader)
     Model *m = reader->model;
     m->table_re = floats(reader, "table.re");
     m->table_im = floats(reader, "table.im");
-    m->local_shape = complexes(reader, "local", m->nodes, 0, 0);
+    m->local_shape = complexes(reader, "local", m->nodes, m->directions, 0);
     const double *geometry = doubles(reader, "geometry", 1, 0, 0);
-    demand(reader, m->local == WHEELS, "local modes must be one a wheel");
+    demand(reader, m->local == m->contacts, "local modes must be one a contact");
     if (!reader->good)
         return;
     m->cell_length = geometry[0];
@@ -165,29 +202,28 @@ static void read_track(Reader *reader)
 static void read_vehicle(Reader *reader)
 {
     Model *m = reader->model;
-    m->out = complexes(reader, "out", WHEELSETS, m->ring, 0);
-    m->in = complexes(reader, "in", WHEELSETS, m->ring, 0);
+    m->out = complexes(reader, "out", m->rows, m->ring, 0);
+    m->in = complexes(reader, "in", m->rows, m->ring, 0);
     m->coordinate = complexes(reader, "coordinate", m->coordinates, m->ring, 0);
-    m->start_s = complexes(reader, "start_s", WHEELSETS, m->ring, 0);
+    m->start_s = complexes(reader, "start_s", m->wheelsets, m->ring, 0);
     m->rigid_shape = doubles(reader, "rigid", m->coordinates, m->rigid, 0);
-    m->inverse_mass = doubles(reader, "inverse_mass", WHEELSETS, 0, 0);
-    m->start_r = doubles(reader, "start_r", WHEELSETS, m->rigid, 0);
-    m->wheelset_x = doubles(reader, "wheelset_x", WHEELSETS, 0, 0);
-    const double *preload = doubles(reader, "preload", 1, 0, 0);
-    if (reader->good)
-        m->preload = *preload;
+    m->rigid_out = doubles(reader, "rigid_out", m->rows, m->rigid, 0);
+    m->rigid_in = doubles(reader, "rigid_in", m->rows, m->rigid, 0);
+    m->through = doubles(reader, "through", m->coordinates, m->rows, 0);
+    m->start_r = doubles(reader, "start_r", m->wheelsets, m->rigid, 0);
+    m->wheelset_x = doubles(reader, "wheelset_x", m->wheelsets, 0, 0);
 }
 
-/* How many owners (wheelsets, wheels, coordinates) a role may have; 0: a role of a parameter. */
+/* How many owners (wheelsets, contacts, coordinates) a role may have. */
 static size_t owners(const Model *m, int role)
 {
     switch (role) {
-    case ROLE_IN_POSITION: return m->nodes > 0 ? WHEELSETS : 0;
-    case ROLE_OUT_POSITION: return m->nodes > 0 ? 0 : WHEELSETS;
-    case ROLE_START_Z: return WHEELSETS;
-    case ROLE_OUT_FORCE: return m->contact_sign != 0 ? WHEELS : 0;
-    case ROLE_IN_LOAD: case ROLE_IN_LOAD_LESS: return WHEELS;
-    case ROLE_OUT_CONTACT_Z: case ROLE_OUT_CONTACT_VZ: return m->nodes > 0 ? WHEELS : 0;
+    case ROLE_IN_POSITION: return m->nodes > 0 ? m->wheelsets : 0;
+    case ROLE_OUT_POSITION: return m->nodes > 0 ? 0 : m->wheelsets;
+    case ROLE_START_Z: return m->wheelsets;
+    case ROLE_OUT_FORCE: return m->contact_sign != 0 ? m->contacts : 0;
+    case ROLE_IN_LOAD: case ROLE_IN_LOAD_LESS: return m->contacts;
+    case ROLE_OUT_CONTACT_Z: case ROLE_OUT_CONTACT_VZ: return m->nodes > 0 ? m->contacts : 0;
     case ROLE_OUT_COORDINATE: case ROLE_OUT_RATE: return m->coordinates;
     case ROLE_OUT_ACCELERATION: return m->coordinates;
     default: return 1;
@@ -277,8 +313,10 @@ int model_read(Model *model, Resource resource, char *why, size_t room)
     memset(model, 0, sizeof *model);
     model->resource = resource;
     Reader reader = {model, why, room, 1};
+    read_layout(&reader);
     read_sizes(&reader);
     if (reader.good) {
+        model->preloads = doubles(&reader, "preloads", model->contacts, 0, 0);
         model->pole = complexes(&reader, "pole", model->modes, 0, 0);
         model->nominals = doubles(&reader, "nominals", model->rigid > 0 ? 4 : 2, 0, 0);
         read_segments(&reader);

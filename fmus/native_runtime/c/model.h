@@ -2,13 +2,17 @@
 
    ds/dt = lambda s + g for every mode (complex), d2r/dt2 = g for every rigid-body coordinate.
    The state vector is x = [Re s, Im s, r, dr/dt]; generalised forces are g = [Re g, Im g, g_r].
-   Wheels are in the order left 1..4, right 1..4. */
+
+   A row is a wheelset in one of the directions in which it and the track move: row = wheelset *
+   directions + direction. A contact is a row on one side: contact = side * rows + row. Both sides
+   of a row move modes of either parity by the sum or the difference of their forces. */
 #ifndef RAILCOSIM_MODEL_H
 #define RAILCOSIM_MODEL_H
 
 #include "resource.h"
 
-enum { WHEELSETS = 4, WHEELS = 8 };
+/* Kernels take modes and rows by so many. */
+enum { BLOCK = 4 };
 
 /* Complex numbers as two arrays: compilers make vector code of them. */
 typedef struct {
@@ -19,11 +23,11 @@ typedef struct {
 typedef enum {
     ROLE_TIME = 0,
     ROLE_IN_POSITION = 1,   /* of a wheelset */
-    ROLE_IN_LOAD = 2,       /* of a wheel: force, or height of the surface the contact presses on */
+    ROLE_IN_LOAD = 2,       /* of a contact: force, or height of what the body's own presses on */
     ROLE_IN_LOAD_LESS = 3,  /* the same, taken off */
     ROLE_OUT_POSITION = 4,  /* of a wheelset: the vehicle runs */
-    ROLE_OUT_FORCE = 5,     /* of a wheel's own contact */
-    ROLE_OUT_CONTACT_Z = 6, /* of a wheel: deflection of the body there */
+    ROLE_OUT_FORCE = 5,     /* of a contact of its own */
+    ROLE_OUT_CONTACT_Z = 6, /* of a contact: deflection of the body there */
     ROLE_OUT_CONTACT_VZ = 7,
     ROLE_OUT_COORDINATE = 8, /* of the multibody model */
     ROLE_OUT_RATE = 9,
@@ -47,7 +51,7 @@ typedef struct {
     Causality causality;
     int tunable; /* may change during a run */
     Role role;
-    size_t index; /* wheelset, wheel or coordinate */
+    size_t index; /* wheelset, contact or coordinate */
     double start, minimum, maximum;
     const char *name;
 } Variable;
@@ -56,32 +60,40 @@ typedef struct {
    `from` on. From cell to cell they turn by mu. */
 typedef struct {
     size_t to, from, size;
+    size_t out, in; /* `to` and `from` among the shapes, where both parities begin a block */
     double mu;
 } Segment;
 
 typedef struct {
     Resource resource;
     const char *guid;
-    /* Modes: even ones (both wheels or rails move alike), odd ones, one local one a wheel. */
+    size_t wheelsets, sides, directions, rows, contacts;
+    size_t padded_rows;    /* whole blocks of them */
+    const int32_t *mirror; /* of a direction: 1 where even modes move both sides alike, else -1 */
+    /* Modes: even ones (of motions that are their own mirror images), odd ones, one local one a
+       contact. */
     size_t even, odd, ring, local, modes;
+    size_t odd_at, width; /* among the shapes: first odd one; all, in whole blocks of each parity */
+    size_t drives;        /* complex generalised forces: width + local */
     size_t rigid, coordinates, states;
     const double *nominals; /* of Re s, Im s and, with rigid coordinates, r and dr/dt */
     Complexes pole;
-    size_t even_segments, segments; /* of even modes, of all; those of odd ones follow */
-    size_t longest;                 /* modes in a segment */
+    size_t segments; /* of even modes, then of odd ones; the local modes stand behind as one more */
     Segment *segment;
-    /* Shapes of a track: a table along one cell, (nodes, w and dw/dx, ring). The node after the
-       last is the first one of the next cell. */
+    /* Shapes of a track: a table along one cell, (nodes, directions, w and dw/dx, ring). The node
+       after the last is the first one of the next cell. */
     size_t nodes, cells;
     const float *table_re, *table_im;
     Complexes local_shape;
     double *phase; /* cos and sin of mu times the cell, (cells, segments, 2) */
     double cell_length, length, element;
-    /* Shapes of a vehicle: the same everywhere, (4, modes), out and in. */
+    /* Shapes of a vehicle: the same everywhere, (rows, modes), out and in. */
     Complexes out, in, coordinate, start_s;
-    const double *rigid_shape; /* (coordinates, rigid); the wheelsets are the last four */
-    const double *inverse_mass, *wheelset_x, *start_r;
-    double preload;   /* contact force that loads nothing: the vehicle's own weight, N */
+    const double *rigid_shape;         /* (coordinates, rigid) */
+    const double *rigid_out, *rigid_in; /* (rows, rigid) */
+    const double *through; /* acceleration of a coordinate by a force at once, (coordinates, rows) */
+    const double *wheelset_x, *start_r;
+    const double *preloads; /* contact forces that load nothing: a vehicle's own weight, N */
     int contact_sign; /* 0: forces from outside; 1: moving down presses; -1: it relieves */
     /* Interface. */
     size_t variables, inputs, outputs;

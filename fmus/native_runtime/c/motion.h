@@ -9,11 +9,15 @@
 enum { KEPT_STEPS = 8 }; /* step sizes whose coefficients are kept */
 #define MAX_INTERNAL_STEPS 1e7
 
-/* What comes from outside at one instant: positions (m) and loads of the wheels, which are contact
-   forces (N) or, for a body with contacts of its own, heights (m) of what they press against. */
+/* What comes from outside at one instant: positions (m) of the wheelsets, and loads of the
+   contacts, which are forces (N) or, for a body with contacts of its own, heights (m) of what they
+   press against. Both are parts of one block of inputs_size numbers. */
 typedef struct {
-    double position[WHEELSETS], load[WHEELS];
+    double *position, *load;
 } Inputs;
+
+size_t inputs_size(const Model *model);
+Inputs inputs_in(const Model *model, double *block);
 
 /* Inputs over a step: start + slope t + curve t^2 / 2. */
 typedef struct {
@@ -26,20 +30,32 @@ typedef struct {
     double internal_step;
     Coefficients kept[KEPT_STEPS];
     size_t next; /* of `kept` to be overwritten */
-    double *g0, *g1, *dg, *q, *dq, *rate, *drate, *dx, *memory;
+    /* Generalised forces at the ends and in the middle of a step; g1 are those that `driven` gave
+       with wheelsets at `driven_at`. */
+    double *g0, *gm, *g1, *driven, *driven_at;
+    double *rate, *drate, *dx; /* scratch: as x */
+    /* Scratch of one number a contact, or G and what solving takes. */
+    double *force, *dforce, *beyond[3], *z, *dz, *moved, *gap, *delta, *none, *G, *solving;
+    double *more, *dg, *q, *dq; /* scratch of motion_change.c: as g */
+    Inputs now, dnow, middle;
+    double *memory;
 } Motion;
 
 int motion_create(Motion *motion, const Model *model); /* 0: no memory */
 void motion_free(Motion *motion);
 
-Inputs path_at(const InputPath *path, double t);
+void path_at(const Model *model, const InputPath *path, double t, Inputs *now);
 /* Contact forces in state x; 'load' are the forces, or what the contacts press against. */
-void motion_forces(Motion *motion, const Inputs *now, const double *x, double force[WHEELS]);
+void motion_forces(Motion *motion, const Inputs *now, const double *x, double *force);
 /* The state at rest under `now`; for a vehicle with wheelsets at `heights`. 0: none was found. */
-int motion_rest(Motion *motion, const Inputs *now, const double heights[WHEELSETS], double *x);
+int motion_rest(Motion *motion, const Inputs *now, const double *heights, double *x);
+/* Generalised forces of contact forces; valid until the next call. */
+const double *motion_driven(Motion *motion, const Shapes *shapes, const double *force);
 /* next = state after a step h. Returns a sentence if that fails, else NULL. */
 const char *motion_step(Motion *motion, const InputPath *path, double h, const double *x,
                         double *next);
+/* Acceleration of a coordinate of the multibody model by what forces do at once. */
+double motion_through(Motion *motion, size_t coordinate, const double *force);
 /* dx/dt, in `rate`. */
 void motion_rate(Motion *motion, const Inputs *now, const double *x, double *rate);
 
@@ -49,16 +65,16 @@ extern const char MOTION_TOO_MANY[], MOTION_NO_CONTACT[];
 
 const Coefficients *motion_coefficients(Motion *motion, double h);
 /* Whether no wheel moves. */
-int motion_still(const InputPath *path);
+int motion_still(const Model *model, const InputPath *path);
 /* Into how many internal steps a step is cut: one that is exact where forces come from outside and
    no wheel moves; otherwise some over each of which the forces on the modes go along a parabola
    or, where the body's own contacts make them, are held at their mean. */
 double motion_internal_steps(const Motion *motion, int is_still, double h);
 /* Generalised forces of contact forces. */
-void motion_drive(Motion *motion, const Shapes *shapes, const double force[WHEELS], double *g);
+void motion_drive(Motion *motion, const Shapes *shapes, const double *force, double *g);
 /* Forces at the end of a step that so far went without them; 0: none were found. */
 int motion_forces_at_end(Motion *motion, const Coefficients *c, const Inputs *now, const double *x,
-                         double force[WHEELS]);
+                         double *force);
 /* Whether forces on modes from outside leave the line over a step. */
 int motion_bulges(const Motion *motion, const InputPath *path, int is_still);
 /* q += a g, of generalised forces. */
@@ -68,10 +84,10 @@ void motion_gather(const Motion *motion, double a, const double *g, double *q);
 
 /* Derivative of the displacements (or velocities) at the contacts. */
 void motion_observe_change(const Motion *motion, const Shapes *shapes, const Shapes *slope,
-                           const double *x, const double *dx, double dz[WHEELS]);
+                           const double *x, const double *dx, double *dz);
 /* Derivative of the forces; `force` as motion_forces gives it. */
 void motion_forces_change(Motion *motion, const Inputs *now, const double *x, const Inputs *change,
-                          const double *dx, double dforce[WHEELS]);
+                          const double *dx, double *dforce);
 /* Derivative of motion_rate. */
 void motion_rate_change(Motion *motion, const Inputs *now, const double *x, const Inputs *change,
                         const double *dx, double *drate);

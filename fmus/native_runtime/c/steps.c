@@ -88,9 +88,8 @@ static const char *move(Instance *i, double step)
     for (int order = 0; order < 3; order++)
         if (!all_finite(i->plan[order], i->model.inputs))
             return "the inputs change too fast for numbers";
-    const InputPath path = {instance_inputs(i, i->plan[0]), instance_inputs(i, i->plan[1]),
-                            instance_inputs(i, i->plan[2])};
-    const char *failed = motion_step(&i->motion, &path, step, i->x, i->next);
+    instance_path(i, i->plan, &i->over);
+    const char *failed = motion_step(&i->motion, &i->over, step, i->x, i->next);
     if (failed == NULL && !all_finite(i->next, i->model.states))
         return "the result is not finite: the inputs are far off";
     return failed;

@@ -4,17 +4,23 @@
 #include <math.h>
 #include <string.h>
 
-Inputs instance_inputs(const Instance *i, const double *u)
+void instance_inputs(const Instance *i, const double *u, Inputs *inputs)
 {
-    Inputs now = {{0}, {0}};
+    memset(inputs->position, 0, inputs_size(&i->model) * sizeof(double));
     for (size_t k = 0; k < i->model.inputs; k++) {
         const Variable *v = &i->model.variable[i->model.input[k]];
         if (v->role == ROLE_IN_POSITION)
-            now.position[v->index] = u[k];
+            inputs->position[v->index] = u[k];
         else
-            now.load[v->index] += v->role == ROLE_IN_LOAD ? u[k] : -u[k];
+            inputs->load[v->index] += v->role == ROLE_IN_LOAD ? u[k] : -u[k];
     }
-    return now;
+}
+
+void instance_path(const Instance *i, double *const u[3], InputPath *path)
+{
+    instance_inputs(i, u[0], &path->start);
+    instance_inputs(i, u[1], &path->slope);
+    instance_inputs(i, u[2], &path->curve);
 }
 
 int instance_inputs_are_finite(Instance *i, const double *u)
@@ -49,39 +55,54 @@ Status instance_settle(Instance *i)
     instance_configure(i);
     if (instance_phase(i) & (RUNNING | TERMINATED))
         return OK;
-    double heights[WHEELSETS] = {0};
+    memset(i->heights, 0, i->model.wheelsets * sizeof(double));
     for (size_t k = 0; k < i->model.variables; k++)
         if (i->model.variable[k].role == ROLE_START_Z)
-            heights[i->model.variable[k].index] = i->value[k];
-    const Inputs now = instance_inputs(i, i->shown);
-    if (!motion_rest(&i->motion, &now, heights, i->x))
+            i->heights[i->model.variable[k].index] = i->value[k];
+    instance_inputs(i, i->shown, &i->now);
+    if (!motion_rest(&i->motion, &i->now, i->heights, i->x))
         return instance_fail(i, "there is no state at rest under these inputs: %s",
                              MOTION_NO_CONTACT);
     return OK;
 }
 
-static double output(Instance *i, const Variable *v, const double force[WHEELS],
-                     const double z[WHEELS], const double vz[WHEELS], const double *acceleration)
+static double output(Instance *i, const Variable *v, const double *acceleration)
 {
     const Model *m = &i->model;
     switch (v->role) {
     case ROLE_OUT_POSITION:
         return instance_parameter(i, ROLE_START_POSITION) + m->wheelset_x[v->index] -
-               m->wheelset_x[WHEELSETS - 1] + instance_parameter(i, ROLE_SPEED) * i->clock->time;
-    case ROLE_OUT_FORCE: return force[v->index];
-    case ROLE_OUT_CONTACT_Z: return z[v->index];
-    case ROLE_OUT_CONTACT_VZ: return vz[v->index];
+               m->wheelset_x[m->wheelsets - 1] +
+               instance_parameter(i, ROLE_SPEED) * i->clock->time;
+    case ROLE_OUT_FORCE: return i->force[v->index];
+    case ROLE_OUT_CONTACT_Z: return i->z[v->index];
+    case ROLE_OUT_CONTACT_VZ: return i->vz[v->index];
     case ROLE_OUT_COORDINATE: return body_coordinate(&i->motion.body, v->index, i->x);
     case ROLE_OUT_RATE: return body_coordinate(&i->motion.body, v->index, i->motion.rate);
     default: break;
     }
-    const size_t first = m->coordinates - WHEELSETS;
-    double a = body_coordinate(&i->motion.body, v->index, acceleration);
-    if (v->index >= first) { /* a force acts at once on its own body only */
-        const size_t k = v->index - first;
-        a -= m->inverse_mass[k] * (force[k] + force[k + WHEELSETS] - 2 * m->preload);
+    return body_coordinate(&i->motion.body, v->index, acceleration) +
+           motion_through(&i->motion, v->index, i->force);
+}
+
+/* Forces and motions of contacts, rates and accelerations, as far as outputs show them. */
+static void find_motion(Instance *i)
+{
+    Motion *motion = &i->motion;
+    instance_inputs(i, i->shown, &i->now);
+    motion_forces(motion, &i->now, i->x, i->force);
+    if (i->model.nodes == 0) { /* all modes are there, so a force changes no velocity at once */
+        body_rate(&motion->body, i->x, NULL, motion->rate);
+        body_acceleration(&motion->body, i->x, motion->drate);
+        return;
     }
-    return a;
+    const Shapes *shapes = body_shapes(&motion->body, i->now.position);
+    const double *g = motion_driven(motion, shapes, i->force);
+    if (i->model.contact_sign == 0)
+        body_observe(&motion->body, shapes, i->x, i->z);
+    else /* its forces come from there */
+        memcpy(i->z, motion->z, i->model.contacts * sizeof(double));
+    body_velocity(&motion->body, shapes, i->x, g, i->vz);
 }
 
 static Status refresh(Instance *i)
@@ -92,19 +113,9 @@ static Status refresh(Instance *i)
     if (status != OK)
         return status;
     const Model *m = &i->model;
-    const Inputs now = instance_inputs(i, i->shown);
-    double force[WHEELS], z[WHEELS] = {0}, vz[WHEELS] = {0}, *acceleration = i->motion.drate;
-    motion_forces(&i->motion, &now, i->x, force);
-    if (m->nodes > 0) {
-        body_observe_moving(&i->motion.body, body_shapes(&i->motion.body, now.position), i->x,
-                            force, z, vz);
-    } else { /* all modes are there, so a force changes no velocity at once */
-        body_rate(&i->motion.body, i->x, NULL, i->motion.rate);
-        body_acceleration(&i->motion.body, i->x, acceleration);
-    }
+    find_motion(i);
     for (size_t k = 0; k < m->outputs; k++)
-        i->value[m->output[k]] =
-            output(i, &m->variable[m->output[k]], force, z, vz, acceleration);
+        i->value[m->output[k]] = output(i, &m->variable[m->output[k]], i->motion.drate);
     i->clock->stale = 0;
     return OK;
 }
@@ -143,8 +154,8 @@ Status instance_derivatives(Instance *i, double *rate, size_t n)
     const Status status = instance_settle(i);
     if (status != OK)
         return status;
-    const Inputs now = instance_inputs(i, i->shown);
-    motion_rate(&i->motion, &now, i->x, rate);
+    instance_inputs(i, i->shown, &i->now);
+    motion_rate(&i->motion, &i->now, i->x, rate);
     return OK;
 }
 
