@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.linear_fmu import Pulses, Wanted, best_way
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.realisation import ComplexArray
-from railcosim.master.linear.receptance import FrequencyResponse, frequency_response, lag
+from railcosim.master.linear.receptance import FrequencyResponse, Response, frequency_response, lag
 from railcosim.master.linear.substructuring import Joint, couple
 
 from .memory import afford
@@ -35,7 +35,9 @@ EXCITATIONS = {
     "irregularity_z",
     *(f"{w}.{what}" for w in WHEELSETS for what in ("force_z", "rail_force_z", "irregularity_z")),
 }
-COPIES = 4  # of all responses at once: those of both parts, and of the whole while it is solved
+COPIES = (
+    3  # of all responses at once: those of both parts, and at the joints while these are solved
+)
 VEHICLE_SHARE = 0.2  # of the time that both take
 Progress = Callable[[float, float], None]
 
@@ -153,47 +155,32 @@ def joints(k_H: float) -> list[Joint]:
     ]
 
 
-def coupled(models: Models, omega: FloatArray, k_H: float) -> FrequencyResponse:
+def coupled(models: Models, omega: FloatArray, k_H: float) -> Response:
     """Vehicle on the track."""
-    vehicle, track = _responses(models, omega)
-    return couple(vehicle, track, joints(k_H))
+    return couple(*responses(models, omega), joints(k_H))
 
 
-def _responses(models: Models, omega: FloatArray) -> tuple[FrequencyResponse, FrequencyResponse]:
-    if models.track is None:
-        raise CouplingError("the track was left out when the FMUs were linearised")
-    outputs = len(models.vehicle.outputs) + len(models.track.outputs) + len(WHEELS)
-    afford(
-        COPIES * 16.0 * len(omega) * outputs * 3 * len(WHEELS),
-        f"{outputs} responses to {3 * len(WHEELS)} inputs at {len(omega)} frequencies",
-        "take fewer frequencies",
-    )
-    return frequency_response(models.vehicle, omega), frequency_response(models.track, omega)
-
-
-def on_rigid_track(models: Models, omega: FloatArray, k_H: float) -> FrequencyResponse:
+def on_rigid_track(models: Models, omega: FloatArray, k_H: float) -> Response:
     """Vehicle on its contact springs alone."""
     return couple(frequency_response(models.vehicle, omega), None, joints(k_H))
 
 
-def apart(models: Models, omega: FloatArray) -> FrequencyResponse:
+def apart(models: Models, omega: FloatArray) -> Response:
     """Vehicle and track without each other, under the names of the coupled response."""
-    vehicle, track = _responses(models, omega)
-    n_v, n_t = vehicle.values.shape[1:], track.values.shape[1:]
-    values = np.zeros((len(omega), n_v[0] + n_t[0], n_v[1] + n_t[1]), dtype=complex)
-    values[:, : n_v[0], : n_v[1]] = vehicle.values
-    values[:, n_v[0] :, n_v[1] :] = track.values
-    return FrequencyResponse(
-        name="vehicle and track apart",
-        omega=omega,
-        outputs=tuple(
-            [f"vehicle.{o}" for o in vehicle.outputs] + [f"track.{o}" for o in track.outputs]
-        ),
-        inputs=tuple(
-            [f"vehicle.{i}" for i in vehicle.inputs] + [f"track.{i}" for i in track.inputs]
-        ),
-        values=values,
+    return replace(couple(*responses(models, omega), []), name="vehicle and track apart")
+
+
+def responses(models: Models, omega: FloatArray) -> tuple[FrequencyResponse, FrequencyResponse]:
+    """Of vehicle and track, each by itself."""
+    if models.track is None:
+        raise CouplingError("the track was left out when the FMUs were linearised")
+    outputs = len(models.vehicle.outputs) + len(models.track.outputs) + len(WHEELS)
+    afford(
+        COPIES * 16.0 * len(omega) * outputs * len(WHEELS),
+        f"{outputs} responses to {len(WHEELS)} inputs at {len(omega)} frequencies",
+        "take fewer frequencies",
     )
+    return frequency_response(models.vehicle, omega), frequency_response(models.track, omega)
 
 
 def check_excitation(excitation: str) -> None:
@@ -206,13 +193,13 @@ def check_excitation(excitation: str) -> None:
 
 
 def response(
-    system: FrequencyResponse, excitation: str, positions: FloatArray, speed: float
+    system: Response, excitation: str, positions: FloatArray, speed: float
 ) -> ComplexArray:
     """All outputs to one excitation, shape (n_omega, n_outputs).
 
     Parameters
     ----------
-    system : FrequencyResponse
+    system : Response
         Coupled, on rigid track, or apart.
     excitation : str
         ``wheelset[i].force_z``: a unit force down on a wheelset. ``wheelset[i].rail_force_z``: a
@@ -246,7 +233,7 @@ def response(
 
 
 def dataset(
-    system: FrequencyResponse,
+    system: Response,
     values: ComplexArray,
     models: Models,
     excitation: str,

@@ -12,11 +12,11 @@ from scipy.interpolate import CubicSpline
 
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
-from railcosim.master.linear.receptance import FrequencyResponse
+from railcosim.master.linear.receptance import Response
 
 from .pair import WHEELSETS
 
-Response: TypeAlias = Callable[[FloatArray], FrequencyResponse]  # of omega (rad/s)
+System: TypeAlias = Callable[[FloatArray], Response]  # of omega (rad/s)
 
 FIRST_POINTS, MOST_POINTS = 500, 20_000  # frequencies of the table that is interpolated
 TOLERANCE = 2e-3  # of the local response: a fifth of a colour step on a map of three decades
@@ -53,7 +53,7 @@ class Transfer:
         return Transfer((output,), spline, self.points)
 
 
-def transfer(system: Response, outputs: Sequence[str], lowest: float, highest: float) -> Transfer:
+def transfer(system: System, outputs: Sequence[str], lowest: float, highest: float) -> Transfer:
     """Tabulate a system's response to irregularity, as finely as it needs.
 
     Intervals are halved until a cubic spline foresees every new point: 14 times around the narrow
@@ -99,13 +99,14 @@ def transfer(system: Response, outputs: Sequence[str], lowest: float, highest: f
     )
 
 
-def _gaps(system: Response, outputs: Sequence[str], log_frequency: FloatArray) -> ComplexArray:
+def _gaps(system: System, outputs: Sequence[str], log_frequency: FloatArray) -> ComplexArray:
     """Responses to unit irregularity under both wheels of each wheelset, (n, n_outputs, 4)."""
     solved = system(2 * np.pi * np.exp(log_frequency))
-    values = solved.values[:, solved.rows(outputs)]
-    sides = [solved.columns(f"{w}.{side}.gap" for w in WHEELSETS) for side in ("left", "right")]
-    both: ComplexArray = values[:, :, sides[0]] + values[:, :, sides[1]]
-    return both
+    sides = ("left", "right")
+    both = np.tile(np.eye(len(WHEELSETS)), (len(sides), 1))
+    values = solved.to([f"{w}.{side}.gap" for side in sides for w in WHEELSETS], both[None])
+    wanted: ComplexArray = values[:, solved.rows(outputs)]
+    return wanted
 
 
 def plane(

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from railcosim.master.component import FloatArray
-from railcosim.master.linear.receptance import FrequencyResponse, lag
+from railcosim.master.linear.receptance import Response, lag
 
 from .pair import WHEELS
 
@@ -16,7 +16,7 @@ Density: TypeAlias = Callable[[FloatArray], FloatArray]  # Omega (rad/m) to S, o
 
 
 def response_psd(
-    system: FrequencyResponse,
+    system: Response,
     positions: FloatArray,
     speed: float,
     vertical: Density,
@@ -26,7 +26,7 @@ def response_psd(
 
     Parameters
     ----------
-    system : FrequencyResponse
+    system : Response
         With an input ``wheelset[i].side.gap`` for every wheel.
     positions : array, shape (4,)
         Wheelsets, m.

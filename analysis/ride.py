@@ -9,14 +9,14 @@ import xarray as xr
 
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.receptance import FrequencyResponse
+from railcosim.master.linear.substructuring import couple
 from railcosim.track.irregularity import Quality
 
 from .comfort import reaction, sperling, weighted_acceleration
 from .critical import bogie_distance
-from .frequency import Models, coupled
+from .frequency import Models, joints, responses
 from .random import acceleration_psd, response_psd, standard_deviation
 
-CENTRE, PITCH = "vehicle.carbody.z", "vehicle.carbody.pitch"
 FLOOR = ("floor above front bogie", "floor above rear bogie")
 OTHERS = {
     "bogie[1].az": "vehicle.bogie[1].z",
@@ -51,12 +51,13 @@ def ride(
         also ``iso_2631`` (W_k-weighted, m/s2), ``sperling`` (Wz); contact forces in N^2/Hz.
     """
     omega = 2 * np.pi * frequency
-    system = _with_floor(coupled(models, omega, k_H), bogie_distance(models.positions) / 2)
+    vehicle, track = responses(models, omega)
+    system = couple(_with_floor(vehicle, bogie_distance(models.positions) / 2), track, joints(k_H))
     psd = response_psd(system, models.positions, speed, quality.vertical.density)
     columns = dict(zip(system.outputs, psd.T, strict=True))
     hertz = {"units": "Hz", "long_name": "frequency"}
     out = xr.Dataset(coords={"frequency": ("frequency", frequency, hertz)})
-    body = {"carbody.az": CENTRE, **{name: name for name in FLOOR}}
+    body = {"carbody.az": "vehicle.carbody.z", **{name: f"vehicle.{name}" for name in FLOOR}}
     for name, output in (body | OTHERS).items():
         density = acceleration_psd(omega, columns[output])
         about: dict[str, object] = {"units": "(m/s2)2/Hz", "long_name": f"density of {name}"}
@@ -75,12 +76,12 @@ def ride(
     return out
 
 
-def _with_floor(system: FrequencyResponse, ahead: float) -> FrequencyResponse:
+def _with_floor(vehicle: FrequencyResponse, ahead: float) -> FrequencyResponse:
     """Add the car body's floor above the bogies; a positive pitch lifts the front."""
-    z, pitch = (system.values[:, system.rows([name])] for name in (CENTRE, PITCH))
+    z, pitch = (vehicle.values[:, vehicle.rows([name])] for name in ("carbody.z", "carbody.pitch"))
     floor = [z - ahead * pitch, z + ahead * pitch]
     return replace(
-        system,
-        outputs=(*system.outputs, *FLOOR),
-        values=np.concatenate([system.values, *floor], axis=1),
+        vehicle,
+        outputs=(*vehicle.outputs, *FLOOR),
+        values=np.concatenate([vehicle.values, *floor], axis=1),
     )

@@ -24,7 +24,7 @@ from railcosim.analysis.pair import Journey
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.master.files import save
 from railcosim.master.linear.realisation import ComplexArray
-from railcosim.master.linear.receptance import FrequencyResponse
+from railcosim.master.linear.receptance import Response
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.paper.figure import RAIL, WHEEL
 from railcosim.paper.finding import Finding
@@ -119,7 +119,7 @@ def _frequency_results(models: Models, out: Path) -> None:
     save_picture(receptance_chart(curves, "receptance (m/N)", title), out / "wheel.png")
 
 
-def _of(system: FrequencyResponse, values: ComplexArray, output: str) -> ComplexArray:
+def _of(system: Response, values: ComplexArray, output: str) -> ComplexArray:
     column: ComplexArray = values[:, system.rows([output])[0]]
     return column
 

@@ -11,7 +11,7 @@ import xarray as xr
 from railcosim.analysis.frequency import response
 from railcosim.analysis.resonance import resonance
 from railcosim.master.component import FloatArray
-from railcosim.master.linear.receptance import FrequencyResponse
+from railcosim.master.linear.receptance import Response
 from railcosim.plots.chart import Chart
 
 from .finding import Finding
@@ -50,7 +50,7 @@ class Figure:
 
 
 def sizes(
-    system: FrequencyResponse, excitation: str, positions: FloatArray, outputs: list[str]
+    system: Response, excitation: str, positions: FloatArray, outputs: list[str]
 ) -> list[FloatArray]:
     """Magnitudes of outputs under an excitation of `analysis.frequency.response`."""
     values = response(system, excitation, positions, speed=1.0)

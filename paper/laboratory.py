@@ -26,7 +26,7 @@ from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.fmus.export import export
 from railcosim.master.component import FloatArray
 from railcosim.master.files import load, save
-from railcosim.master.linear.receptance import FrequencyResponse
+from railcosim.master.linear.receptance import Response
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.track.irregularity import Profile, synthesise
 from railcosim.track.parameters import Track
@@ -129,11 +129,11 @@ class Laboratory:
         """For a curve, Hz."""
         return np.geomspace(low, high, 10 * self.effort.points)
 
-    def coupled(self, k_H: float = K_H) -> Callable[[FloatArray], FrequencyResponse]:
+    def coupled(self, k_H: float = K_H) -> Callable[[FloatArray], Response]:
         """Vehicle on flexible track, of omega."""
         return lambda omega: coupled(self.models, omega, k_H)
 
-    def rigid(self, k_H: float = K_H) -> Callable[[FloatArray], FrequencyResponse]:
+    def rigid(self, k_H: float = K_H) -> Callable[[FloatArray], Response]:
         """Vehicle on rigid track, of omega."""
         return lambda omega: on_rigid_track(self.models, omega, k_H)
 

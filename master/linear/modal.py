@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from railcosim.master.component import FloatArray, Variable
+from railcosim.master.linear.partial_fractions import PartialFractions, of_modes
 from railcosim.master.linear.state_space import ComplexArray, StateSpace
 
 _UNDAMPED = 1e-9
@@ -51,7 +53,11 @@ class Modal:
     def response(self, s: ArrayLike) -> ComplexArray:
         """Transfer function at complex frequencies (1/s), shape (n_s, n_outputs, n_inputs)."""
         at = np.asarray(s, dtype=complex)
-        return fractions(at, self.poles, self.B, self.C) + self.D
+        return self._fractions.at(at) + self.D
+
+    @cached_property
+    def _fractions(self) -> PartialFractions:
+        return of_modes(self.poles, self.B, self.C)
 
     def real(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """A, B, C in real states, sqrt(2) times the real parts of q, then the imaginary ones."""
@@ -205,33 +211,6 @@ def real_form(
     seen = np.sqrt(2.0) * np.concatenate([C.real, -C.imag], axis=1)
     is_moved = np.concatenate([np.ones(n, bool), poles.imag != 0.0])
     return A[is_moved][:, is_moved], both[is_moved], seen[:, is_moved]
-
-
-def fractions(
-    z: ComplexArray, poles: ComplexArray, B: ComplexArray, C: ComplexArray
-) -> ComplexArray:
-    """Sum over conjugate pairs of c b / (z - pole).
-
-    Parameters
-    ----------
-    z : array of complex, shape (n_z,)
-        Where.
-    poles, B, C : array of complex, shapes (n,), (n, n_inputs), (n_outputs, n)
-        Poles, and the factors b and c; those of the conjugate poles are conjugate, too.
-
-    Returns
-    -------
-    array of complex, shape (n_z, n_outputs, n_inputs)
-    """
-    n_out, n_in = len(C), B.shape[1]
-    products = (C.T[:, :, None] * B[:, None, :]).reshape(len(poles), -1)
-    # A pair is (a z + b)/((z - pole)(z - conjugate pole)), with a and b real.
-    a, b = 2.0 * products.real, -2.0 * (products * poles.conj()[:, None]).real
-    both = 1.0 / ((z[:, None] - poles) * (z[:, None] - poles.conj()))
-    real = np.concatenate([both.real, both.imag]) @ np.hstack([a, b])
-    of_a, of_b = np.split(real[: len(z)] + 1j * real[len(z) :], 2, axis=1)
-    total: ComplexArray = z[:, None] * of_a + of_b
-    return total.reshape(len(z), n_out, n_in)
 
 
 def _phi(z: ComplexArray) -> list[ComplexArray]:

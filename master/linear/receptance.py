@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -15,8 +16,8 @@ from railcosim.master.suggest import suggest
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrequencyResponse:
-    """Harmonic outputs for harmonic inputs of unit amplitude, time factor exp(i omega t).
+class Response(ABC):
+    """Harmonic outputs for harmonic inputs, time factor exp(i omega t).
 
     Attributes
     ----------
@@ -28,20 +29,33 @@ class FrequencyResponse:
         Names of the outputs.
     inputs : tuple of str, length n_inputs
         Names of the inputs.
-    values : ndarray of complex, shape (n_omega, n_outputs, n_inputs)
-        In units of the output per unit of the input; a receptance where that is m/N.
     """
 
     name: str
     omega: FloatArray
     outputs: tuple[str, ...]
     inputs: tuple[str, ...]
-    values: ComplexArray
 
-    def __post_init__(self) -> None:
-        expected = (len(self.omega), len(self.outputs), len(self.inputs))
-        if self.values.shape != expected:
-            raise ValueError(f"{self.name}: values are {self.values.shape}, the names {expected}")
+    @abstractmethod
+    def to(self, inputs: Sequence[str], loads: ArrayLike) -> ComplexArray:
+        """Responses of all outputs to several loads, each of them on some of the inputs.
+
+        Parameters
+        ----------
+        inputs : sequence of str
+            The inputs acting, n_acting of them.
+        loads : array_like of complex, shape (n_omega or 1, n_acting, n_loads)
+            Their amplitudes.
+
+        Returns
+        -------
+        ndarray of complex, shape (n_omega, n_outputs, n_loads)
+
+        Raises
+        ------
+        ValueError
+            If a name is unknown.
+        """
 
     def of(self, output: str, input_: str) -> ComplexArray:
         """Response of one output to one input.
@@ -60,8 +74,8 @@ class FrequencyResponse:
         ValueError
             If a name is unknown.
         """
-        (row,), (column,) = self.rows([output]), self.columns([input_])
-        values: ComplexArray = self.values[:, row, column]
+        (row,) = self.rows([output])
+        values: ComplexArray = self.combined([input_], [1.0])[:, row]
         return values
 
     def combined(self, inputs: Iterable[str], weights: ArrayLike) -> ComplexArray:
@@ -83,9 +97,8 @@ class FrequencyResponse:
         ValueError
             If a name is unknown.
         """
-        columns = self.columns(inputs)
-        amplitudes = np.broadcast_to(np.asarray(weights), (len(self.omega), len(columns)))
-        response: ComplexArray = (self.values[:, :, columns] @ amplitudes[:, :, None])[:, :, 0]
+        amplitudes = np.atleast_2d(np.asarray(weights))[:, :, None]
+        response: ComplexArray = self.to(list(inputs), amplitudes)[:, :, 0]
         return response
 
     def rows(self, outputs: Iterable[str]) -> list[int]:
@@ -95,6 +108,29 @@ class FrequencyResponse:
     def columns(self, inputs: Iterable[str]) -> list[int]:
         """Positions of inputs; ValueError if a name is unknown."""
         return [_position(self.name, "input", input_, self.inputs) for input_ in inputs]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrequencyResponse(Response):
+    """Responses of a component to unit amplitudes, as numbers; the rest as in `Response`.
+
+    Attributes
+    ----------
+    values : ndarray of complex, shape (n_omega, n_outputs, n_inputs)
+        In units of the output per unit of the input; a receptance where that is m/N.
+    """
+
+    values: ComplexArray
+
+    def __post_init__(self) -> None:
+        expected = (len(self.omega), len(self.outputs), len(self.inputs))
+        if self.values.shape != expected:
+            raise ValueError(f"{self.name}: values are {self.values.shape}, the names {expected}")
+
+    def to(self, inputs: Sequence[str], loads: ArrayLike) -> ComplexArray:
+        """Responses to loads; see `Response.to`."""
+        response: ComplexArray = self.values[:, :, self.columns(inputs)] @ np.asarray(loads)
+        return response
 
 
 def frequency_response(model: LinearForm, omega: ArrayLike) -> FrequencyResponse:

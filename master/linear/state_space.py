@@ -13,6 +13,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.csgraph import connected_components
 
 from railcosim.master.component import FloatArray, Variable
+from railcosim.master.linear.partial_fractions import PartialFractions, partial_fractions
 from railcosim.master.linear.realisation import ComplexArray
 
 __all__ = ["ComplexArray", "IndexArray", "StateSpace"]
@@ -100,11 +101,12 @@ class StateSpace:
 
         Notes
         -----
-        Each block is brought to triangular form once, by unitary matrices, which a rigid body's
-        double pole does not harm; from then on a frequency costs one back substitution.
+        Blocks of one or two states, such as the modes of a body, are fractions. Each larger one is
+        brought to triangular form once, by unitary matrices, which a multiple pole does not harm;
+        from then on a frequency costs one back substitution.
         """
         s = 1j * np.asarray(omega, dtype=float)
-        response: ComplexArray = np.zeros((len(s), *self.D.shape), dtype=np.complex128)
+        response: ComplexArray = self._fractions.at(s)
         for T, B, C in self._triangular:
             length = max(1, CHUNK // B.size)
             for begin in range(0, len(s), length):
@@ -117,23 +119,49 @@ class StateSpace:
         return response
 
     @cached_property
+    def _fractions(self) -> PartialFractions:
+        """All blocks of one or two states."""
+        blocks = [self._dense(states) for states in self.blocks() if states.shape[1] <= 2]
+        n = sum(len(A) for A, _, _ in blocks)
+        A, B, C = (
+            np.zeros((n, 2, 2)),
+            np.zeros((n, 2, len(self.inputs))),
+            np.zeros((n, len(self.outputs), 2)),
+        )
+        end = 0
+        for a, b, c in blocks:
+            begin, size = end, a.shape[1]
+            end += len(a)
+            A[begin:end, :size, :size], B[begin:end, :size], C[begin:end, :, :size] = a, b, c
+            if size == 1:  # a second state with the same pole, which nothing moves
+                A[begin:end, 1, 1] = a[:, 0, 0]
+        return partial_fractions(A, B, C)
+
+    @cached_property
     def _triangular(self) -> list[tuple[ComplexArray, ComplexArray, ComplexArray]]:
-        """By size of block: T (n_blocks, k, k), B (n_blocks, k, n_inputs), C (n_outputs, all k)."""
+        """By size of block above two: T (n, k, k), B (n, k, n_inputs), C (n_outputs, n * k)."""
         found: list[tuple[ComplexArray, ComplexArray, ComplexArray]] = []
         for states in self.blocks():
-            count, size = states.shape
-            ordered = self.A[states.ravel()][:, states.ravel()].tocoo()
-            block, row, column = ordered.row // size, ordered.row % size, ordered.col % size
-            # Beside the blocks there may be zeros that are stored.
-            inside = block == ordered.col // size
-            A = np.zeros((count, size, size))
-            A[block[inside], row[inside], column[inside]] = ordered.data[inside]
+            if states.shape[1] <= 2:
+                continue
+            A, b, c = self._dense(states)
             pairs = [scipy.linalg.schur(block, output="complex") for block in A]
             T, Q = np.array([t for t, _ in pairs]), np.array([q for _, q in pairs])
-            B: ComplexArray = Q.conj().transpose(0, 2, 1) @ self.B[states].astype(complex)
-            C: ComplexArray = (self.C[:, states].transpose(1, 0, 2) @ Q).transpose(1, 0, 2)
+            B: ComplexArray = Q.conj().transpose(0, 2, 1) @ b.astype(complex)
+            C: ComplexArray = (c @ Q).transpose(1, 0, 2)
             found.append((T, B, C.reshape(len(self.C), states.size)))
         return found
+
+    def _dense(self, states: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Blocks of one size: A (n, k, k), B (n, k, n_inputs), C (n, n_outputs, k)."""
+        count, size = states.shape
+        ordered = self.A[states.ravel()][:, states.ravel()].tocoo()
+        block, row, column = ordered.row // size, ordered.row % size, ordered.col % size
+        # Beside the blocks there may be zeros that are stored.
+        inside = block == ordered.col // size
+        A = np.zeros((count, size, size))
+        A[block[inside], row[inside], column[inside]] = ordered.data[inside]
+        return A, self.B[states], self.C[:, states].transpose(1, 0, 2)
 
 
 def _back_substitute(T: ComplexArray, B: ComplexArray, s: ComplexArray) -> ComplexArray:

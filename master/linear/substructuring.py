@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
-from railcosim.master.linear.receptance import FrequencyResponse
+from railcosim.master.linear.receptance import FrequencyResponse, Response
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +46,7 @@ class Joint:
 
 def couple(
     first: FrequencyResponse, second: FrequencyResponse | None, joints: Sequence[Joint]
-) -> FrequencyResponse:
+) -> Coupled:
     """Join two free components by springs, frequency by frequency.
 
     Parameters
@@ -54,11 +56,11 @@ def couple(
     second : FrequencyResponse or None
         The other one, at the same frequencies; None for the ground (a rigid track).
     joints : sequence of Joint
-        At most one at an input.
+        At most one at an input. Without any the components stay apart.
 
     Returns
     -------
-    FrequencyResponse
+    Coupled
         Outputs and inputs are those of both components, as ``component.variable``, the outputs
         ``joint.force`` (N) and the inputs ``joint.gap`` (m).
 
@@ -66,6 +68,64 @@ def couple(
     ------
     ValueError
         If a name is unknown or comes twice, or the frequencies differ.
+    """
+    sides = [_side(first, 1.0, [(j.first_input, j.first_output) for j in joints])]
+    if second is not None:
+        sides.append(_side(second, -1.0, [(j.second_input, j.second_output) for j in joints]))
+        if not np.array_equal(first.omega, second.omega):
+            raise ValueError(f"{first.name} and {second.name} are given at different frequencies")
+    name = f"{first.name}+{'ground' if second is None else second.name}"
+    names = [joint.name for joint in joints]
+    outputs = [label for s in sides for label in _labels(s.free.name, s.free.outputs)]
+    inputs = [label for s in sides for label in _labels(s.free.name, s.free.inputs)]
+    joined: list[Sequence[object]] = [side.joined for side in sides]
+    for labels in (*joined, names, outputs, inputs):
+        if len(set(labels)) < len(labels):
+            raise ValueError(f"{name}: not all different: {labels}")
+    return Coupled(
+        name=name,
+        omega=first.omega,
+        outputs=(*outputs, *_labels("force", names, after=True)),
+        inputs=(*inputs, *_labels("gap", names, after=True)),
+        sides=tuple(sides),
+        flexibility=np.diag([1.0 / joint.stiffness for joint in joints]),
+    )
+
+
+@dataclass(frozen=True)
+class _Side:
+    """A component at its joints.
+
+    Attributes
+    ----------
+    free : FrequencyResponse
+        Without joints.
+    joined : list of int, length n_joints
+        The inputs that joints push on.
+    compressing : array of complex, shape (n_omega, n_joints, n_inputs)
+        What its inputs add to the compression of the joints.
+    """
+
+    free: FrequencyResponse
+    joined: list[int]
+    compressing: ComplexArray
+
+
+def _side(free: FrequencyResponse, sign: float, ends: Sequence[tuple[str, str]]) -> _Side:
+    motion = free.values[:, free.rows(output for _, output in ends)]
+    return _Side(free, free.columns(input_ for input_, _ in ends), sign * motion)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coupled(Response):
+    """Components joined by springs; what is solved for is what is asked for.
+
+    Attributes
+    ----------
+    sides : tuple
+        The components.
+    flexibility : ndarray, shape (n_joints, n_joints)
+        Of the joints, m/N.
 
     Notes
     -----
@@ -84,83 +144,74 @@ def couple(
     .. [1] D. de Klerk, D. J. Rixen, S. N. Voormeeren, General framework for dynamic substructuring,
        AIAA Journal 46 (2008) 1169-1181. https://doi.org/10.2514/1.33274
     """
-    if second is None:
-        return _grounded(first, joints)
-    H1, H2 = first.values, second.values
-    in1 = first.columns(joint.first_input for joint in joints)
-    in2 = second.columns(joint.second_input for joint in joints)
-    motion1 = H1[:, first.rows(joint.first_output for joint in joints)]
-    motion2 = H2[:, second.rows(joint.second_output for joint in joints)]
-    names = [joint.name for joint in joints]
-    outputs = (*_labels(first.name, first.outputs), *_labels(second.name, second.outputs))
-    inputs = (*_labels(first.name, first.inputs), *_labels(second.name, second.inputs))
-    for labels in (in1, in2, names, outputs, inputs):
-        if len(set(labels)) < len(labels):
-            raise ValueError(f"{first.name}+{second.name}: not all different: {labels}")
-    if not np.array_equal(first.omega, second.omega):
-        raise ValueError(f"{first.name} and {second.name} are given at different frequencies")
 
-    flexibility = np.diag([1.0 / joint.stiffness for joint in joints])
-    against1 = flexibility + motion2[:, :, in2]  # what the first component leans on
-    against2 = flexibility - motion1[:, :, in1]
-    gap = np.broadcast_to(np.eye(len(joints)), against1.shape)
-    loads = np.concatenate([motion1, -motion2, -gap, against1, against2], axis=2)
-    solved = np.linalg.solve(against1 - motion1[:, :, in1], loads)
-    ends = np.cumsum([len(inputs) + len(joints), len(joints)])
-    force, sum1, sum2 = np.split(solved, ends, axis=2)
-    return FrequencyResponse(
-        name=f"{first.name}+{second.name}",
-        omega=first.omega,
-        outputs=(*outputs, *_labels("force", names, after=True)),
-        inputs=(*inputs, *_labels("gap", names, after=True)),
-        values=np.concatenate(
-            [
-                _loaded(H1, in1, force, sum1, begin=0),
-                _loaded(H2, in2, force, sum2, begin=len(first.inputs)),
-                force,
-            ],
-            axis=1,
-        ),
-    )
+    sides: tuple[_Side, ...]
+    flexibility: FloatArray
+
+    @property
+    def values(self) -> ComplexArray:
+        """Responses to unit amplitudes of all inputs, shape (n_omega, n_outputs, n_inputs)."""
+        return self.to(self.inputs, np.eye(len(self.inputs))[None])
+
+    def to(self, inputs: Sequence[str], loads: ArrayLike) -> ComplexArray:
+        """Responses to loads; see `Response.to`."""
+        given = np.asarray(loads)
+        acting = np.zeros((len(given), len(self.inputs), given.shape[2]), dtype=given.dtype)
+        acting[:, self.columns(inputs)] = given
+        ends = np.cumsum([len(side.free.inputs) for side in self.sides])
+        *own, gap = np.split(acting, ends, axis=1)
+        force, sums = self._forces(own, gap)
+        found = []
+        for side, load, total in zip(self.sides, own, sums, strict=True):
+            both = np.empty((len(force), *load.shape[1:]), dtype=complex)
+            both[:] = load
+            both[:, side.joined] = total
+            found.append(side.free.values @ both)
+        return np.concatenate([*found, force], axis=1)
+
+    def _forces(
+        self, own: Sequence[ComplexArray], gap: ComplexArray
+    ) -> tuple[ComplexArray, list[ComplexArray]]:
+        """In the joints; and on each side with what else acts on the inputs they push on."""
+        at_joints = [side.compressing[:, :, side.joined] for side in self.sides]
+        beside = [load[:, side.joined] for side, load in zip(self.sides, own, strict=True)]
+        free: ComplexArray = -gap
+        for side, load in zip(self.sides, own, strict=True):
+            elsewhere = load.copy()
+            elsewhere[:, side.joined] = 0.0
+            if elsewhere.any():
+                moved: ComplexArray = side.compressing @ elsewhere
+                free = free + moved
+        right, wanted = [_plus(free, at_joints, beside)], []
+        for k, load in enumerate(beside):
+            # What this side leans on: the rest of the system, without the difference of the two.
+            rest = at_joints.copy()
+            others = at_joints[:k] + at_joints[k + 1 :]
+            rest[k] = np.asarray(self.flexibility - sum(others), dtype=np.complex128)
+            wanted.append(load.any(axis=(0, 1)))
+            right.append(_plus(free, rest, beside)[:, :, wanted[-1]])
+        stacked = np.concatenate(
+            [np.broadcast_to(r, (len(self.omega), *r.shape[1:])) for r in right], axis=2
+        )
+        solved = np.linalg.solve(self.flexibility - sum(at_joints), stacked)
+        ends = np.cumsum([r.shape[2] for r in right])[:-1]
+        force, *with_load = np.split(solved, ends, axis=2)
+        sums = []
+        for which, found in zip(wanted, with_load, strict=True):
+            total = force.copy()
+            total[:, :, which] = found
+            sums.append(total)
+        return force, sums
 
 
-def _loaded(
-    H: ComplexArray, joined: list[int], force: ComplexArray, total: ComplexArray, begin: int
+def _plus(
+    start: ComplexArray, factors: Sequence[ComplexArray], loads: Sequence[ComplexArray]
 ) -> ComplexArray:
-    """Responses of a component, whose inputs begin at column `begin`, with its joints' forces.
-
-    `force` has the joint forces for each column, `total` those and the unit force beside them for
-    each joined input.
-    """
-    loads = force.copy()
-    loads[:, :, [begin + column for column in joined]] = total
-    response: ComplexArray = H[:, :, joined] @ loads
-    free = np.setdiff1d(np.arange(H.shape[2]), joined)
-    response[:, :, begin + free] += H[:, :, free]
-    return response
-
-
-def _grounded(first: FrequencyResponse, joints: Sequence[Joint]) -> FrequencyResponse:
-    """Join a component to the ground: to one that does not move, which is then left out."""
-    ground = FrequencyResponse(
-        name="ground",
-        omega=first.omega,
-        outputs=("rest",),
-        inputs=tuple(joint.name for joint in joints),
-        values=np.zeros((len(first.omega), 1, len(joints)), dtype=complex),
-    )
-    tied = [replace(joint, second_input=joint.name, second_output="rest") for joint in joints]
-    coupled = couple(first, ground, tied)
-    rows = [i for i, name in enumerate(coupled.outputs) if name != "ground.rest"]
-    unmoved = set(_labels("ground", ground.inputs))
-    columns = [i for i, name in enumerate(coupled.inputs) if name not in unmoved]
-    return FrequencyResponse(
-        name=coupled.name,
-        omega=coupled.omega,
-        outputs=tuple(coupled.outputs[row] for row in rows),
-        inputs=tuple(coupled.inputs[column] for column in columns),
-        values=coupled.values[:, rows][:, :, columns],
-    )
+    """A sum of products, of which many are zero."""
+    for factor, load in zip(factors, loads, strict=True):
+        if load.any():
+            start = start + factor @ load
+    return start
 
 
 def _labels(word: str, names: Iterable[str], after: bool = False) -> list[str]:

@@ -16,13 +16,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import scipy.linalg
 
 from railcosim.master.component import FloatArray
-from railcosim.master.linear.modal import fractions, real_form
+from railcosim.master.linear.modal import real_form
+from railcosim.master.linear.partial_fractions import PartialFractions, of_modes
 from railcosim.master.linear.state_space import ComplexArray, IndexArray
 from railcosim.master.stability.argument_principle import solve_triangular, windings
 
@@ -195,7 +197,11 @@ class Amplification:
 
     def _loop(self, z: ComplexArray) -> ComplexArray:
         """What w brings back as f, shape (n_z, n_f, n_w)."""
-        return fractions(z, self.E, self.G, self.C)
+        return self._fractions.at(z)
+
+    @cached_property
+    def _fractions(self) -> PartialFractions:
+        return of_modes(self.E, self.G, self.C)
 
 
 def _factors(M: FloatArray) -> tuple[FloatArray, FloatArray]:

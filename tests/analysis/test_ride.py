@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.comfort import sperling
-from railcosim.analysis.ride import CENTRE, FLOOR, PITCH, _with_floor
+from railcosim.analysis.ride import FLOOR, _with_floor
 from railcosim.master.linear.receptance import FrequencyResponse
 
 
@@ -12,7 +12,11 @@ def test_floor_is_ahead_of_the_centre() -> None:
     """A positive pitch lifts the front: z down is smaller there."""
     values = np.array([[[2.0], [0.1]]]) + 0j
     body = FrequencyResponse(
-        name="body", omega=np.array([1.0]), outputs=(CENTRE, PITCH), inputs=("u",), values=values
+        name="body",
+        omega=np.array([1.0]),
+        outputs=("carbody.z", "carbody.pitch"),
+        inputs=("u",),
+        values=values,
     )
     floor = _with_floor(body, 7.85)
     assert floor.outputs[-2:] == FLOOR

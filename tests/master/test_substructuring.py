@@ -85,6 +85,30 @@ def test_reciprocity() -> None:
     np.testing.assert_allclose(there, -back, rtol=1e-11)  # rounding, as above
 
 
+def test_loads_that_act_together() -> None:
+    """On inputs of both components and on a gap, over frequency: superposed by hand."""
+    coupled = couple(VEHICLE, TRACK, JOINTS)
+    acting = ["vehicle.f1", "track.f0", "vehicle.f2", "wheel1.gap"]
+    turning = np.exp(-1j * np.outer(OMEGA, [0.1, 0.2, 0.3, 0.4]))
+    loads = np.stack([turning, 2.0 * turning.conj()], axis=2)
+    loads[:, 1, 1] = 0.0
+    found = coupled.to(acting, loads)
+    by_hand = coupled.values[:, :, coupled.columns(acting)] @ loads
+    # Rounding times the condition near light resonances, as above.
+    scale = np.abs(by_hand).max(axis=1, keepdims=True)
+    assert np.all(np.abs(found - by_hand) < 1e-12 * scale)
+    alone = coupled.combined(acting, turning)
+    assert np.all(np.abs(alone - by_hand[:, :, 0]) < 1e-12 * scale[:, :, 0])
+
+
+def test_no_joints_leave_them_apart() -> None:
+    apart = couple(VEHICLE, TRACK, [])
+    assert apart.outputs == ("vehicle.z0", "vehicle.z1", "vehicle.z2", "track.z0", "track.z1")
+    np.testing.assert_array_equal(apart.of("vehicle.z0", "vehicle.f2"), VEHICLE.of("z0", "f2"))
+    np.testing.assert_array_equal(apart.of("track.z1", "track.f0"), TRACK.of("z1", "f0"))
+    assert not apart.of("track.z1", "vehicle.f0").any()
+
+
 def test_mass_on_the_ground() -> None:
     """A free mass on a spring: z / gap = k / (k - m omega^2)."""
     mass = free("mass", np.diag([3.0]), np.zeros((1, 1)), np.zeros((1, 1)), -1.0)
