@@ -20,7 +20,7 @@ from railcosim.plots.stability import advice_chart
 from railcosim.track.irregularity import QUALITIES
 from railcosim.track.irregularity.synthesis import quality
 
-from .export import fmus_of
+from .fmus import FreshOption, fmus_of
 from .options import (
     PlotFile,
     Speed,
@@ -52,6 +52,7 @@ def advise(
     ] = None,
     vehicle_fmu: VehicleFmu = None,
     track_fmu: TrackFmu = None,
+    fresh: FreshOption = False,
     contact_stiffness: Annotated[
         str, typer.Option("--contact-stiffness", help="N/m, or hertz at the static load.")
     ] = "hertz",
@@ -78,7 +79,7 @@ def advise(
     v, chosen = speed_of(speed), schemes_of(schemes)
     parameters = contact_parameters(contact_stiffness)
     spectrum = quality(irregularity).vertical
-    with fmus_of(vehicle_fmu, track_fmu, "Vehicle", "Track") as (vehicle, track):
+    with fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track):
         source = excitation(spectrum, v, wheelset_positions(vehicle))
         k_H = stiffness(vehicle, track, parameters)
         with progress("linearising") as update:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Annotated, TypeAlias
 
 import numpy as np
@@ -23,11 +22,10 @@ from railcosim.master.linear.realisation import ComplexArray
 from railcosim.reference.agreement import near, relative_rms
 from railcosim.reference.monolithic import Monolithic, assemble, frequency_response
 from railcosim.reference.newmark import newmark
-from railcosim.storage.temporary import scratch
 from railcosim.track.irregularity.named import irregularity as named
 from railcosim.vehicle.contact import LinearContact
 
-from .export import exported
+from .fmus import FreshOption, made
 from .irregularity_options import (
     FadeOption,
     Irregularity,
@@ -81,6 +79,7 @@ OBSERVED = {  # outputs of the coupled FMUs, and their rows among the monolithic
 def compare(
     vehicle: VehicleFile = None,
     track: TrackFile = None,
+    fresh: FreshOption = False,
     contact_stiffness: ContactStiffness = "1e9",
     frequencies: Frequencies = "0.3:1500:60@log",
     scheme: SchemeOption = None,
@@ -123,8 +122,7 @@ def compare(
     profile = named(irregularity, v * time, seed=seed, fade=fade, repeat=repeat)
     frequency = frequencies_of(frequencies)
     cars, rails = vehicle_of(vehicle), track_of(track)
-    with TemporaryDirectory(dir=scratch()) as folder:
-        fmus = exported(cars, rails, Path(folder))
+    with made(cars, rails, fresh=fresh) as fmus:
         with progress("linearising") as update:
             models = linear_models(fmus["Vehicle"], fmus["Track"], update)
         if uncoupled:

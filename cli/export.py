@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
 
-from railcosim.analysis.catalogue import Owner
 from railcosim.analysis.export_pair import PAIR, export_pair
-from railcosim.analysis.roles import owns_contact
 from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime, Runtime
 from railcosim.fmus.native_runtime.platforms import platforms_named
 from railcosim.storage.archive import digest_of
-from railcosim.storage.temporary import scratch
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
+from .fmus import tell_of_losses
 from .options import (
     TrackFile,
     UsageError,
@@ -85,13 +80,8 @@ def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:
 def exported(
     vehicle: Vehicle, track: Track, out: Path, runtime: Runtime = NATIVE
 ) -> dict[str, Path]:
-    """Export with a status line; announces what the time domain does with loss factors."""
-    if track.rail.loss_factor > 0 or track.fastening.loss_factor > 0:
-        errors.print(
-            "note: loss factors are hysteretic in direct receptances; in the FMUs they are the "
-            f"viscous damping equal at {track.mesh.loss_factor_frequency:g} Hz "
-            "(mesh.loss_factor_frequency)"
-        )
+    """Export into a folder, with a status line."""
+    tell_of_losses(track)
     before = {path.name: digest_of(path) for path in out.glob("*.fmu")}
     with status("exporting FMUs") as tell:
         files = export_pair(vehicle, track, out, tell, runtime=runtime)
@@ -99,27 +89,3 @@ def exported(
     if replaced := [n for n, now in written.items() if before.get(n, now) != now]:
         errors.print(f"note: {', '.join(replaced)} in {out}: replaced; they were other FMUs")
     return files
-
-
-@contextmanager
-def fmus_of(
-    vehicle: Path | None, track: Path | None, vehicle_name: str, track_name: str
-) -> Iterator[tuple[Path, Path]]:
-    """FMU files given by the user, or ours, exported for as long as the block lasts.
-
-    Raises
-    ------
-    FmuError, CouplingError
-        At once if a file cannot take the place of ours of that name.
-    """
-    given = ((vehicle, Owner.VEHICLE, vehicle_name), (track, Owner.TRACK, track_name))
-    for path, role, name in given:
-        if path is not None and owns_contact(path, role) != name.endswith("WithContact"):
-            is_one = "owns" if name in {"Vehicle", "Track"} else "does not own"
-            raise UsageError(f"{path}: {is_one} the contact springs; give one like {name}.fmu")
-    if vehicle is not None and track is not None:
-        yield vehicle, track
-        return
-    with TemporaryDirectory(dir=scratch()) as folder:
-        ours = exported(Vehicle(), Track(), Path(folder))
-        yield vehicle or ours[vehicle_name], track or ours[track_name]

@@ -19,7 +19,7 @@ from railcosim.analysis.frequency import (
 from railcosim.analysis.ring import check_frequencies_of
 from railcosim.plots.results import response_chart
 
-from .export import fmus_of
+from .fmus import FreshOption, fmus_of
 from .options import (
     ContactStiffness,
     Frequencies,
@@ -42,6 +42,7 @@ def frf(
     out: Out,
     vehicle_fmu: VehicleFmu = None,
     track_fmu: TrackFmu = None,
+    fresh: FreshOption = False,
     contact_stiffness: ContactStiffness = "1e9",
     frequencies: Frequencies = "1:200:0.5",
     excitation: Annotated[
@@ -76,7 +77,7 @@ def frf(
         raise UsageError(f"--input {excitation}: has no effect with --rigid-track")
     omega = 2 * np.pi * frequencies_of(frequencies)
     with (
-        fmus_of(vehicle_fmu, track_fmu, "Vehicle", "Track") as (vehicle, track),
+        fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
         progress("linearising") as update,
     ):
         models = linear_models(vehicle, None if rigid_track else track, update)

@@ -19,7 +19,7 @@ from railcosim.analysis.resonance import resonance
 from railcosim.master.component import FloatArray
 from railcosim.plots.chart import Chart, Curve, Map, Mark
 
-from .export import fmus_of
+from .fmus import FreshOption, fmus_of
 from .options import (
     LIMITS,
     ContactStiffness,
@@ -52,6 +52,7 @@ def map_command(
     out: Out,
     vehicle_fmu: VehicleFmu = None,
     track_fmu: TrackFmu = None,
+    fresh: FreshOption = False,
     wavelengths: Annotated[
         str, typer.Option(help="start:stop:step in m, or start:stop:N@log.")
     ] = "0.1:60:0.15",
@@ -93,7 +94,7 @@ def map_command(
     if show not in names:
         raise UsageError(f"--show {show}: must be one of {', '.join(names)}")
     with (
-        fmus_of(vehicle_fmu, track_fmu, "Vehicle", "Track") as (vehicle, track),
+        fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
         progress("linearising") as update,
     ):
         models = linear_models(vehicle, track, update)

@@ -58,13 +58,11 @@ TrackFile = Annotated[
 ]
 VehicleFmu = Annotated[
     Path | None,
-    typer.Option(
-        "--vehicle-fmu", help="Vehicle FMU; ours, exported now, if not given.", metavar="F"
-    ),
+    typer.Option("--vehicle-fmu", help="Vehicle FMU; ours if not given.", metavar="F"),
 ]
 TrackFmu = Annotated[
     Path | None,
-    typer.Option("--track-fmu", help="Track FMU; ours, exported now, if not given.", metavar="F"),
+    typer.Option("--track-fmu", help="Track FMU; ours if not given.", metavar="F"),
 ]
 Out = Annotated[Path, typer.Option("--out", help="Result: .nc or .csv.", metavar="FILE")]
 PlotFile = Annotated[

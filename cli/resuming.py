@@ -15,7 +15,7 @@ from railcosim.storage.whole import write_whole
 
 from .options import errors
 
-FREE = ("out", "plot", "time", "checkpoint", "every", "resume", "isolate", "believe")
+FREE = ("out", "plot", "time", "checkpoint", "every", "resume", "isolate", "believe", "fresh")
 """Parameters that may differ when a run is resumed: they do not decide its numbers."""
 BY_CONTENT = ("system", "vehicle_fmu", "track_fmu")
 """Files that may be in another folder; name and content are in the run's identity."""

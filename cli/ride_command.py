@@ -16,7 +16,7 @@ from railcosim.plots.chart import Chart, Curve, Panel
 from railcosim.track.irregularity import QUALITIES
 from railcosim.track.irregularity.synthesis import quality
 
-from .export import fmus_of
+from .fmus import FreshOption, fmus_of
 from .options import (
     ContactStiffness,
     Frequencies,
@@ -43,6 +43,7 @@ def ride_command(
     out: Out,
     vehicle_fmu: VehicleFmu = None,
     track_fmu: TrackFmu = None,
+    fresh: FreshOption = False,
     name: Annotated[
         str, typer.Option("--class", help=f"Class of the track: {', '.join(QUALITIES)}.")
     ] = "german-low",
@@ -62,7 +63,7 @@ def ride_command(
     v = speed_of(speed)
     frequency, track_quality = frequencies_of(frequencies), quality(name)
     with (
-        fmus_of(vehicle_fmu, track_fmu, "Vehicle", "Track") as (vehicle, track),
+        fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
         progress("linearising") as update,
     ):
         models = linear_models(vehicle, track, update)

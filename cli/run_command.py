@@ -18,7 +18,7 @@ from railcosim.plots.outputs import outputs_chart
 from railcosim.track.irregularity.named import irregularity as named
 
 from .conclusion import BelieveOption, concluded
-from .export import fmus_of
+from .fmus import FreshOption, fmus_of
 from .irregularity_options import (
     FadeOption,
     Irregularity,
@@ -64,7 +64,7 @@ SOLVED = 1e-4  # stable at any step: this one for accuracy
 TIME = 1.0  # s
 OF_THE_PAIR = (
     "vehicle_fmu", "track_fmu", "contact", "contact_stiffness", "speed", "irregularity", "seed",
-    "fade", "repeat", "held",
+    "fade", "repeat", "held", "fresh",
 )  # fmt: skip
 
 
@@ -76,6 +76,7 @@ def run(
     ] = None,
     vehicle_fmu: VehicleFmu = None,
     track_fmu: TrackFmu = None,
+    fresh: FreshOption = False,
     scheme: SchemeOption = None,
     first: Annotated[
         str | None,
@@ -166,7 +167,7 @@ def run(
         held=held,
         profile=named(irregularity, v * stop, seed=seed, fade=fade, repeat=repeat),
     )
-    with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner]) as made:
+    with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh) as made:
         options = keeping.checkpoints.options if keeping.checkpoints else {}
         vehicle, track = keep_fmus(checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1])
         plan = Plan(

@@ -19,7 +19,7 @@ from railcosim.analysis.parallel import Task, Workers
 from railcosim.analysis.stability import FAST, LONGEST, Limit, Window, limits, static_stiffness
 from railcosim.plots.stability import stability_chart
 
-from .export import fmus_of
+from .fmus import FreshOption, fmus_of
 from .options import (
     PlotFile,
     TrackFmu,
@@ -46,6 +46,7 @@ def stability(
     out: OutFile = None,
     vehicle_fmu: VehicleFmu = None,
     track_fmu: TrackFmu = None,
+    fresh: FreshOption = False,
     contact_stiffness: Annotated[
         str,
         typer.Option("--contact-stiffness", help="k_H in N/m, or hertz; several with commas."),
@@ -66,7 +67,7 @@ def stability(
     PICTURES.check(plot)
     chosen, texts = schemes_of(schemes), contact_stiffness.split(",")
     parameters = [contact_parameters(text) for text in texts]
-    with fmus_of(vehicle_fmu, track_fmu, "Vehicle", "Track") as (vehicle, track):
+    with fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track):
         k_H = [stiffness(vehicle, track, values) for values in parameters]
         with progress("linearising") as update:
             parts = linear_parts(vehicle, track, update)

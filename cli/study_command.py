@@ -6,7 +6,6 @@ import fnmatch
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import numpy as np
@@ -23,10 +22,9 @@ from railcosim.analysis.study_point import Contact, Measurement, Point, Ride
 from railcosim.analysis.study_table import save_table, table_of
 from railcosim.master.suggest import suggest
 from railcosim.plots.study import UNSTABLE, save_study_picture
-from railcosim.storage.temporary import scratch
 from railcosim.track.irregularity.named import irregularity as named
 
-from .export import exported
+from .fmus import FreshOption, made
 from .irregularity_options import (
     FadeOption,
     Irregularity,
@@ -85,6 +83,7 @@ def study(
     repeat: RepeatOption = False,
     vehicle: VehicleFile = None,
     track: TrackFile = None,
+    fresh: FreshOption = False,
     out: Annotated[
         Path, typer.Option("--out", help="Folder for what is finished.", metavar="DIR")
     ] = Path("railcosim-study"),
@@ -124,9 +123,7 @@ def study(
     points = grid.points()
     if not points:
         raise UsageError(f"--owners {owners}: none of the schemes allows it")
-    with TemporaryDirectory(dir=scratch()) as folder:
-        ours = exported(vehicle_of(vehicle), track_of(track), Path(folder))
-        fmus = {name: path for name, path in ours.items() if path.suffix == ".fmu"}
+    with made(vehicle_of(vehicle), track_of(track), fresh=fresh) as fmus:
         try:
             settings = settings_of(ride, fmus)
             found, failed = run(points, ride, fmus, Folder(out, settings), scheduler)

@@ -53,8 +53,8 @@ def test_options_that_say_nothing_are_refused(text, options) -> None:
 
 @pytest.mark.parametrize(
     ("module", "command", "exports"),
-    [(run_command, "run", "fmus_of"), (study_command, "study", "exported"),
-     (compare, "compare", "exported")],
+    [(run_command, "run", "fmus_of"), (study_command, "study", "made"),
+     (compare, "compare", "made")],
 )  # fmt: skip
 def test_commands_refuse_a_profile_that_ends_before_anything_is_made(
     module, command, exports, short, tmp_path, monkeypatch

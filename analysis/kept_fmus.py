@@ -1,0 +1,168 @@
+"""Our FMUs, made once: kept in the user's cache by what they are made from."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from functools import cache as once
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import TemporaryDirectory, mkdtemp
+from time import time
+from typing import Any
+
+import railcosim
+from railcosim.fmus.native_runtime.kept import CacheRefused, cache, digest
+from railcosim.storage.archive import digest_of
+from railcosim.storage.temporary import scratch
+from railcosim.track.parameters import Track
+from railcosim.vehicle.parameters import Vehicle
+
+NO_MAKERS = {"analysis", "cli", "master", "paper", "plots", "reference"}
+"""Our packages whose content does not decide what an FMU is."""
+LIBRARIES = ("numpy", "scipy")
+MOST = 8
+"""Pairs that are kept: those used last; some 6 MB each."""
+BEGUN, ABANDONED = ".making-", 86400.0
+"""How the folder of one that is being made is called, and its age (s) if nobody does so."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """The four FMUs of a pair.
+
+    Attributes
+    ----------
+    files : dict
+        FMU name to file.
+    kept : Path or None
+        The folder they are kept in; None if they are gone when the block ends.
+    found : bool
+        Whether they had been made before.
+    """
+
+    files: dict[str, Path]
+    kept: Path | None
+    found: bool
+
+
+@contextmanager
+def fmus_of_pair(
+    vehicle: Vehicle,
+    track: Track,
+    progress: Callable[[str], None] = lambda text: None,
+    *,
+    fresh: bool = False,
+) -> Iterator[Made]:
+    """Our FMUs for as long as the block lasts: kept ones, or made now and kept.
+
+    Where the user's cache cannot be used, they are in a temporary folder.
+
+    Parameters
+    ----------
+    vehicle, track : Vehicle, Track
+        Parameters.
+    progress : callable
+        Told what is being done.
+    fresh : bool
+        Make them anew.
+    """
+    try:
+        folder = cache() / "fmus"
+        folder.mkdir(mode=0o700, exist_ok=True)
+        key = key_of(vehicle, track)
+        place = None if fresh else find(folder, key)
+        made = place is None
+        place = place or _make(vehicle, track, folder, key, progress)
+    except (CacheRefused, OSError):
+        with TemporaryDirectory(dir=scratch()) as temporary:
+            yield Made(_export(vehicle, track, Path(temporary), progress), None, found=False)
+        return
+    os.utime(place)
+    _forget(folder)
+    yield Made({path.stem: path for path in sorted(place.glob("*.fmu"))}, place, found=not made)
+
+
+def key_of(vehicle: Vehicle, track: Track) -> str:
+    """What the FMUs are made from: parameters, our code, the libraries and the compiler wanted."""
+    parts = {
+        "vehicle": asdict(vehicle),
+        "track": asdict(track),
+        "code": _code(),
+        "libraries": [version(name) for name in LIBRARIES],
+        "compiler": os.environ.get("CC", ""),
+    }
+    return digest(json.dumps(parts, sort_keys=True, default=_plain).encode())
+
+
+def find(folder: Path, key: str) -> Path | None:
+    """The folder kept under `key` whose content is what was kept; none if it is damaged."""
+    for place in sorted(folder.glob(f"{key}-*")):
+        if place.name == f"{key}-{_content(place)}":
+            return place
+    return None
+
+
+def _make(
+    vehicle: Vehicle, track: Track, folder: Path, key: str, progress: Callable[[str], None]
+) -> Path:
+    """Make them in a folder of their own, which then gets its name: whole or not at all."""
+    work = Path(mkdtemp(prefix=BEGUN, dir=folder))
+    try:
+        _export(vehicle, track, work, progress)
+        place = folder / f"{key}-{_content(work)}"
+        if find(folder, key) != place:  # the same are as good, and may be in use
+            shutil.rmtree(place, ignore_errors=True)
+            work.rename(place)
+        return place
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+def _export(
+    vehicle: Vehicle, track: Track, out: Path, progress: Callable[[str], None]
+) -> dict[str, Path]:
+    # Here, since it loads what draws icons and documentation.
+    from .export_pair import export_pair  # noqa: PLC0415
+
+    return export_pair(vehicle, track, out, progress)
+
+
+def _content(place: Path) -> str:
+    """Digest of what is in a folder."""
+    files = sorted(path for path in place.glob("*") if path.is_file())
+    return digest("".join(f"{path.name} {digest_of(path)}\n" for path in files).encode())
+
+
+@once
+def _code() -> str:
+    """Digest of the code that makes FMUs: a version alone says nothing of a checkout."""
+    found = hashlib.sha256()
+    packages = sorted(path for root in railcosim.__path__ for path in Path(root).iterdir())
+    for package in packages:
+        if package.name in NO_MAKERS:
+            continue
+        for path in sorted(package.rglob("*")):
+            if path.is_file() and "__pycache__" not in path.parts:
+                place = Path(package.name, path.relative_to(package))
+                found.update(f"{place} ".encode() + path.read_bytes())
+    return found.hexdigest()
+
+
+def _forget(folder: Path) -> None:
+    """Remove the pairs that have not been used for longest, and what a killed process has left."""
+    used = {place: place.stat().st_mtime for place in folder.iterdir()}
+    old = [p for p, t in used.items() if p.name.startswith(BEGUN) and t < time() - ABANDONED]
+    kept = sorted(used.keys() - {p for p in used if p.name.startswith(BEGUN)}, key=used.__getitem__)
+    for place in (*old, *kept[:-MOST]):
+        shutil.rmtree(place, ignore_errors=True)
+
+
+def _plain(value: Any) -> Any:
+    """Arrays for JSON."""
+    return value.tolist()

@@ -1,0 +1,73 @@
+"""FMUs that commands work with: the user's, or ours, made now or before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from railcosim.analysis.catalogue import Owner
+from railcosim.analysis.kept_fmus import fmus_of_pair
+from railcosim.analysis.roles import owns_contact
+from railcosim.track.parameters import Track
+from railcosim.vehicle.parameters import Vehicle
+
+from .options import UsageError, errors, status
+
+FreshOption = Annotated[
+    bool, typer.Option("--fresh", help="Make our FMUs anew, also where they are kept.")
+]
+
+
+@contextmanager
+def made(vehicle: Vehicle, track: Track, *, fresh: bool = False) -> Iterator[dict[str, Path]]:
+    """Our four FMUs of these parameters by name, for as long as the block lasts."""
+    tell_of_losses(track)
+    with ExitStack() as stack:
+        with status("exporting FMUs") as tell:
+            ours = stack.enter_context(fmus_of_pair(vehicle, track, tell, fresh=fresh))
+        if ours.kept is not None:
+            how = "made before (--fresh makes them anew)" if ours.found else "made now and kept"
+            errors.print(f"FMUs: {how} in {ours.kept}")
+        yield ours.files
+
+
+@contextmanager
+def fmus_of(
+    vehicle: Path | None,
+    track: Path | None,
+    vehicle_name: str = "Vehicle",
+    track_name: str = "Track",
+    *,
+    fresh: bool = False,
+) -> Iterator[tuple[Path, Path]]:
+    """FMU files given by the user, or ours.
+
+    Raises
+    ------
+    FmuError, CouplingError
+        At once if a file cannot take the place of ours of that name.
+    """
+    given = ((vehicle, Owner.VEHICLE, vehicle_name), (track, Owner.TRACK, track_name))
+    for path, role, name in given:
+        if path is not None and owns_contact(path, role) != name.endswith("WithContact"):
+            is_one = "owns" if name in {"Vehicle", "Track"} else "does not own"
+            raise UsageError(f"{path}: {is_one} the contact springs; give one like {name}.fmu")
+    if vehicle is not None and track is not None:
+        yield vehicle, track
+        return
+    with made(Vehicle(), Track(), fresh=fresh) as ours:
+        yield vehicle or ours[vehicle_name], track or ours[track_name]
+
+
+def tell_of_losses(track: Track) -> None:
+    """Announce what the time domain does with loss factors."""
+    if track.rail.loss_factor > 0 or track.fastening.loss_factor > 0:
+        errors.print(
+            "note: loss factors are hysteretic in direct receptances; in the FMUs they are the "
+            f"viscous damping equal at {track.mesh.loss_factor_frequency:g} Hz "
+            "(mesh.loss_factor_frequency)"
+        )
