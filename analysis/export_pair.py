@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,8 +10,7 @@ from railcosim.fmus.content import Content, contents
 from railcosim.fmus.description.about import Description
 from railcosim.fmus.export import NATIVE, Runtime, packed
 from railcosim.master.connections import Connection
-from railcosim.master.fmi.archive import unpack
-from railcosim.master.fmi.description import FmuDescription, read_description
+from railcosim.master.fmi.description import describe_file
 from railcosim.master.ssp import Part, write_ssp
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
@@ -61,21 +59,12 @@ def _wire(made: dict[str, Content], files: dict[str, Path], target: Path) -> Non
     """Write the pair, at rest."""
     cars = Part(
         name="vehicle",
-        description=_described(files["Vehicle"]),
+        description=describe_file(files["Vehicle"]),
         starts=heights_at_rest(made["Vehicle"], made["TrackWithContact"]),
     )
-    rails = Part(name="track", description=_described(files["TrackWithContact"]))
+    rails = Part(name="track", description=describe_file(files["TrackWithContact"]))
     connections = [*_by_name(cars, rails), *_by_name(rails, cars)]
     write_ssp(target, [cars, rails], connections, step=Description.step, stop=Description.stop)
-
-
-def _described(path: Path) -> FmuDescription:
-    """What an FMU says; it may be for another machine."""
-    folder = unpack(path)
-    try:
-        return read_description(path, folder)
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _by_name(source: Part, target: Part) -> list[Connection]:

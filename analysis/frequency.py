@@ -11,7 +11,7 @@ import xarray as xr
 
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
-from railcosim.master.fmi.description import FmuDescription
+from railcosim.master.fmi.description import FmuDescription, describe_file
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.linear_fmu import Pulses, Wanted, best_way
 from railcosim.master.linear.linear_form import LinearForm
@@ -128,8 +128,7 @@ def linear_track(fmu: Path, positions: FloatArray, progress: Progress) -> tuple[
 
 def _taking_forces(fmu: Path) -> FmuDescription:
     """What an FMU says of itself, if it takes contact forces."""
-    with FmuComponent.load(fmu) as loaded:
-        about = loaded.description
+    about = describe_file(fmu)
     names = {v.name for v in about.inputs}
     missing = [name for name in FORCES if name not in names]
     if missing:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 from railcosim.master.connections import CouplingError
-from railcosim.master.fmi.archive import FmuError, unpack
-from railcosim.master.fmi.description import read_description
+from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.description import describe_file
 
 from .catalogue import Owner
 from .contact import FORCES, WHEELS, WHEELSETS
@@ -65,8 +64,4 @@ def _outputs(path: Path) -> set[str]:
     """Names of the outputs of an FMU."""
     if path.suffix.lower() in OTHERS:
         raise FmuError(f"{path}: is no FMU but {OTHERS[path.suffix.lower()]}")
-    folder = unpack(path)
-    try:
-        return {variable.name for variable in read_description(path, folder).outputs}
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+    return {variable.name for variable in describe_file(path).outputs}

@@ -13,6 +13,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser
 
 from railcosim.storage.temporary import scratch
@@ -192,6 +193,27 @@ def check_description(path: Path, text: bytes) -> None:
     version = parse_xml(f"{path}: {DESCRIPTION}", text).get("fmiVersion")
     if version != "2.0":
         raise FmuError(f"{path}: FMI version {version}; export it as FMI 2.0 Co-Simulation")
+
+
+@contextmanager
+def description_of(path: Path) -> Iterator[Path]:
+    """Check an FMU, and extract its model description alone: nothing else is needed to know it.
+
+    Yields
+    ------
+    Path
+        A temporary folder with the model description in it, as long as the block lasts.
+
+    Raises
+    ------
+    FmuError
+        As `unpack`.
+    """
+    with _checked(path, DESCRIPTION) as archive, TemporaryDirectory(dir=scratch()) as folder:
+        text = archive.read(DESCRIPTION)
+        check_description(path, text)
+        Path(folder, DESCRIPTION).write_bytes(text)
+        yield Path(folder)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.master.component import Variable
-from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.archive import FmuError, description_of
 
 HOLD_PARAMETER = "input_hold"
 """Integer parameter by which an FMU lets its master choose a `Hold`."""
@@ -155,6 +155,18 @@ def read_description(path: Path, folder: Path) -> FmuDescription:
     if raw.coSimulation is None:
         raise FmuError(f"{path}: no Co-Simulation in it; export it as FMI 2.0 Co-Simulation")
     return describe(path, raw, raw.coSimulation)
+
+
+def describe_file(path: Path) -> FmuDescription:
+    """Read an FMU's model description, and unpack nothing else.
+
+    Raises
+    ------
+    FmuError
+        As `unpack` and `read_description`.
+    """
+    with description_of(path) as folder:
+        return read_description(path, folder)
 
 
 def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from railcosim.master.fmi.archive import FmuError, unpack
+from railcosim.master.fmi.archive import FmuError, description_of
 from railcosim.master.fmi.description import read_raw
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.linear_form import LinearForm
@@ -142,11 +141,8 @@ def best_way(path: Path, pulses: Pulses) -> Way:
     FmuError
         If the file is not a usable FMU.
     """
-    folder = unpack(path)
-    try:
+    with description_of(path) as folder:
         kind = read_raw(path, folder).modelExchange
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
     if kind is None:
         return pulses
     return EXACT if kind.providesDirectionalDerivative else DIFFERENCES

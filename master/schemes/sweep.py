@@ -134,6 +134,9 @@ class Sweep:
         for k in self._signals:
             own = system.own_outputs(k)
             mine = np.flatnonzero((sources >= own.start) & (sources < own.stop))
+            begins = [0.0, *stops[:-1]]
+            ends = [t + a * h + (b - a) * h for a, b in zip(begins, stops, strict=True)]
+            system.components[k].foresee(np.array(ends))
             begin = 0.0
             for tau in stops:
                 system.step(k, t + begin * h, (tau - begin) * h)

@@ -14,7 +14,7 @@ import pytest
 
 from railcosim.master.component import Hold
 from railcosim.master.fmi import archive
-from railcosim.master.fmi.archive import FmuError, unpack
+from railcosim.master.fmi.archive import FmuError, description_of, unpack
 from railcosim.master.fmi.description import read_description
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.fmu_parameters import parameter_call
@@ -335,3 +335,18 @@ def test_fixed_parameters_are_not_for_later(make):
     with pytest.raises(FmuError, match="stiffness is fixed; set it before"):
         parameter_call(description, "stiffness", 2, initialised=True)
     assert parameter_call(description, "linear", True, initialised=True)[0] == "fmi2SetBoolean"
+
+
+def test_a_description_is_read_without_the_rest(tmp_path):
+    """Of an FMU whose other entries are damaged; and what is refused of FMUs is refused here."""
+    path = tmp_path / "a.fmu"
+    with zipfile.ZipFile(path, "w") as written:
+        written.writestr("modelDescription.xml", "<fmiModelDescription fmiVersion='2.0'/>")
+        written.writestr("resources/data.bin", b"x" * 1000)
+    damaged = path.read_bytes().replace(b"x" * 1000, b"y" * 1000)
+    path.write_bytes(damaged)
+    with description_of(path) as folder:
+        assert [p.name for p in folder.iterdir()] == ["modelDescription.xml"]
+    assert not folder.exists()
+    with pytest.raises(FmuError, match="not a readable zip archive"):
+        unpack(path)
