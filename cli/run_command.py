@@ -8,12 +8,13 @@ from typing import Annotated
 
 import typer
 
-from railcosim.analysis.catalogue import FAMILIES, FMUS, Owner, SchemeName
+from railcosim.analysis.catalogue import FMUS, Owner
 from railcosim.analysis.pair import Journey
 from railcosim.analysis.recorded_run import count_steps
 from railcosim.analysis.roles import owners
 from railcosim.analysis.system_run import run_ssp
 from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.master.schemes.catalogue import CATALOGUE
 from railcosim.plots.outputs import outputs_chart
 from railcosim.track.irregularity.named import irregularity as named
 
@@ -137,8 +138,8 @@ def run(
     load = loader_of(isolate)
     if system is not None:
         _refuse(context, system, OF_THE_PAIR)
-        chosen = scheme or SchemeName.JACOBI
-        if FAMILIES[chosen].owners == (Owner.MASTER,):
+        chosen = scheme or "jacobi"
+        if CATALOGUE[chosen].solves_law:
             raise UsageError(
                 f"--scheme {chosen}: solves the contact of our pair, and a system in a file has "
                 "none that the master owns; take another"
@@ -195,6 +196,6 @@ def _refuse(context: typer.Context | None, system: Path, options: tuple[str, ...
             raise UsageError(f"{option}: is of our pair; {system} has its own FMUs. Leave it out")
 
 
-def _step(scheme: SchemeName, owner: Owner) -> float:
+def _step(scheme: str, owner: Owner) -> float:
     """The step (s) where the user gives none."""
-    return SOLVED if FAMILIES[scheme].owners == (Owner.MASTER,) else STEPS[owner]
+    return SOLVED if CATALOGUE[scheme].solves_law else STEPS[owner]

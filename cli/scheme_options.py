@@ -8,9 +8,10 @@ from typing import Annotated
 
 import typer
 
-from railcosim.analysis.catalogue import FAMILIES, Owner, SchemeName
+from railcosim.analysis.catalogue import Owner, owners_of
 from railcosim.master.continuation import NAMES
 from railcosim.master.schemes import Scheme
+from railcosim.master.schemes.catalogue import CATALOGUE
 
 from .options import UsageError
 
@@ -24,18 +25,33 @@ class Inputs(StrEnum):
 
 
 USUAL = {
-    Owner.TRACK: SchemeName.GAUSS_SEIDEL,
-    Owner.VEHICLE: SchemeName.JACOBI,
-    Owner.MASTER: SchemeName.INTERFACE_JACOBIAN,
+    Owner.TRACK: "gauss-seidel",
+    Owner.VEHICLE: "jacobi",
+    Owner.MASTER: "interface-jacobian",
 }
 """Scheme by the owner of the contact, the usual owner first."""
 
+
+def _scheme(text: str) -> str:
+    """A name of a scheme."""
+    if text not in CATALOGUE:
+        raise typer.BadParameter(f"{text!r} is not one of {', '.join(map(repr, CATALOGUE))}.")
+    return text
+
+
+def _completed(incomplete: str) -> list[str]:
+    """Names that begin so, for the shell."""
+    return [name for name in CATALOGUE if name.startswith(incomplete)]
+
+
 SchemeOption = Annotated[
-    SchemeName | None,
+    str | None,
     typer.Option(
         "--scheme",
         metavar="NAME",
-        help=f"Coupling scheme: {', '.join(SchemeName)}; if not given, gauss-seidel where the "
+        parser=_scheme,
+        autocompletion=_completed,
+        help=f"Coupling scheme: {', '.join(CATALOGUE)}; if not given, gauss-seidel where the "
         "track owns the contact, jacobi where the vehicle does, interface-jacobian where the "
         "master does.",
     ),
@@ -61,13 +77,13 @@ ContactOption = Annotated[
 
 
 def choice_of(
-    scheme: SchemeName | None, contact: Owner | None, possible: Sequence[Owner] = tuple(Owner)
-) -> tuple[SchemeName, Owner]:
+    scheme: str | None, contact: Owner | None, possible: Sequence[Owner] = tuple(Owner)
+) -> tuple[str, Owner]:
     """Scheme and owner of the contact, from options of which each may decide the other.
 
     Parameters
     ----------
-    scheme : SchemeName or None
+    scheme : str or None
         As chosen.
     contact : Owner or None
         As chosen.
@@ -86,9 +102,9 @@ def choice_of(
     wanted = possible if contact is None else (contact,)
     if scheme is None:
         scheme = USUAL[next(owner for owner in USUAL if owner in wanted)]
-    suiting = [owner for owner in FAMILIES[scheme].owners if owner in wanted]
+    suiting = [owner for owner in owners_of(CATALOGUE[scheme]) if owner in wanted]
     if not suiting:
-        must = " or ".join(FAMILIES[scheme].owners)
+        must = " or ".join(owners_of(CATALOGUE[scheme]))
         if contact is not None:
             raise UsageError(f"--contact {contact}: with --scheme {scheme} it must be {must}")
         raise UsageError(
@@ -98,9 +114,7 @@ def choice_of(
     return scheme, suiting[0]
 
 
-def maker_of(
-    name: SchemeName, inputs: Inputs | None, first: str | None = None
-) -> Callable[[str], Scheme]:
+def maker_of(name: str, inputs: Inputs | None, first: str | None = None) -> Callable[[str], Scheme]:
     """A scheme from its options, once it is known who steps first where the user does not say.
 
     Raises
@@ -108,9 +122,9 @@ def maker_of(
     UsageError
         If an option says nothing of this scheme.
     """
-    family = FAMILIES[name]
+    family = CATALOGUE[name]
     if first is not None and not family.sequential:
-        able = " or ".join(other for other, family in FAMILIES.items() if family.sequential)
+        able = " or ".join(other for other, family in CATALOGUE.items() if family.sequential)
         raise UsageError(
             f"--first {first}: {name} has no first; leave it out, or take --scheme {able}"
         )

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from railcosim.master.component import FloatArray
+from railcosim.master.schemes.family import Family
 from railcosim.master.schemes.iteration import Iterated, Until
 
 
@@ -85,3 +86,6 @@ def aitken(*, degree: int = 1, relaxation: float = 0.5, until: Until = _DEFAULT)
        relaxation, Computational Mechanics 43 (2008) 61-72.
     """
     return Iterated(Aitken(relaxation), degree, until)
+
+
+FAMILIES = (Family(name="aitken", make=lambda degree, first: aitken(degree=degree), linear=False),)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from railcosim.master.continuation import NAMES
 from railcosim.master.schemes import ONE_EVALUATION, StepReport, check_degree, set_continuations
+from railcosim.master.schemes.family import Family
 from railcosim.master.system import System
 
 
@@ -111,3 +112,12 @@ def _take_turns(system: System, first: tuple[str, ...]) -> tuple[tuple[int, bool
     named = [k for k in map(system.index, first) if k not in signals]
     order = [*signals, *named, *(k for k in everybody if k not in {*signals, *named})]
     return tuple((k, system.feeders(k) <= set(order[:i])) for i, k in enumerate(order))
+
+
+FAMILIES = (
+    Family(
+        name="gauss-seidel",
+        make=lambda degree, first: gauss_seidel(first=first, degree=degree),
+        sequential=True,
+    ),
+)

@@ -18,8 +18,9 @@ from railcosim.master.component import FloatArray
 from railcosim.master.law import Law
 from railcosim.master.schemes import ConvergenceError, StepReport, check_rollback
 from railcosim.master.schemes.compliance import broyden, solve_forces
+from railcosim.master.schemes.family import Family
 from railcosim.master.schemes.sweep import Sweep
-from railcosim.master.schemes.variants import AVERAGE_HOLD, Variant
+from railcosim.master.schemes.variants import AVERAGE_HOLD, VARIANTS, Variant
 from railcosim.master.system import System
 
 _ENOUGH = 4
@@ -260,3 +261,16 @@ def _find_law(system: System) -> tuple[Law, int]:
     law = system.components[laws[0]]
     assert isinstance(law, Law)
     return law, laws[0]
+
+
+def _family(name: str, variant: Variant) -> Family:
+    """One variant; the degree of its polynomials is its own."""
+    return Family(
+        name="interface-jacobian" + (f"-{name}" if variant is not AVERAGE_HOLD else ""),
+        make=lambda degree, first: interface_jacobian(variant=variant),
+        degrees=(1,),
+        solves_law=True,
+    )
+
+
+FAMILIES = tuple(_family(name, variant) for name, variant in VARIANTS.items())

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from railcosim.master.component import FloatArray
+from railcosim.master.schemes.family import Family
 from railcosim.master.schemes.iteration import Iterated, Until
 
 _INDEPENDENT = 1e-8
@@ -132,3 +133,8 @@ def iqn_ils(
        ACM 12 (1965) 547-560.
     """
     return Iterated(IqnIls(relaxation, reuse), degree, until)
+
+
+FAMILIES = (
+    Family(name="iqn-ils", make=lambda degree, first: iqn_ils(degree=degree), linear=False),
+)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from railcosim.master.continuation import NAMES
 from railcosim.master.schemes import ONE_EVALUATION, StepReport, check_degree, set_continuations
+from railcosim.master.schemes.family import Family
 from railcosim.master.system import System
 
 
@@ -76,3 +77,6 @@ def jacobi(*, degree: int = 1) -> Jacobi:
     """
     check_degree(degree)
     return Jacobi(degree)
+
+
+FAMILIES = (Family(name="jacobi", make=lambda degree, first: jacobi(degree=degree)),)

@@ -14,6 +14,7 @@ import numpy as np
 
 from railcosim.master.component import FloatArray
 from railcosim.master.schemes import ONE_EVALUATION, StepReport, set_continuations
+from railcosim.master.schemes.family import Family
 from railcosim.master.system import System
 
 
@@ -79,3 +80,6 @@ def nepce() -> Nepce:
        Eulalia, 1021-1032.
     """
     return Nepce()
+
+
+FAMILIES = (Family(name="nepce", make=lambda degree, first: nepce(), degrees=(0,)),)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from railcosim.master.component import FloatArray
+from railcosim.master.schemes.family import Family
 from railcosim.master.schemes.iteration import Iterated, Until
 
 
@@ -70,3 +71,6 @@ def picard(*, degree: int = 1, until: Until = _DEFAULT) -> Iterated:
        Modelling of Dynamical Systems 6 (2000) 93-113.
     """
     return Iterated(Picard(), degree, until)
+
+
+FAMILIES = (Family(name="picard", make=lambda degree, first: picard(degree=degree)),)

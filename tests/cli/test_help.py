@@ -7,9 +7,10 @@ from importlib.metadata import version
 
 import pytest
 
-from railcosim.analysis.catalogue import Owner, SchemeName
+from railcosim.analysis.catalogue import Owner
 from railcosim.cli.commands import COMMANDS, loaded
 from railcosim.cli.scheme_options import Inputs
+from railcosim.master.schemes.catalogue import CATALOGUE
 
 LIGHT = """
 import sys
@@ -53,7 +54,7 @@ def test_names_are_whole_at_80_columns(railcosim, command):
         if option.param_type_name == "option":
             assert set(option.opts) <= words
         if "--scheme" in option.opts:
-            assert {*SchemeName, *Inputs, *Owner} <= words
+            assert {*CATALOGUE, *Inputs, *Owner} <= words
 
 
 def test_what_looks_like_markup_is_shown(railcosim):
@@ -64,4 +65,4 @@ def test_completion(railcosim, monkeypatch):
     monkeypatch.setenv("_RAILCOSIM_COMPLETE", "complete_bash")
     monkeypatch.setenv("COMP_WORDS", "railcosim run --scheme interface-jacobian-c")
     monkeypatch.setenv("COMP_CWORD", "3")
-    assert railcosim().out.split() == [name for name in SchemeName if "conserving" in name]
+    assert railcosim().out.split() == [name for name in CATALOGUE if "conserving" in name]

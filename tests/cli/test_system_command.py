@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.catalogue import SchemeName
 from railcosim.cli.options import UsageError
 from railcosim.cli.run_command import run
 from railcosim.cli.scheme_options import Inputs
@@ -14,7 +13,7 @@ from ..master.plant import component, connection, make_fmu, pack, real, ssd, val
 
 
 def run_system(path, out, **options):
-    run(out, path, scheme=SchemeName.GAUSS_SEIDEL, inputs=Inputs.CONSTANT, **options)
+    run(out, path, scheme="gauss-seidel", inputs=Inputs.CONSTANT, **options)
 
 
 @pytest.fixture

@@ -10,12 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from railcosim.analysis.catalogue import FAMILIES, FMUS, Owner
+from railcosim.analysis.catalogue import FMUS, Owner
 from railcosim.analysis.pair import Journey, open_pair
 from railcosim.master.checkpoint import Checkpoints, resume
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.pace import FixedStep
 from railcosim.master.recording import Recorder
+from railcosim.master.schemes.catalogue import CATALOGUE
 from railcosim.master.step_control import StepControl
 from railcosim.track.irregularity import synthesise
 
@@ -25,7 +26,7 @@ job = json.loads(sys.argv[1])
 folder, path = Path(job["folder"]), Path(job["path"])
 vehicle, track = (folder / f"{name}.fmu" for name in FMUS[Owner(job["owner"])])
 about = {"contact.nonlinear": 1.0, "speed": SPEED, "irregularity": "german-low"}
-scheme = FAMILIES[job["scheme"]].make(FAMILIES[job["scheme"]].degrees[0], "vehicle")
+scheme = CATALOGUE[job["scheme"]].make(CATALOGUE[job["scheme"]].degrees[0], "vehicle")
 pace = (
     StepControl(order=scheme.order, relative=1e-3, absolute=1e-3, largest=1e-3, smallest=1e-7)
     if job["adaptive"]
