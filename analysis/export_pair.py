@@ -14,12 +14,13 @@ from railcosim.master.fmi.description import describe_file
 from railcosim.master.ssp import Part, write_ssp
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.train import Train
 
 PAIR = "Pair.ssp"
 
 
 def export_pair(
-    vehicle: Vehicle,
+    vehicle: Vehicle | Train,
     track: Track,
     out: Path,
     progress: Callable[[str], None] = lambda text: None,

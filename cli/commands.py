@@ -103,7 +103,7 @@ COMMANDS = {
     "parameters": Place(
         "parameters",
         "parameters",
-        "Print the default parameter file, with units, ranges and sources as comments.",
+        "Print a built-in parameter file, with units, ranges and sources as comments.",
     ),
 }
 

@@ -38,6 +38,7 @@ from .options import (
     Speed,
     TrackFile,
     VehicleFile,
+    Vehicles,
     console,
     contact_parameters,
     doubted,
@@ -78,6 +79,7 @@ OBSERVED = {  # outputs of the coupled FMUs, and their rows among the monolithic
 
 def compare(
     vehicle: VehicleFile = None,
+    vehicles: Vehicles = 1,
     track: TrackFile = None,
     fresh: FreshOption = False,
     contact_stiffness: ContactStiffness = "1e9",
@@ -121,7 +123,8 @@ def compare(
     )
     profile = named(irregularity, v * time, seed=seed, fade=fade, repeat=repeat)
     frequency = frequencies_of(frequencies)
-    cars, rails = vehicle_of(vehicle), track_of(track)
+    cars = vehicle_of(vehicle, vehicles)
+    rails = track_of(track, cars)
     with made(cars, rails, fresh=fresh) as fmus:
         with progress("linearising") as update:
             models = linear_models(fmus["Vehicle"], fmus["Track"], update)

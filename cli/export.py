@@ -14,12 +14,14 @@ from railcosim.fmus.native_runtime.platforms import platforms_named
 from railcosim.storage.archive import digest_of
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.train import Train
 
 from .fmus import tell_of_losses
 from .options import (
     TrackFile,
     UsageError,
     VehicleFile,
+    Vehicles,
     console,
     errors,
     status,
@@ -39,6 +41,7 @@ class RuntimeName(StrEnum):
 def export(
     out: Annotated[Path, typer.Option("--out", help="Folder for the FMUs.", metavar="DIR")],
     vehicle: VehicleFile = None,
+    vehicles: Vehicles = 1,
     track: TrackFile = None,
     runtime: Annotated[
         RuntimeName,
@@ -59,7 +62,8 @@ def export(
     """Write Vehicle, Track, VehicleWithContact, TrackWithContact as FMUs, and Pair.ssp."""
     chosen = runtime_of(runtime, fmi, platforms)
     folder_of("--out", out)
-    for path in exported(vehicle_of(vehicle), track_of(track), out, chosen).values():
+    cars = vehicle_of(vehicle, vehicles)
+    for path in exported(cars, track_of(track, cars), out, chosen).values():
         console.print(f"{path}  {path.stat().st_size / 1e6:.1f} MB")
     if chosen.fmi == 2:
         console.print(f"{out / PAIR}  wires Vehicle and TrackWithContact")
@@ -78,7 +82,7 @@ def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:
 
 
 def exported(
-    vehicle: Vehicle, track: Track, out: Path, runtime: Runtime = NATIVE
+    vehicle: Vehicle | Train, track: Track, out: Path, runtime: Runtime = NATIVE
 ) -> dict[str, Path]:
     """Export into a folder, with a status line."""
     tell_of_losses(track)

@@ -15,10 +15,14 @@ from numpy.typing import NDArray
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from railcosim.analysis.contact import NONLINEAR, STIFFNESS, TANGENT
-from railcosim.parameters import UnusualWarning, Usual, read_toml
+from railcosim.parameters import UnusualWarning, Usual, read_toml, tables_of
 from railcosim.storage.interruption import noting
+from railcosim.track.decay import long_enough
 from railcosim.track.parameters import Track
+from railcosim.vehicle.files import BUILT_IN, PAPER, read_stock
+from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.train import Train
 
 from .terminal import console, errors
 
@@ -51,7 +55,15 @@ class UsageError(ValueError):
 
 
 VehicleFile = Annotated[
-    Path | None, typer.Option("--vehicle", help="Vehicle parameters, TOML.", metavar="F.toml")
+    Path | None,
+    typer.Option(
+        "--vehicle",
+        help=f"Parameters of a vehicle or a train, TOML, or a built-in one: {', '.join(BUILT_IN)}.",
+        metavar="F.toml",
+    ),
+]
+Vehicles = Annotated[
+    int, typer.Option("--vehicles", help="How many of it, one behind the other, coupled.")
 ]
 TrackFile = Annotated[
     Path | None, typer.Option("--track", help="Track parameters, TOML.", metavar="F.toml")
@@ -87,14 +99,20 @@ USUAL = {
 }
 
 
-def vehicle_of(file: Path | None) -> Vehicle:
-    """The vehicle of a parameter file, or the paper's."""
-    return Vehicle() if file is None else read_toml(Vehicle, file)
+def vehicle_of(file: Path | None, count: int = 1) -> Vehicle | Train:
+    """The vehicle or train of a parameter file, or the paper's vehicle; or several of it."""
+    return read_stock(file or Path(PAPER), count)
 
 
-def track_of(file: Path | None) -> Track:
-    """The track of a parameter file, or the paper's."""
-    return Track() if file is None else read_toml(Track, file)
+def track_of(file: Path | None, vehicle: Vehicle | Train | None = None) -> Track:
+    """The track of a parameter file, or the paper's; its ring holds the vehicle.
+
+    Its cells are as many as the vehicle needs, and no fewer than usual, if the file does not say.
+    """
+    track = Track() if file is None else read_toml(Track, file)
+    if vehicle is None or (file is not None and "cells" in tables_of(file).get("mesh", {})):
+        return track
+    return long_enough(track, float(np.ptp(build_multibody(vehicle).wheelset_x)))
 
 
 def frequencies_of(text: str, limits: tuple[float, float] | None = None) -> FloatArray:

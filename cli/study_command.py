@@ -37,6 +37,7 @@ from .options import (
     TrackFile,
     UsageError,
     VehicleFile,
+    Vehicles,
     console,
     contact_parameters,
     doubted,
@@ -82,6 +83,7 @@ def study(
     fade: FadeOption = None,
     repeat: RepeatOption = False,
     vehicle: VehicleFile = None,
+    vehicles: Vehicles = 1,
     track: TrackFile = None,
     fresh: FreshOption = False,
     out: Annotated[
@@ -123,7 +125,8 @@ def study(
     points = grid.points()
     if not points:
         raise UsageError(f"--owners {owners}: none of the schemes allows it")
-    with made(vehicle_of(vehicle), track_of(track), fresh=fresh) as fmus:
+    cars = vehicle_of(vehicle, vehicles)
+    with made(cars, track_of(track, cars), fresh=fresh) as fmus:
         try:
             settings = settings_of(ride, fmus)
             found, failed = run(points, ride, fmus, Folder(out, settings), scheduler)

@@ -14,10 +14,11 @@ from railcosim.track.decay import check_ring, decay_along
 from railcosim.track.parameters import Track
 from railcosim.track.reduced import ReducedTrack, reduce_track
 from railcosim.vehicle.contact import tangent_stiffness
+from railcosim.vehicle.files import write_stock
 from railcosim.vehicle.modal import modal_form
 from railcosim.vehicle.multibody import Multibody, build_multibody
 from railcosim.vehicle.parameters import Vehicle
-from railcosim.vehicle.train import coefficient_of
+from railcosim.vehicle.train import Train, train_of
 
 from . import interface
 from .interface import Scalar
@@ -114,10 +115,11 @@ def one_load(body: Multibody) -> float:
     return float(body.wheel_load[0])
 
 
-def contact_defaults(vehicle: Vehicle) -> interface.Contact:
-    """Contact parameters of the vehicle's wheels: C, and k_H at the static load (eq. 18)."""
-    C = coefficient_of(vehicle)
-    return interface.Contact(k_H=tangent_stiffness(C, vehicle.wheel_load), C=C)
+def contact_defaults(vehicle: Vehicle | Train) -> interface.Contact:
+    """Contact parameters of the wheels: C, and k_H at their mean static load (eq. 18)."""
+    train = train_of(vehicle)
+    k_H = tangent_stiffness(train.hertz_coefficient, train.wheel_load)
+    return interface.Contact(k_H=k_H, C=train.hertz_coefficient)
 
 
 def ring_annotations(track: Track) -> Annotations:
@@ -127,7 +129,7 @@ def ring_annotations(track: Track) -> Annotations:
 
 
 def contents(
-    vehicle: Vehicle, track: Track, progress: Callable[[str], None] = lambda text: None
+    vehicle: Vehicle | Train, track: Track, progress: Callable[[str], None] = lambda text: None
 ) -> list[Content]:
     """Vehicle, Track, VehicleWithContact and TrackWithContact.
 
@@ -166,7 +168,7 @@ def contents(
                 + ("rail motion to contact force." if with_contact else "contact force to motion."),
                 table=interface.vehicle(**known),
                 arrays=vehicle_content,
-                parameters=write_toml(vehicle, "Vehicle"),
+                parameters=write_stock(vehicle),
                 annotations={},
             ),
             Content(

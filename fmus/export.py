@@ -10,6 +10,7 @@ from typing import Protocol
 from railcosim.storage.archive import digest_of
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.train import Train
 
 from .content import Content, contents
 from .native_fmu import NativeRuntime
@@ -39,7 +40,7 @@ class MixedExport(OSError):  # noqa: N818 (it says what happened)
 
 
 def export(
-    vehicle: Vehicle,
+    vehicle: Vehicle | Train,
     track: Track,
     out: Path,
     progress: Callable[[str], None] = lambda text: None,
@@ -50,7 +51,7 @@ def export(
 
     Parameters
     ----------
-    vehicle, track : Vehicle, Track
+    vehicle, track : Vehicle or Train, Track
         Parameters.
     out : Path
         Folder, made if need be.

@@ -1,7 +1,7 @@
 """Declared quantities: default, unit, range and source of every parameter; TOML in and out."""
 
-from .quantity import ArgumentError, ParameterError, ParameterSet, quantity, switch
-from .toml_file import from_tables, read_toml, tables_of, write_toml
+from .quantity import ArgumentError, ParameterError, ParameterSet, quantity, switch, word
+from .toml_file import doubts, from_tables, read_toml, tables_of, write_toml
 from .usual import UnusualWarning, Usual
 
 __all__ = [
@@ -10,10 +10,12 @@ __all__ = [
     "ParameterSet",
     "UnusualWarning",
     "Usual",
+    "doubts",
     "from_tables",
     "quantity",
     "read_toml",
     "switch",
     "tables_of",
+    "word",
     "write_toml",
 ]

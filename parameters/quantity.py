@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 from .usual import Usual
 
 MOST_NUMBERS = 64  # in one list; nothing that is built has more of anything
-Value: TypeAlias = float | int | bool | tuple[float | int, ...]
+Value: TypeAlias = float | int | bool | str | tuple[float | int, ...]
 
 
 class ParameterError(ValueError):
@@ -124,6 +124,12 @@ def switch(default: bool, description: str, *, source: str) -> Any:
     return field(default=default, metadata={"quantity": known})
 
 
+def word(default: str, description: str, *, source: str) -> Any:
+    """Declare a name among the parameters of a `ParameterSet`."""
+    known = Quantity(unit="", description=description, source=source)
+    return field(default=default, metadata={"quantity": known})
+
+
 def quantity_of(declared: Field[Any]) -> Quantity:
     """The `Quantity` a dataclass field was declared with."""
     known: Quantity = declared.metadata["quantity"]
@@ -158,6 +164,10 @@ def check(declared: Field[Any], value: object) -> Value:
     if isinstance(declared.default, bool):
         if not isinstance(value, bool):
             raise ParameterError(f"{declared.name} = {value!r}: must be true or false")
+        return value
+    if isinstance(declared.default, str):
+        if not isinstance(value, str):
+            raise ParameterError(f"{declared.name} = {value!r}: must be a name in quotes")
         return value
     if not isinstance(declared.default, tuple):
         return _number(declared, value, whole=isinstance(declared.default, int))

@@ -21,6 +21,7 @@ from .quantity import (
 from .usual import UnusualWarning
 
 T = TypeVar("T")
+SI_UNITS = "# SI units. A key left out keeps the value printed here."
 SIZE_LIMIT = 1_000_000  # bytes; the files we write have a few thousand
 
 
@@ -55,7 +56,7 @@ def read_toml(kind: type[T], path: Path) -> T:
         read = from_tables(kind, content)
     except ParameterError as error:
         raise ParameterError(f"{path}: {error}") from error
-    for doubt in _doubts(read, content):
+    for doubt in doubts(read, content):
         warnings.warn(f"{path}: {doubt}", UnusualWarning, stacklevel=2)
     return read
 
@@ -83,8 +84,8 @@ def tables_of(path: Path) -> dict[str, Any]:
         raise ParameterError(f"{path}: not a TOML file: {error}") from error
 
 
-def _doubts(read: object, content: Mapping[str, Any]) -> Iterator[str]:
-    """What is unusual among the numbers that the tables give."""
+def doubts(read: object, content: Mapping[str, Any]) -> Iterator[str]:
+    """What is unusual among the numbers that tables gave, one line each."""
     for name, given in content.items():
         chosen = getattr(read, name)
         if isinstance(chosen, tuple):
@@ -176,10 +177,10 @@ def _meant(word: str, allowed: list[str]) -> str:
     return f"; did you mean {close[0]!r}?" if close else f"; allowed: {', '.join(allowed)}"
 
 
-def write_toml(parameters: object, title: str) -> str:
+def write_toml(parameters: object, title: str, within: str = "") -> str:
     """Return the text of a parameter file, every key with its unit, range and source.
 
-    A source is that of the default: a number that is another one says so.
+    A source is that of the default: beside another number the default is told as well.
 
     Parameters
     ----------
@@ -187,15 +188,18 @@ def write_toml(parameters: object, title: str) -> str:
         Its fields are `ParameterSet`s, or tuples of them.
     title : str
         First line, a comment.
+    within : str
+        Name of the table that all tables are in; then there is no title.
     """
-    lines = [f"# {title}", "# SI units. A key left out keeps the value printed here."]
+    lines = [] if within else [f"# {title}", SI_UNITS]
     for section in fields(parameters):  # type: ignore[arg-type]  # any dataclass instance
         chosen = getattr(parameters, section.name)
+        name = f"{within}.{section.name}" if within else section.name
         if isinstance(chosen, tuple):
             for one in chosen:
-                lines += _table(f"[[{section.name}]]", section.name, one)
+                lines += _table(f"[[{name}]]", name, one)
         else:
-            lines += _table(f"[{section.name}]", section.name, chosen)
+            lines += _table(f"[{name}]", name, chosen)
     return "\n".join(lines) + "\n"
 
 
@@ -209,7 +213,7 @@ def _table(head: str, name: str, chosen: ParameterSet) -> list[str]:
             about = f"{known.unit}, {known.allowed}, {usual}"
         source = known.source
         if value != declared.default:
-            source = f"instead of {_text(declared.default)}, {source}"
+            source = f"{_text(declared.default)} if left out, {source}"
         lines += [
             f"# {known.description} ({about}; {source})",
             f"{declared.name} = {_text(value)}",

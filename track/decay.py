@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import warnings
 from bisect import bisect_left
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -164,6 +164,17 @@ def _merged(one: Decay, other: Decay) -> Decay:
         receptance=np.concatenate([one.receptance, other.receptance], axis=1)[:, order],
         cell_length=one.cell_length,
     )
+
+
+def long_enough(track: Track, span: float) -> Track:
+    """With as many cells as wheelsets so far apart (m) need, and no fewer than it has.
+
+    A ring that no number of cells makes long enough stays as it is: `check_ring` says so.
+    """
+    needed = decay_along(track).cells_needed(span)
+    if needed is None or needed <= track.mesh.cells:
+        return track
+    return replace(track, mesh=replace(track.mesh, cells=needed))
 
 
 def check_ring(track: Track, span: float) -> None:

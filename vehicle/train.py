@@ -27,6 +27,11 @@ class TrainVehicle:
     vehicle: Vehicle
     reversed: bool = False
 
+    @property
+    def wheelsets(self) -> int:
+        """How many it has."""
+        return sum(body.kind == WHEELSET for body in self.parts().bodies)
+
     def parts(self) -> Parts:
         """Bodies and springs, x from its middle."""
         own = parts_of(self.vehicle)
@@ -57,7 +62,7 @@ class Train:
     def __post_init__(self) -> None:
         if not self.vehicles:
             raise ParameterError("a train needs at least one vehicle, [[vehicle]]")
-        count = sum(b.kind == WHEELSET for one in self.vehicles for b in one.parts().bodies)
+        count = sum(one.wheelsets for one in self.vehicles)
         if count > MOST_WHEELSETS:
             raise ParameterError(f"a train of {count} wheelsets: must be at most {MOST_WHEELSETS}")
         first = self.vehicles[0].vehicle
@@ -78,6 +83,12 @@ class Train:
     def hertz_coefficient(self) -> float:
         """C of F = C delta^1.5 of its wheels, N/m^1.5."""
         return coefficient_of(self.vehicles[0].vehicle)
+
+    @property
+    def wheel_load(self) -> float:
+        """Mean static load of its wheels, N."""
+        loads = [one.wheelsets * one.vehicle.wheel_load for one in self.vehicles]
+        return sum(loads) / sum(one.wheelsets for one in self.vehicles)
 
     @property
     def gravity(self) -> float:

@@ -264,7 +264,10 @@ def test_export_of_fmi_3(tmp_path) -> None:
 def test_vehicle_and_track_that_do_not_fit(tmp_path) -> None:
     """122 m of vehicle on a ring of 100 m: no FMUs, but what to do; 18 m on 20 m: said once."""
     (tmp_path / "long.toml").write_text("[geometry]\nbogie_half_distance = 59.75\n")
-    done = railcosim("export", "--vehicle", "long.toml", "--out", "fmus", folder=tmp_path)
+    (tmp_path / "ring.toml").write_text("[mesh]\ncells = 20\n")  # said, so not made longer
+    done = railcosim(
+        "export", "--vehicle", "long.toml", "--track", "ring.toml", "--out", "fmus", folder=tmp_path
+    )
     assert done.returncode == 2
     assert "122 m" in done.stderr
     assert "100 m ([mesh] cells = 20)" in done.stderr

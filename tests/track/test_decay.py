@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 
 from railcosim.parameters import ParameterError
-from railcosim.track.decay import PROMISED, PROMISED_TO, RingWarning, check_ring, decay_along
+from railcosim.track.decay import (
+    PROMISED,
+    PROMISED_TO,
+    RingWarning,
+    check_ring,
+    decay_along,
+    long_enough,
+)
 from railcosim.track.parameters import Fastening, Foundation, Mesh, Track
 from railcosim.track.receptance import Point, direct_receptance, infinite_receptance
 
@@ -89,3 +96,21 @@ def test_short_ring_is_told_and_a_shorter_one_refused():
     with pytest.raises(ParameterError, match=r"122 m long .*100 m \(\[mesh\] cells = 20\)"):
         check_ring(Track(), 122.0)
     check_ring(replace(Track(), mesh=Mesh(cells=40)), 122.0)
+
+
+def test_a_ring_grows_with_the_train():
+    """As many cells as the promise needs, never fewer than there are; hopeless ones stay."""
+    track = Track()
+    assert long_enough(track, SPAN) is track
+    span = 7 * 22.8 + SPAN  # eight of the default vehicle
+    longer = long_enough(track, span)
+    assert longer.length > span
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RingWarning)
+        check_ring(longer, span)
+    shorter = replace(longer, mesh=replace(longer.mesh, cells=longer.mesh.cells - 2))
+    with pytest.warns(RingWarning):
+        check_ring(shorter, span)
+    assert longer == replace(track, mesh=replace(track.mesh, cells=longer.mesh.cells))
+    endless = replace(track, foundation=Foundation(damping=0), fastening=Fastening(damping=0))
+    assert long_enough(endless, span) is endless
