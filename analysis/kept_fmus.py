@@ -22,6 +22,7 @@ from railcosim.storage.archive import digest_of
 from railcosim.storage.temporary import scratch
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.train import Train
 
 NO_MAKERS = {"analysis", "cli", "master", "paper", "plots", "reference"}
 """Our packages whose content does not decide what an FMU is."""
@@ -53,7 +54,7 @@ class Made:
 
 @contextmanager
 def fmus_of_pair(
-    vehicle: Vehicle,
+    vehicle: Vehicle | Train,
     track: Track,
     progress: Callable[[str], None] = lambda text: None,
     *,
@@ -65,7 +66,7 @@ def fmus_of_pair(
 
     Parameters
     ----------
-    vehicle, track : Vehicle, Track
+    vehicle, track : Vehicle or Train, Track
         Parameters.
     progress : callable
         Told what is being done.
@@ -88,7 +89,7 @@ def fmus_of_pair(
     yield Made({path.stem: path for path in sorted(place.glob("*.fmu"))}, place, found=not made)
 
 
-def key_of(vehicle: Vehicle, track: Track) -> str:
+def key_of(vehicle: Vehicle | Train, track: Track) -> str:
     """What the FMUs are made from: parameters, our code, the libraries and the compiler wanted."""
     parts = {
         "vehicle": asdict(vehicle),
@@ -109,7 +110,7 @@ def find(folder: Path, key: str) -> Path | None:
 
 
 def _make(
-    vehicle: Vehicle, track: Track, folder: Path, key: str, progress: Callable[[str], None]
+    vehicle: Vehicle | Train, track: Track, folder: Path, key: str, progress: Callable[[str], None]
 ) -> Path:
     """Make them in a folder of their own, which then gets its name: whole or not at all."""
     work = Path(mkdtemp(prefix=BEGUN, dir=folder))
@@ -125,7 +126,7 @@ def _make(
 
 
 def _export(
-    vehicle: Vehicle, track: Track, out: Path, progress: Callable[[str], None]
+    vehicle: Vehicle | Train, track: Track, out: Path, progress: Callable[[str], None]
 ) -> dict[str, Path]:
     # Here, since it loads what draws icons and documentation.
     from .export_pair import export_pair  # noqa: PLC0415

@@ -14,6 +14,7 @@ from railcosim.analysis.kept_fmus import fmus_of_pair
 from railcosim.analysis.roles import owns_contact
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.train import Train
 
 from .options import UsageError, errors, status
 
@@ -23,7 +24,9 @@ FreshOption = Annotated[
 
 
 @contextmanager
-def made(vehicle: Vehicle, track: Track, *, fresh: bool = False) -> Iterator[dict[str, Path]]:
+def made(
+    vehicle: Vehicle | Train, track: Track, *, fresh: bool = False
+) -> Iterator[dict[str, Path]]:
     """Our four FMUs of these parameters by name, for as long as the block lasts."""
     tell_of_losses(track)
     with ExitStack() as stack:
