@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from railcosim.analysis.catalogue import catalogue as schemes
     from railcosim.analysis.export_pair import export_pair as export
+    from railcosim.analysis.response.frf import frequency_response
+    from railcosim.analysis.response.map import response_map
+    from railcosim.analysis.response.receptance import receptance, track_receptance
     from railcosim.master.component import Variable
     from railcosim.master.cosimulation import cosimulate
     from railcosim.master.coupling import couple
@@ -42,11 +45,15 @@ __all__ = [
     "cosimulate",
     "couple",
     "export",
+    "frequency_response",
     "irregularity",
     "load",
     "open_result",
+    "receptance",
+    "response_map",
     "save_result",
     "schemes",
+    "track_receptance",
 ]
 
 _PLACES = {
@@ -59,11 +66,15 @@ _PLACES = {
     "cosimulate": "master.cosimulation:cosimulate",
     "couple": "master.coupling:couple",
     "export": "analysis.export_pair:export_pair",
+    "frequency_response": "analysis.response.frf:frequency_response",
     "irregularity": "track.irregularity.named:irregularity",
     "load": "master.fmi.fmu:FmuComponent.load",
     "open_result": "master.files:load",
+    "receptance": "analysis.response.receptance:receptance",
+    "response_map": "analysis.response.map:response_map",
     "save_result": "master.files:save",
     "schemes": "analysis.catalogue:catalogue",
+    "track_receptance": "analysis.response.receptance:track_receptance",
 }
 
 

@@ -4,19 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import numpy as np
 import typer
 
-from railcosim.analysis.frequency import (
-    apart,
-    check_excitation,
-    coupled,
-    dataset,
-    linear_models,
-    on_rigid_track,
-    response,
-)
-from railcosim.analysis.ring import check_frequencies_of
+from railcosim.analysis.frequency import check_excitation
+from railcosim.analysis.response.frf import Assembly, frequency_response
 from railcosim.plots.results import response_chart
 
 from .fmus import FreshOption, fmus_of
@@ -29,7 +20,6 @@ from .options import (
     TrackFmu,
     UsageError,
     VehicleFmu,
-    check_finite,
     frequencies_of,
     progress,
     speed_of,
@@ -75,24 +65,15 @@ def frf(
         raise UsageError(f"--input {excitation}: has no effect with --uncoupled, without contact")
     if rigid_track and "rail_force" in excitation:
         raise UsageError(f"--input {excitation}: has no effect with --rigid-track")
-    omega = 2 * np.pi * frequencies_of(frequencies)
+    frequency = frequencies_of(frequencies)
+    assembly = Assembly.RIGID_TRACK if rigid_track else Assembly.COUPLED
     with (
         fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
         progress("linearising") as update,
     ):
-        models = linear_models(vehicle, None if rigid_track else track, update)
-        if not rigid_track:
-            check_frequencies_of(track, omega.max() / (2 * np.pi))
-    if uncoupled:
-        system = apart(models, omega)
-    elif rigid_track:
-        system = on_rigid_track(models, omega, k_H)
-    else:
-        system = coupled(models, omega, k_H)
-    values = response(system, excitation, models.positions, v)
-    check_finite(omega / (2 * np.pi), values)
-    result = dataset(
-        system, values, models, excitation,
-        contact_stiffness=k_H, speed=v, title=f"{system.name}, response to {excitation}",
-    )  # fmt: skip
-    keep(result, out, f"{omega.size} frequencies", plot, response_chart)
+        result = frequency_response(
+            vehicle, track, frequency,
+            excitation=excitation, contact_stiffness=k_H, speed=v, progress=update,
+            assembly=Assembly.APART if uncoupled else assembly,
+        )  # fmt: skip
+    keep(result, out, f"{frequency.size} frequencies", plot, response_chart)

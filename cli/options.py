@@ -89,6 +89,12 @@ Frequencies = Annotated[
 ContactStiffness = Annotated[
     str, typer.Option("--contact-stiffness", help="Linear contact stiffness k_H, N/m.")
 ]
+PositionOption = Annotated[
+    float | None,
+    typer.Option(
+        "--position", help="Where the last wheelset stands, m; as the FMU has it if not given."
+    ),
+]
 Speed = Annotated[float, typer.Option("--speed", help="km/h")]
 
 
@@ -118,16 +124,6 @@ def track_of(file: Path | None, vehicle: Vehicle | Train | None = None) -> Track
 def frequencies_of(text: str, limits: tuple[float, float] | None = None) -> FloatArray:
     """Read ``start:stop:step`` or ``start:stop:N@log``, Hz; see `grid_of`."""
     return grid_of("--frequencies", text, "Hz", limits)
-
-
-def check_finite(frequency: FloatArray, values: NDArray[np.complex128]) -> None:
-    """Raise ArithmeticError if a response, shape (n, ...), is no number at a frequency (Hz)."""
-    wrong = ~np.isfinite(values).reshape(len(frequency), -1).all(axis=1)
-    if wrong.any():
-        raise ArithmeticError(
-            f"the response at {frequency[wrong][0]:g} Hz is no finite number: nothing is written; "
-            "take --frequencies nearer to those the model moves at"
-        )
 
 
 def grid_of(

@@ -61,7 +61,7 @@ MISTAKES = {
     f"{ANY} --method pulses --amplitude 1e308": "--amplitude 1e+308: must be from",
     f"{ANY} --method pulses --steps 1000000000000": "Invalid value for '--steps'",
     "track-receptance --out t.nc --frequencies 1e300:1e300:1": "<= 1e+06 Hz",
-    "track-receptance --out t.nc --at nan": "--at nan: must be railseat",
+    "track-receptance --out t.nc --at nan": "--position nan: must be railseat",
     "irregularity --out p.csv --length 1e15": "--length 1e+15: must be from 1 to 1e+06 m",
     "irregularity --out p.csv --shortest 1e-300": "--shortest 1e-300: must be from",
     "irregularity --out p.csv --longest nan": "must be",
@@ -88,7 +88,7 @@ MISTAKES = {
     "study --steps 1e-30": "--steps 1e-30: must be from 1e-12",
     "study --steps 1e-12": "5e+10 steps",
     "study --steps 1e-8 --time 9": "900000000 steps need 450 GB of memory",
-    f"{FRF} {PARTS} --frequencies 1:999999:1": "responses to 24 inputs at 999999 frequencies need",
+    f"{FRF} {PARTS} --frequencies 1:999999:1": "responses to 8 inputs at 999999 frequencies need",
     "map --out m.nc --wavelengths 0.1:60:0.0001 --speeds 10:400:0.001": "599001 wavelengths at",
     # Files of another kind.
     f"{RUN} --vehicle-fmu wordy.toml": "wordy.toml: is no FMU but parameters; railcosim export",
@@ -187,7 +187,7 @@ def test_exhausted_memory_is_one_line_and_status_1(railcosim, monkeypatch):
     def exhausted(*arguments):
         raise MemoryError("Unable to allocate 3 PiB")
 
-    monkeypatch.setattr("railcosim.cli.receptance.direct_receptance", exhausted)
+    monkeypatch.setattr("railcosim.analysis.response.receptance.direct_receptance", exhausted)
     status, _, err = railcosim("track-receptance", "--out", "r.nc", "--frequencies", "1:1:1")
     assert status == 1
     assert err == "error: out of memory: ask for less at once (Unable to allocate 3 PiB)\n"

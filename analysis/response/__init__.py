@@ -1,0 +1,1 @@
+"""Responses of vehicle and track in the frequency domain."""

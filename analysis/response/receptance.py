@@ -1,0 +1,198 @@
+"""Receptances: of any FMU between two variables, and of the rail from the finite elements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from railcosim.master.component import FloatArray
+from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT, Pulses, Wanted, Way, best_way
+from railcosim.master.linear.linear_form import error_estimate
+from railcosim.master.linear.realisation import ComplexArray
+from railcosim.parameters import ArgumentError
+from railcosim.track.cell import railseats
+from railcosim.track.parameters import Track
+from railcosim.track.receptance import Point, direct_receptance, infinite_receptance
+
+from .frf import Progress, check_finite
+from .standing import standing
+
+PULSES = Pulses(amplitude=1e4, step=1e-4, steps=13_500)
+
+
+class Method(StrEnum):
+    """How an FMU is linearised."""
+
+    BEST = "best"
+    EXACT = "exact"
+    DIFFERENCES = "differences"
+    PULSES = "pulses"
+
+
+def receptance(
+    fmu: Path,
+    input: str,
+    output: str,
+    frequency: FloatArray,
+    *,
+    method: Method = Method.BEST,
+    pulses: Pulses = PULSES,
+    position: float | None = None,
+    progress: Progress = lambda done, total: None,
+) -> xr.Dataset:
+    """Frequency response of any FMU between two variables, from a linear model of it.
+
+    Parameters
+    ----------
+    fmu : Path
+        For Model Exchange, or one that can save its state.
+    input, output : str
+        Variables.
+    frequency : array, shape (n,)
+        Hz.
+    method : Method
+        The best that the FMU allows if not given.
+    pulses : Pulses
+        For an FMU that is seen from outside.
+    position : float, optional
+        Where the last wheelset stands, m; of a vehicle or a track.
+    progress : callable
+        Told what is done and the total.
+
+    Returns
+    -------
+    Dataset
+        ``receptance``, complex; the method and an estimate of the error in the attributes.
+
+    Raises
+    ------
+    ArgumentError
+        If pulses with that step do not show the frequencies, or no wheelset of the FMU can stand
+        elsewhere.
+    ArithmeticError
+        If the response is not known, or no finite number.
+    """
+    way = way_of(fmu, method, pulses)
+    if way is pulses and frequency.max() > 0.5 / pulses.step:
+        raise ArgumentError(
+            "frequencies", f"up to {frequency.max():g} Hz",
+            f"pulses with a step of {pulses.step:g} s show up to {0.5 / pulses.step:g} Hz; take a "
+            "shorter --step",
+        )  # fmt: skip
+    wanted = Wanted(inputs=[input], outputs=[output], **standing(fmu, position))
+    model = way(fmu, fmu.stem, wanted, progress)
+    omega = 2 * np.pi * frequency
+    values = model.frequency_response(omega)[:, 0, 0]
+    error = float(error_estimate(model, omega).max())
+    if error > 1.0:
+        raise ArithmeticError(
+            f"{way.description}: the response is known to {error:.1e} of itself only, so nothing "
+            "is written; take another --method, --step, --steps or --amplitude"
+        )
+    unit = f"{model.outputs[0].unit or '1'}/{model.inputs[0].unit or '1'}"
+    about: dict[str, object] = {
+        "title": f"{fmu.name}, {input}, {output}",
+        "fmu": fmu.name, "input": input, "output": output,
+        "method": way.description, "error_estimate": error,
+        **({} if position is None else {"position": position}),
+    }  # fmt: skip
+    return _dataset(frequency, values, unit, about)
+
+
+def way_of(fmu: Path, method: Method, pulses: Pulses = PULSES) -> Way:
+    """The way in which an FMU is linearised by a method."""
+    ways: dict[Method, Way] = {
+        Method.EXACT: EXACT,
+        Method.DIFFERENCES: DIFFERENCES,
+        Method.PULSES: pulses,
+    }
+    return ways.get(method) or best_way(fmu, pulses)
+
+
+def track_receptance(
+    track: Track,
+    frequency: FloatArray,
+    *,
+    position: str | float = "railseat",
+    both_rails: bool = True,
+    ring: bool = False,
+    progress: Progress = lambda done, total: None,
+) -> xr.Dataset:
+    """Driving-point receptance of the rail, from the finite elements.
+
+    Parameters
+    ----------
+    track : Track
+        Parameters.
+    frequency : array, shape (n,)
+        Hz.
+    position : str or float
+        ``railseat``, ``midspan``, or m along the track from where a cell begins.
+    both_rails : bool
+        A unit force on each rail, or on one.
+    ring : bool
+        Of the ring of cells that the FMUs have, or of a track without end.
+    progress : callable
+        Told what is done and the total.
+
+    Returns
+    -------
+    Dataset
+        ``receptance``, complex. The attributes ``ring_error`` and ``ring_error_at`` say by how much
+        the ring differs from the track without end, at most, and at what frequency (Hz).
+    """
+    x = place_of(track, position)
+    here = Point(x=x)
+    loads = [here, Point(x=x, side=1)] if both_rails else [here]
+    solved = []
+    for k, receptance_of in enumerate((infinite_receptance, direct_receptance)):
+
+        def half(done: float, total: float, k: int = k) -> None:
+            progress(k + done / total, 2)
+
+        found = receptance_of(track, 2 * np.pi * frequency, loads, [here], half)
+        solved.append(found[:, 0, :].sum(axis=1))
+    endless, round_ = solved
+    error = np.abs(round_ / endless - 1)
+    worst = int(np.argmax(error))
+    about = {
+        "at": f"{x:g} m from the beginning of a cell ({position})",
+        "load": "both" if both_rails else "single",
+        "track": f"{ring_of(track)}" if ring else "endless",
+    }
+    worst_of_ring = {"ring_error": float(error[worst]), "ring_error_at": float(frequency[worst])}
+    about = {"title": ", ".join(about.values()), **about}
+    return _dataset(frequency, round_ if ring else endless, "m/N", {**about, **worst_of_ring})
+
+
+def ring_of(track: Track) -> str:
+    """The ring of the FMUs, in words."""
+    return f"ring of {track.mesh.cells} cells, {track.length:g} m"
+
+
+def place_of(track: Track, position: str | float) -> float:
+    """A position as m from the beginning of a cell; ArgumentError if it is none."""
+    seat = float(railseats(track)[track.bays // 2])
+    named = {"railseat": seat, "midspan": seat + track.fastening.spacing / 2}
+    if position in named:
+        return named[str(position)]
+    try:
+        x = float(position)
+    except ValueError:
+        x = np.nan
+    if not np.isfinite(x):
+        raise ArgumentError("position", position, "must be railseat, midspan, or a number of m")
+    return float(x % track.cell_length)
+
+
+def _dataset(
+    frequency: FloatArray, values: ComplexArray, unit: str, about: Mapping[str, object]
+) -> xr.Dataset:
+    check_finite(frequency, values)
+    axis = ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})
+    column = ("frequency", values, {"units": unit, "long_name": "receptance"})
+    return xr.Dataset({"receptance": column}, {"frequency": axis}, about)

@@ -1,0 +1,53 @@
+"""Receptances where wheelsets are put, against the finite elements."""
+
+import numpy as np
+import pytest
+
+from railcosim.analysis.response.receptance import receptance, track_receptance
+from railcosim.parameters import ArgumentError
+
+FREQUENCY = np.array([20.0, 53.0, 120.0, 300.0, 600.0])  # modes begin to fade out at 900 Hz
+FORCE, RAIL = "wheelset[4].left.force_z", "wheelset[4].left.rail_z"
+WRONG = 2e-3  # what modes that fade out leave at 600 Hz; at 53 Hz it is 1e-6
+
+
+@pytest.mark.parametrize("position", ["railseat", "midspan", 4.9])
+def test_track_fmu_under_a_wheelset_there_is_the_finite_elements(exported, short_track, position):
+    elements = track_receptance(
+        short_track, FREQUENCY, position=position, both_rails=False, ring=True
+    )
+    x = float(elements.attrs["at"].split()[0])
+    for cells in (0, 2):  # every cell is like the first one
+        there = x + cells * short_track.cell_length
+        fmu = receptance(exported["Track"], FORCE, RAIL, FREQUENCY, position=there)
+        assert np.allclose(fmu["receptance"], elements["receptance"], rtol=WRONG)
+
+
+def test_a_place_of_another_cell_is_that_of_the_first(short_track):
+    one, other = (
+        track_receptance(short_track, FREQUENCY[:2], position=x, ring=True)
+        for x in (1.3, 1.3 + 3 * short_track.cell_length)
+    )
+    assert np.allclose(one["receptance"], other["receptance"], rtol=1e-9)
+
+
+def test_railseat_and_midspan_are_told_apart(exported, short_track):
+    seat, span = (
+        receptance(exported["Track"], FORCE, RAIL, FREQUENCY[-1:], position=x)["receptance"]
+        for x in (2.8125, 3.125)
+    )
+    assert abs(span / seat - 1) > 10 * WRONG
+
+
+def test_an_fmu_without_wheelsets_is_refused(exported):
+    with pytest.raises(ArgumentError, match="must be a number"):
+        receptance(exported["Track"], FORCE, RAIL, FREQUENCY, position=float("nan"))
+
+
+def test_a_vehicle_moves_alike_wherever_it_stands(exported):
+    wheel = "wheelset[4].left.wheel_z"
+    here, there = (
+        receptance(exported["Vehicle"], FORCE, wheel, FREQUENCY, position=x)["receptance"]
+        for x in (None, 7.0)
+    )
+    assert np.array_equal(here, there)
