@@ -6,6 +6,8 @@ Tried there: the FMUs' binaries (by wine, tests/native/test_foreign.py). Not tri
 import subprocess
 import sys
 
+import pytest
+
 # Gone before anything is loaded: modules and functions that Python on Windows does not have.
 # What the standard library itself needs here to start is loaded first.
 WITHOUT_POSIX = """import sys, os, signal, subprocess, multiprocessing, tempfile, socket, asyncio
@@ -34,6 +36,7 @@ railcosim.cli.main.run()
 """
 
 
+@pytest.mark.slow  # three commands, an export among them
 def test_commands_without_what_posix_alone_has(tmp_path):
     """Export, run and frf do their work."""
     (tmp_path / "t.toml").write_text(

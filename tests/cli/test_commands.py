@@ -162,7 +162,8 @@ def test_track_receptance_knows_the_error_of_the_ring(tmp_path) -> None:
     """Endless by default, whatever the number of cells; the ring on request, and what it errs."""
     found = {}
     for cells in (4, 20):
-        (tmp_path / "my.toml").write_text(f"[mesh]\ncells = {cells}\n")
+        mesh = f"cells = {cells}\nhighest_slab_frequency = 300\nhighest_frequency = 1000\n"
+        (tmp_path / "my.toml").write_text(f"[mesh]\n{mesh}")
         for option in ((), ("--ring",)):
             done = railcosim(
                 "track-receptance", "--track", "my.toml", "--frequencies", "55:70:1", *option,
@@ -229,7 +230,8 @@ def test_plot_of_a_run_that_stopped_at_once(tmp_path) -> None:
 
 def test_export_over_other_fmus(tmp_path) -> None:
     """Those that change are named; those that stay the same are not."""
-    (tmp_path / "t.toml").write_text("[mesh]\ncells = 6\n")
+    mesh = "[mesh]\ncells = 6\nhighest_slab_frequency = 300\nhighest_frequency = 1000\n"
+    (tmp_path / "t.toml").write_text(mesh)
     same = ["--out", "fmus", "--track", "t.toml"]
     (tmp_path / "v.toml").write_text("[wheelset]\nmass = 1300.0\n")
     for options, note in (

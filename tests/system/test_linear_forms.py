@@ -18,6 +18,7 @@ SCRIPT = SimpleNamespace(
     **runpy.run_path(str(Path(__file__).parents[2] / "benchmarks" / "linearise.py"))
 )
 NAMES = ("Vehicle", "Track")
+pytestmark = pytest.mark.slow  # some 100 000 steps of black boxes
 
 
 @pytest.fixture(scope="module")
