@@ -15,6 +15,7 @@ from railcosim.analysis.catalogue import FMUS, Owner
 from railcosim.analysis.frequency import Models, coupled, linear_models, response
 from railcosim.analysis.pair import FORCES, Journey
 from railcosim.analysis.recorded_run import count_steps
+from railcosim.analysis.ring import check_frequencies_of
 from railcosim.analysis.time_run import Plan, run_pair
 from railcosim.analysis.verdict import DISAGREE, NotBelievedError
 from railcosim.master.component import FloatArray
@@ -129,6 +130,7 @@ def compare(
         with progress("linearising") as update:
             models = linear_models(fmus["Vehicle"], fmus["Track"], update)
         if uncoupled:
+            check_frequencies_of(fmus["Track"], float(frequency[-1]))
             compare_uncoupled(models, _fine(frequency), k_H, v, out)
             return
         mono = assemble(cars, rails, models.positions)
