@@ -14,11 +14,11 @@ from rich.table import Table
 from railcosim.analysis.catalogue import FMUS, Owner
 from railcosim.analysis.frequency import Models, coupled, linear_models, response
 from railcosim.analysis.pair import FORCES, Journey
-from railcosim.analysis.recorded_run import count_steps
 from railcosim.analysis.ring import check_frequencies_of
-from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.time_run import run_pair
 from railcosim.analysis.verdict import DISAGREE, NotBelievedError
 from railcosim.master.component import FloatArray
+from railcosim.master.course import Course, count_steps
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.reference.agreement import near, relative_rms
 from railcosim.reference.monolithic import Monolithic, assemble, frequency_response
@@ -136,25 +136,19 @@ def compare(
         mono = assemble(cars, rails, models.positions)
         with progress("coupled FMUs in time") as update:
             names = FMUS[owner]
-            plan = Plan(
-                vehicle=fmus[names[0]],
-                track=fmus[names[1]],
-                parameters=contact_parameters(contact_stiffness),
-                journey=Journey(speed=v, held=True, profile=profile),
-                scheme=maker_of(chosen, inputs)(Owner.VEHICLE),
-                step=step,
-                stop=time,
-            )
-            run, stopped = run_pair(plan, update)
+            pair = fmus[names[0]], fmus[names[1]], contact_parameters(contact_stiffness)
+            journey = Journey(speed=v, held=True, profile=profile)
+            course = Course(scheme=maker_of(chosen, inputs)(Owner.VEHICLE), step=step, stop=time)
+            run, stopped = run_pair(*pair, journey, course, update)
             if stopped is not None:
                 raise stopped
     ours = np.stack([run[name].values for name in FORCES], axis=1)
     with progress("Newmark, monolithic") as update:
-        reference = newmark_forces(mono, models.positions, k_H, plan, update)
+        reference = newmark_forces(mono, models.positions, k_H, journey, course, update)
     still = np.full(8, cars.wheel_load)
     wrong = relative_rms(ours, reference, still)
     console.print(
-        f"contact force in time, {plan.scheme.describe()}, step {step:g} s: relative RMS error "
+        f"contact force in time, {course.scheme.describe()}, step {step:g} s: relative RMS error "
         f"{wrong:.2e} of its dynamic part"
     )
     with progress("direct solves, monolithic") as update:
@@ -175,14 +169,19 @@ def _fine(frequency: FloatArray) -> FloatArray:
 
 
 def newmark_forces(
-    mono: Monolithic, positions: FloatArray, k_H: float, plan: Plan, progress: Progress
+    mono: Monolithic,
+    positions: FloatArray,
+    k_H: float,
+    journey: Journey,
+    course: Course,
+    progress: Progress,
 ) -> FloatArray:
-    """Contact forces (n, 8) of the monolithic system at the plan's communication points."""
-    heights = plan.journey.profile.under(positions, plan.journey.speed)
-    steps = round(plan.stop / plan.step) * REFINEMENT
+    """Contact forces (n, 8) of the monolithic system at the course's communication points."""
+    heights = journey.profile.under(positions, journey.speed)
+    steps = round(course.stop / course.step) * REFINEMENT
     forces = []
     march = newmark(
-        mono, LinearContact(k_H=k_H), lambda t: positions, heights, plan.step / REFINEMENT, steps
+        mono, LinearContact(k_H=k_H), lambda t: positions, heights, course.step / REFINEMENT, steps
     )
     for k, instant in enumerate(march):
         if k % REFINEMENT == 0:

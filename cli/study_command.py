@@ -15,11 +15,11 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from railcosim.analysis.catalogue import Member, Owner, members
-from railcosim.analysis.memory import afford
-from railcosim.analysis.recorded_run import count_steps
 from railcosim.analysis.study import Folder, Grid, StudyError, settings_of
 from railcosim.analysis.study_point import Contact, Measurement, Point, Ride
 from railcosim.analysis.study_table import save_table, table_of
+from railcosim.master.course import count_steps
+from railcosim.master.memory import afford
 from railcosim.master.suggest import suggest
 from railcosim.plots.study import UNSTABLE, save_study_picture
 from railcosim.track.irregularity.named import irregularity as named

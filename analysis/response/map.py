@@ -12,11 +12,11 @@ import xarray as xr
 from railcosim.analysis.contact import WHEELSETS
 from railcosim.analysis.critical import Critical, critical_points
 from railcosim.analysis.frequency import Models, coupled, linear_models, on_rigid_track
-from railcosim.analysis.memory import afford
 from railcosim.analysis.plane import Transfer, plane, plane_dataset, transfer
 from railcosim.analysis.resonance import resonance
 from railcosim.analysis.ring import check_frequencies_of
 from railcosim.master.component import FloatArray
+from railcosim.master.memory import afford
 
 from .frf import Progress
 
