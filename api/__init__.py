@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from railcosim.analysis.response.frf import frequency_response
     from railcosim.analysis.response.map import response_map
     from railcosim.analysis.response.receptance import receptance, track_receptance
+    from railcosim.analysis.schemes.advice import advise
+    from railcosim.analysis.schemes.grid_run import study
+    from railcosim.analysis.schemes.limits import stability
     from railcosim.master.component import Variable
     from railcosim.master.cosimulation import cosimulate
     from railcosim.master.coupling import couple
@@ -42,6 +45,7 @@ __all__ = [
     "Variable",
     "Vehicle",
     "__version__",
+    "advise",
     "cosimulate",
     "couple",
     "export",
@@ -53,6 +57,8 @@ __all__ = [
     "response_map",
     "save_result",
     "schemes",
+    "stability",
+    "study",
     "track_receptance",
 ]
 
@@ -63,6 +69,7 @@ _PLACES = {
     "Track": "track.parameters:Track",
     "Variable": "master.component:Variable",
     "Vehicle": "vehicle.parameters:Vehicle",
+    "advise": "analysis.schemes.advice:advise",
     "cosimulate": "master.cosimulation:cosimulate",
     "couple": "master.coupling:couple",
     "export": "analysis.export_pair:export_pair",
@@ -74,6 +81,8 @@ _PLACES = {
     "response_map": "analysis.response.map:response_map",
     "save_result": "master.files:save",
     "schemes": "analysis.catalogue:catalogue",
+    "stability": "analysis.schemes.limits:stability",
+    "study": "analysis.schemes.grid_run:study",
     "track_receptance": "analysis.response.receptance:track_receptance",
 }
 

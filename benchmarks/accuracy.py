@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
+from railcosim.analysis.against_monolithic import frequency_errors
 from railcosim.analysis.frequency import Models, linear_models
 from railcosim.analysis.pair import WHEELS
-from railcosim.cli.compare import error_table, frequency_errors
+from railcosim.cli.compare import error_table
 from railcosim.fmus.content import track_arrays
 from railcosim.fmus.export import export
 from railcosim.fmus.python_runtime.bodies import TrackBody

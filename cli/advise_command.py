@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import numpy as np
 import typer
-import xarray as xr
 from rich.table import Table
 
-from railcosim.analysis.advise import REACH, STEPS, Excitation, Option, excitation, options
-from railcosim.analysis.catalogue import Owner, members
-from railcosim.analysis.frequency import wheelset_positions
-from railcosim.analysis.linear_pair import Part, linear_parts
-from railcosim.analysis.parallel import Task, Workers
+from railcosim.analysis.advise import REACH, Option
+from railcosim.analysis.schemes.advice import advise as advice
+from railcosim.analysis.schemes.advice import check_accuracy
+from railcosim.analysis.schemes.limits import USUAL, predictable
 from railcosim.plots.stability import advice_chart
 from railcosim.track.irregularity import QUALITIES
 from railcosim.track.irregularity.synthesis import quality
@@ -25,7 +22,6 @@ from .options import (
     PlotFile,
     Speed,
     TrackFmu,
-    UsageError,
     VehicleFmu,
     console,
     contact_parameters,
@@ -33,14 +29,11 @@ from .options import (
     speed_of,
 )
 from .results import PICTURES, Suffixes, keep
-from .stability_command import USUAL, in_ms, schemes_of, stiffness, warn_of_growth
+from .stability_command import in_ms, tell_of_growth
 
 NETCDF = Suffixes("--out", (".nc",))
-FINEST = 1e-12  # accuracy: below it is rounding
 SHOWN = 8
 """Lines of the table."""
-TOGETHER = 4
-"""Schemes of one task."""
 
 
 def advise(
@@ -58,7 +51,7 @@ def advise(
     ] = "hertz",
     schemes: Annotated[
         str, typer.Option(help="Schemes, or how their names begin; several with commas.")
-    ] = USUAL,
+    ] = ",".join(USUAL),
     speed: Speed = 250.0,
     irregularity: Annotated[
         str, typer.Option("--class", help=f"Class of the track: {', '.join(QUALITIES)}.")
@@ -72,58 +65,28 @@ def advise(
     """
     NETCDF.check(out)
     PICTURES.check(plot)
-    if not FINEST <= accuracy < 1.0:
-        raise UsageError(
-            f"--accuracy {accuracy:g}: must be from {FINEST:g} to below 1, such as 1e-3"
-        )
-    v, chosen = speed_of(speed), schemes_of(schemes)
+    check_accuracy(accuracy)
+    words = schemes.split(",")
+    predictable(words)
+    v, density = speed_of(speed), quality(irregularity).vertical
     parameters = contact_parameters(contact_stiffness)
-    spectrum = quality(irregularity).vertical
-    with fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track):
-        source = excitation(spectrum, v, wheelset_positions(vehicle))
-        k_H = stiffness(vehicle, track, parameters)
-        with progress("linearising") as update:
-            parts = linear_parts(vehicle, track, update)
-    with progress("predicting errors") as update, Workers(update) as workers:
-        tasks = _tasks(parts, k_H, chosen, accuracy, source)
-        total = sum(task.cost for task in tasks)
-        found = [o for _, part in workers.completed(tasks, total) for o in part]
-    found.sort(key=lambda option: option.cost)
-    warn_of_growth(parts, k_H, contact_stiffness)
-    if not found:
-        raise UsageError(
-            f"--accuracy {accuracy:g}: no scheme reaches it with steps of 0.01 ms or more; ask for "
-            "less, or for other --schemes"
-        )
-    console.print(_table(found[:SHOWN], accuracy, contact_stiffness))
-    best = found[0]
+    with (
+        fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
+        progress("predicting errors") as update,
+    ):
+        found = advice(
+            vehicle, track, accuracy,
+            contact=parameters, schemes=words, speed=v, irregularity=density,
+            progress=update,
+        )  # fmt: skip
+    tell_of_growth(found.growth, contact_stiffness)
+    console.print(_table(found.options[:SHOWN], accuracy, contact_stiffness))
+    best = found.options[0]
     console.print(
         f"Use {best.scheme} with the contact in the {best.owner.value} and a step of "
         f"{1e3 * best.step:g} ms: predicted error {best.error:.1e}, {_margin(best)}."
     )
-    result = _dataset(found, accuracy, k_H, v)
-    keep(result, out, plot=plot, chart=advice_chart)
-
-
-def _tasks(
-    parts: tuple[Part, ...], k_H: float, names: list[str], accuracy: float, source: Excitation
-) -> list[Task]:
-    """Some schemes of one owner each."""
-    catalogue = members()
-    tasks = []
-    for owner in Owner:
-        suiting = [name for name in names if owner in catalogue[name].owners]
-        for i in range(0, len(suiting), TOGETHER):
-            some = {name: catalogue[name].scheme for name in suiting[i : i + TOGETHER]}
-            tasks.append(
-                Task(
-                    name=f"{owner.value} {i}",
-                    function=options,
-                    arguments=(parts, owner, k_H, some, accuracy, source),
-                    cost=float(len(some)),
-                )
-            )
-    return tasks
+    keep(found.to_dataset(), out, plot=plot, chart=advice_chart)
 
 
 def _margin(best: Option) -> str:
@@ -151,35 +114,3 @@ def _table(found: list[Option], accuracy: float, contact: str) -> Table:
             f"{option.cost:.0f}", f"{option.error:.1e}", _limit(option),
         )  # fmt: skip
     return table
-
-
-def _dataset(found: list[Option], accuracy: float, k_H: float, speed: float) -> xr.Dataset:
-    """Columns over the options, cheapest first."""
-    columns = {
-        "step": ([o.step for o in found], "s", "longest step that reaches the accuracy"),
-        "evaluations": ([o.evaluations for o in found], "1", "evaluations a step"),
-        "cost": ([o.cost for o in found], "1/s", "evaluations a second of time simulated"),
-        "error": ([o.error for o in found], "1", "predicted relative RMS error of contact forces"),
-        "stable_to": (
-            [o.limit for o in found],
-            "s",
-            "largest stable step; infinite beyond twice the step",
-        ),
-    }
-    variables: dict[str, Any] = {
-        name: ("option", np.array(values, dtype=float), {"units": unit, "long_name": text})
-        for name, (values, unit, text) in columns.items()
-    }
-    variables["errors"] = (
-        ("option", "tried"),
-        np.array([o.errors for o in found]),
-        {"units": "1", "long_name": "predicted relative RMS error at the steps tried"},
-    )
-    return xr.Dataset(
-        variables,
-        coords={
-            "option": [f"{o.scheme}, contact in {o.owner.value}" for o in found],
-            "tried": ("tried", STEPS, {"units": "s", "long_name": "step"}),
-        },
-        attrs={"accuracy": accuracy, "contact_stiffness": k_H, "speed": speed},
-    )

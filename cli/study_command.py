@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import fnmatch
 import itertools
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -15,11 +14,13 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from railcosim.analysis.catalogue import Member, Owner, members
+from railcosim.analysis.memory import afford
+from railcosim.analysis.recorded_run import count_steps
+from railcosim.analysis.schemes.grid_run import NoDaskError
+from railcosim.analysis.schemes.grid_run import study as study_of
 from railcosim.analysis.study import Folder, Grid, StudyError, settings_of
-from railcosim.analysis.study_point import Contact, Measurement, Point, Ride
-from railcosim.analysis.study_table import save_table, table_of
-from railcosim.master.course import count_steps
-from railcosim.master.memory import afford
+from railcosim.analysis.study_point import Contact, Ride
+from railcosim.analysis.study_table import save_table
 from railcosim.master.suggest import suggest
 from railcosim.plots.study import UNSTABLE, save_study_picture
 from railcosim.track.irregularity.named import irregularity as named
@@ -41,7 +42,6 @@ from .options import (
     console,
     contact_parameters,
     doubted,
-    errors,
     positive,
     progress,
     speed_of,
@@ -51,7 +51,6 @@ from .options import (
 from .results import PICTURES, folder_of
 from .terminal import Terminal
 
-Results = list[tuple[Point, Measurement]]
 WIDTH = 120  # of the table, characters
 BYTES = 500  # that a step of a run takes: its forces, its report, and what holds them
 
@@ -128,59 +127,19 @@ def study(
     cars = vehicle_of(vehicle, vehicles)
     with made(cars, track_of(track, cars), fresh=fresh) as fmus:
         try:
-            settings = settings_of(ride, fmus)
-            found, failed = run(points, ride, fmus, Folder(out, settings), scheduler)
+            folder = Folder(out, settings_of(ride, fmus))
+            with progress("running points") as update:
+                found = study_of(grid, ride, fmus, folder, scheduler, update, console.print)
         except StudyError as error:
             raise UsageError(f"--out {error}") from error
-    if found:
-        turn = {str(p): k for k, p in enumerate(points)}
-        found.sort(key=lambda result: turn[str(result[0])])
-        _show(table_of(found, settings), out, plot)
-    if failed:
+        except NoDaskError as error:
+            raise UsageError(str(error)) from error
+    if found.table is not None:
+        _show(found.table, out, plot)
+    if found.failed:
         raise StudyFailedError(
-            f"{len(failed)} of {len(points)} points failed: {'; '.join(failed[:3])}"
+            f"{len(found.failed)} of {len(points)} points failed: {'; '.join(found.failed[:3])}"
         )
-
-
-def run(
-    points: Sequence[Point],
-    ride: Ride,
-    fmus: dict[str, Path],
-    folder: Folder,
-    scheduler: str | None,
-) -> tuple[Results, list[str]]:
-    """Run what is not finished yet; give all results, and a sentence for each failure."""
-    found = [(p, m) for p in points if (m := folder.find(p)) is not None]
-    if found:
-        console.print(f"{folder.path}: {len(found)} of {len(points)} points are finished already")
-    finished = {str(p) for p, _ in found}
-    missing = [p for p in points if str(p) not in finished]
-    if not missing:
-        return found, []
-    try:
-        from railcosim.analysis.cluster import connect, measured  # noqa: PLC0415 - an extra
-    except ImportError as error:
-        raise UsageError(
-            f'railcosim study needs dask: pip install "railcosim[study]" ({error})'
-        ) from error
-    contents = {name: path.read_bytes() for name, path in fmus.items()}
-    failed = []
-    try:
-        with connect(scheduler) as client, progress(f"{len(missing)} points") as update:
-            for point, result in measured(client, ride, missing, contents, update):
-                if isinstance(result, Measurement):
-                    folder.keep(point, result)
-                    found.append((point, result))
-                else:
-                    failed.append(f"{point}: {' '.join(str(result).split())}")
-    except (KeyboardInterrupt, OSError):
-        if found:
-            errors.print(
-                f"{len(found)} of {len(points)} points are finished and kept in {folder.path}; "
-                "the same command goes on from there",
-            )
-        raise
-    return found, failed
 
 
 def _show(table: xr.Dataset, out: Path, plot: Path | None) -> None:

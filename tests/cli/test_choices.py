@@ -6,13 +6,14 @@ from typing import ClassVar
 import pytest
 
 from railcosim.analysis.catalogue import Owner, members
+from railcosim.analysis.schemes.limits import predictable
 from railcosim.cli.keeping_options import keeping_of, loader_of
 from railcosim.cli.options import UsageError, contact_parameters
 from railcosim.cli.scheme_options import Inputs, choice_of, maker_of
-from railcosim.cli.stability_command import schemes_of
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.isolation import IsolatedComponent
 from railcosim.master.schemes.catalogue import CATALOGUE
+from railcosim.parameters import ArgumentError
 
 
 def test_scheme_and_owner_decide_each_other():
@@ -53,13 +54,13 @@ def test_every_name_makes_its_scheme():
 
 
 def test_only_what_is_linear_is_predicted():
-    assert schemes_of("jacobi-q,nepce") == ["jacobi-quadratic", "nepce"]
-    predicted = set(schemes_of("jacobi,gauss,nepce,picard,interface"))
+    assert predictable(["jacobi-q", "nepce"]) == ["jacobi-quadratic", "nepce"]
+    predicted = set(predictable(["jacobi", "gauss", "nepce", "picard", "interface"]))
     assert predicted == {name for name, member in members().items() if member.linear}
-    with pytest.raises(UsageError, match="aitken cannot be predicted"):
-        schemes_of("jacobi,aitken")
-    with pytest.raises(UsageError, match="no scheme begins with ''"):
-        schemes_of("jacobi,")
+    with pytest.raises(ArgumentError, match="aitken cannot be predicted"):
+        predictable(["jacobi", "aitken"])
+    with pytest.raises(ArgumentError, match="no scheme begins with ''"):
+        predictable(["jacobi", ""])
 
 
 def test_what_is_kept(tmp_path):

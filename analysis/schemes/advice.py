@@ -1,0 +1,168 @@
+"""Owner, scheme and step that reach an accuracy at the least cost, predicted on all cores."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from railcosim.analysis.advise import STEPS, Excitation, Option, excitation, options
+from railcosim.analysis.catalogue import Owner, members
+from railcosim.analysis.contact import NONLINEAR, Parameters
+from railcosim.analysis.frequency import wheelset_positions
+from railcosim.analysis.linear_pair import Part, linear_parts
+from railcosim.analysis.parallel import Task, Workers
+from railcosim.parameters import ArgumentError
+from railcosim.track.irregularity import Spectrum
+from railcosim.track.irregularity.synthesis import quality
+
+from .limits import LINEARISING, USUAL, Progress, exact_growth, predictable, stiffness_of_pair
+
+FINEST = 1e-12  # accuracy: below it is rounding
+TOGETHER = 4
+"""Schemes of one task."""
+HERTZ: Parameters = {NONLINEAR: True}
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What reaches an accuracy.
+
+    Attributes
+    ----------
+    options : list of Option
+        Cheapest first; at least one.
+    accuracy, stiffness, speed : float
+        What was asked for; N/m, m/s.
+    growth : float
+        See `StabilityTable`.
+    """
+
+    options: list[Option]
+    accuracy: float
+    stiffness: float
+    speed: float
+    growth: float
+
+    def to_dataset(self) -> xr.Dataset:
+        """Columns over the options, cheapest first."""
+        return _dataset(self.options, self.accuracy, self.stiffness, self.speed)
+
+
+def advise(
+    vehicle: Path,
+    track: Path,
+    accuracy: float = 1e-3,
+    *,
+    contact: float | Parameters = HERTZ,
+    schemes: Sequence[str] = USUAL,
+    speed: float = 250 / 3.6,
+    irregularity: str | Spectrum = "german-low",
+    progress: Progress = lambda done, total: None,
+) -> Advice:
+    """Name owner, scheme and step that reach an accuracy at the least cost, before running.
+
+    Parameters
+    ----------
+    vehicle, track : Path
+        FMUs that take contact forces.
+    accuracy : float
+        Error allowed: RMS of the contact force's, relative.
+    contact : float or mapping
+        Stiffness, N/m, or parameters of the contact; see `stability`.
+    schemes : sequence of str
+        Names of the catalogue, or how they begin.
+    speed : float
+        m/s.
+    irregularity : str or Spectrum
+        A class of track, or a density.
+    progress : callable
+        Told what is done and the total.
+
+    Raises
+    ------
+    ArgumentError
+        If no scheme reaches it, or one cannot be predicted.
+    """
+    check_accuracy(accuracy)
+    names = predictable(schemes)
+    density = quality(irregularity).vertical if isinstance(irregularity, str) else irregularity
+    source = excitation(density, speed, wheelset_positions(vehicle))
+    k_H = stiffness_of_pair(vehicle, track, contact)
+    parts = linear_parts(vehicle, track, lambda a, b: progress(LINEARISING * a / b, 1.0))
+    tasks = _tasks(parts, k_H, names, accuracy, source)
+    total = sum(task.cost for task in tasks)
+    with Workers(lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0)) as workers:
+        found = [option for _, some in workers.completed(tasks, total) for option in some]
+    if not found:
+        raise ArgumentError(
+            "accuracy", accuracy,
+            "no scheme reaches it with steps of 0.01 ms or more; ask for less, or for other "
+            "--schemes",
+        )  # fmt: skip
+    found.sort(key=lambda option: option.cost)
+    return Advice(found, accuracy, k_H, speed, exact_growth(parts, k_H))
+
+
+def check_accuracy(accuracy: float) -> None:
+    """Raise ArgumentError if no scheme could have it."""
+    if not FINEST <= accuracy < 1.0:
+        must = f"must be from {FINEST:g} to below 1, such as 1e-3"
+        raise ArgumentError("accuracy", accuracy, must)
+
+
+def _tasks(
+    parts: tuple[Part, ...], k_H: float, names: list[str], accuracy: float, source: Excitation
+) -> list[Task]:
+    """Some schemes of one owner each."""
+    catalogue = members()
+    tasks = []
+    for owner in Owner:
+        suiting = [name for name in names if owner in catalogue[name].owners]
+        for i in range(0, len(suiting), TOGETHER):
+            some = {name: catalogue[name].scheme for name in suiting[i : i + TOGETHER]}
+            tasks.append(
+                Task(
+                    name=f"{owner.value} {i}",
+                    function=options,
+                    arguments=(parts, owner, k_H, some, accuracy, source),
+                    cost=float(len(some)),
+                )
+            )
+    return tasks
+
+
+def _dataset(found: list[Option], accuracy: float, k_H: float, speed: float) -> xr.Dataset:
+    """Columns over the options, cheapest first."""
+    columns = {
+        "step": ([o.step for o in found], "s", "longest step that reaches the accuracy"),
+        "evaluations": ([o.evaluations for o in found], "1", "evaluations a step"),
+        "cost": ([o.cost for o in found], "1/s", "evaluations a second of time simulated"),
+        "error": ([o.error for o in found], "1", "predicted relative RMS error of contact forces"),
+        "stable_to": (
+            [o.limit for o in found],
+            "s",
+            "largest stable step; infinite beyond twice the step",
+        ),
+    }
+    variables: dict[str, Any] = {
+        name: ("option", np.array(values, dtype=float), {"units": unit, "long_name": text})
+        for name, (values, unit, text) in columns.items()
+    }
+    variables["errors"] = (
+        ("option", "tried"),
+        np.array([o.errors for o in found]),
+        {"units": "1", "long_name": "predicted relative RMS error at the steps tried"},
+    )
+    return xr.Dataset(
+        variables,
+        coords={
+            "option": [f"{o.scheme}, contact in {o.owner.value}" for o in found],
+            "tried": ("tried", STEPS, {"units": "s", "long_name": "step"}),
+        },
+        attrs={"accuracy": accuracy, "contact_stiffness": k_H, "speed": speed},
+    )

@@ -1,0 +1,115 @@
+"""A study: what is not finished is run, on all cores or a dask cluster, and put in one table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import xarray as xr
+
+from railcosim.analysis.study import Folder, Grid, settings_of
+from railcosim.analysis.study_point import Measurement, Point, Ride
+from railcosim.analysis.study_table import table_of
+
+Progress = Callable[[float, float], None]
+
+
+class NoDaskError(ImportError):
+    """Dask, an extra, is not installed."""
+
+
+@dataclass(frozen=True)
+class Studied:
+    """What came of it.
+
+    Attributes
+    ----------
+    table : Dataset or None
+        Over scheme, owner, contact and step; see `table_of`. None if nothing is finished.
+    failed : list of str
+        A sentence for each point that failed.
+    """
+
+    table: xr.Dataset | None
+    failed: list[str]
+
+
+def study(
+    grid: Grid,
+    ride: Ride,
+    fmus: Mapping[str, Path],
+    folder: Folder,
+    scheduler: str | None = None,
+    progress: Progress = lambda done, total: None,
+    tell: Callable[[str], None] = lambda text: None,
+) -> Studied:
+    """Compare schemes: run all points of a grid that are not finished yet.
+
+    Parameters
+    ----------
+    grid, ride : Grid, Ride
+        What is compared, and on what run.
+    fmus : mapping of str to Path
+        Our four, or others under their names.
+    folder : Folder
+        Where each point is kept as soon as it is finished.
+    scheduler : str, optional
+        Address of a dask scheduler; the cores of this machine if not given.
+    progress : callable
+        Told the number of points done and of all.
+    tell : callable
+        Told what was finished before, also when the study is interrupted.
+
+    Raises
+    ------
+    NoDaskError
+        If dask is not installed.
+    """
+    points = grid.points()
+    found = [(p, m) for p in points if (m := folder.find(p)) is not None]
+    if found:
+        tell(f"{folder.path}: {len(found)} of {len(points)} points are finished already")
+    finished = {str(p) for p, _ in found}
+    missing = [p for p in points if str(p) not in finished]
+    failed: list[str] = []
+    try:
+        if missing:
+            _run(missing, ride, fmus, folder, scheduler, progress, found, failed)
+    except (KeyboardInterrupt, OSError):
+        if found:
+            tell(
+                f"{len(found)} of {len(points)} points are finished and kept in {folder.path}; "
+                "the same command goes on from there"
+            )
+        raise
+    turn = {str(p): k for k, p in enumerate(points)}
+    found.sort(key=lambda result: turn[str(result[0])])
+    return Studied(table_of(found, settings_of(ride, fmus)) if found else None, failed)
+
+
+def _run(
+    missing: list[Point],
+    ride: Ride,
+    fmus: Mapping[str, Path],
+    folder: Folder,
+    scheduler: str | None,
+    progress: Progress,
+    found: list[tuple[Point, Measurement]],
+    failed: list[str],
+) -> None:
+    """Run points; what each gives is kept, and added to `found` or `failed` at once."""
+    try:
+        from railcosim.analysis.cluster import connect, measured  # noqa: PLC0415 - an extra
+    except ImportError as error:
+        raise NoDaskError(
+            f'railcosim study needs dask: pip install "railcosim[study]" ({error})'
+        ) from error
+    contents = {name: path.read_bytes() for name, path in fmus.items()}
+    with connect(scheduler) as client:
+        for point, result in measured(client, ride, missing, contents, progress):
+            if isinstance(result, Measurement):
+                folder.keep(point, result)
+                found.append((point, result))
+            else:
+                failed.append(f"{point}: {' '.join(str(result).split())}")

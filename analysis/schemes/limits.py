@@ -1,0 +1,185 @@
+"""Largest stable steps of many schemes, owners and stiffnesses, predicted on all cores."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+import xarray as xr
+
+from railcosim.analysis.catalogue import Owner, members
+from railcosim.analysis.contact import NONLINEAR, STIFFNESS, Parameters
+from railcosim.analysis.linear_pair import Part, linear_parts
+from railcosim.analysis.parallel import Task, Workers
+from railcosim.analysis.stability import Limit, Window, limits, static_stiffness
+from railcosim.parameters import ArgumentError
+
+Progress = Callable[[float, float], None]
+Found: TypeAlias = dict[tuple[str, Owner], list[Limit]]
+USUAL = ("jacobi", "gauss-seidel-linear", "nepce", "interface-jacobian")
+"""Schemes by default; all that can be predicted would take twice as long."""
+TOGETHER = 3
+"""Schemes of one task: the contact is made ready once for them."""
+NOWHERE = Window(begin=math.nan, end=math.nan, is_fast=False, growth=math.nan)
+LINEARISING = 0.2  # of the time that all takes
+
+
+@dataclass(frozen=True)
+class StabilityTable:
+    """What was predicted.
+
+    Attributes
+    ----------
+    limits : dict
+        By scheme and owner, one for each contact.
+    stiffness : list of float
+        Of the contacts, at the static load, N/m.
+    growth : list of float
+        Rates (1/s) at which something grows at each contact where vehicle and track are coupled
+        exactly; negative or zero if both are passive.
+    """
+
+    limits: Found
+    stiffness: list[float]
+    growth: list[float]
+
+    def to_dataset(self) -> xr.Dataset:
+        """Steps and windows of each scheme and owner over the stiffness."""
+        return _dataset(self.limits, self.stiffness)
+
+
+def stability(
+    vehicle: Path,
+    track: Path,
+    contacts: Sequence[float | Parameters] = (0.1e9, 1e9, 8e9),
+    schemes: Sequence[str] = USUAL,
+    progress: Progress = lambda done, total: None,
+) -> StabilityTable:
+    """Predict the largest stable step of every scheme, owner of the contact and contact.
+
+    Parameters
+    ----------
+    vehicle, track : Path
+        FMUs that take contact forces.
+    contacts : sequence of float or mapping
+        Stiffness k_H, N/m, or parameters of the contact, such as ``{"contact.nonlinear": True}``
+        for Hertz's law, which is linearised at the static load.
+    schemes : sequence of str
+        Names of the catalogue, or how they begin.
+    progress : callable
+        Told what is done and the total.
+
+    Raises
+    ------
+    ArgumentError
+        If a scheme cannot be predicted.
+    """
+    names = predictable(schemes)
+    k_H = [stiffness_of_pair(vehicle, track, contact) for contact in contacts]
+    parts = linear_parts(vehicle, track, lambda a, b: progress(LINEARISING * a / b, 1.0))
+    found = _all_limits(
+        parts, k_H, names, lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0)
+    )
+    return StabilityTable(found, k_H, [exact_growth(parts, k) for k in k_H])
+
+
+def predictable(words: Sequence[str]) -> list[str]:
+    """Names of the schemes that can be predicted and begin with one of several words."""
+    names = [name for name, member in members().items() if member.linear]
+    learning = [name for name, member in members().items() if not member.linear]
+    chosen = dict[str, None]()
+    text = ",".join(words)
+    for word in words:
+        matching = [name for name in names if name.startswith(word)] if word else []
+        if not matching and word and any(name.startswith(word) for name in learning):
+            raise ArgumentError(
+                "schemes",
+                text,
+                f"{word} cannot be predicted, as it learns within a step; railcosim study runs it",
+            )
+        if not matching:
+            raise ArgumentError(
+                "schemes",
+                text,
+                f"no scheme begins with {word!r}; there are {', '.join(names)}",
+            )
+        chosen |= dict.fromkeys(matching)
+    return list(chosen)
+
+
+def stiffness_of_pair(vehicle: Path, track: Path, contact: float | Parameters) -> float:
+    """The stiffness (N/m) that a contact means, at the static load."""
+    if isinstance(contact, float | int):
+        return float(contact)
+    if contact[NONLINEAR]:
+        return static_stiffness(vehicle, track, contact)
+    return float(contact[STIFFNESS])
+
+
+def exact_growth(parts: Sequence[Part], k_H: float) -> float:
+    """Rate (1/s) at which something grows if vehicle and track are coupled exactly."""
+    return max(part.growth(np.full(len(part.wheels), k_H)) for part in parts)
+
+
+def _all_limits(
+    parts: tuple[Part, ...],
+    k_H: list[float],
+    names: list[str],
+    update: Progress,
+) -> Found:
+    """By scheme and owner, one for each stiffness; on all cores."""
+    catalogue = members()
+    tasks = []
+    for owner in Owner:
+        suiting = {n: catalogue[n].scheme for n in names if owner in catalogue[n].owners}
+        for i, k in enumerate(k_H):
+            for j in range(0, len(suiting), TOGETHER):
+                some = dict(list(suiting.items())[j : j + TOGETHER])
+                tasks.append(
+                    Task(
+                        name=f"{owner.value} {i} {j}",
+                        function=limits,
+                        arguments=(parts, owner, k, some),
+                        cost=float(len(some)),
+                    )
+                )
+    total = sum(task.cost for task in tasks)
+    results: dict[tuple[str, str, str], Limit] = {}
+    with Workers(update) as workers:
+        for task, part in workers.completed(tasks, total):
+            owner_name, i_k, _ = task.split()
+            results |= {(owner_name, i_k, name): limit for name, limit in part.items()}
+    return {
+        (name, owner): [results[owner.value, str(i), name] for i in range(len(k_H))]
+        for name in names
+        for owner in Owner
+        if owner in catalogue[name].owners
+    }
+
+
+def _dataset(found: Found, k_H: list[float]) -> xr.Dataset:
+    """Variables for each scheme and owner over the stiffness; windows it has not are NaN."""
+    order = np.argsort(k_H)
+    columns = {}
+    for (name, owner), row in found.items():
+        stem, who = f"{name}.{owner.value}", f"{name}, contact in {owner.value}"
+        limits = [row[i] for i in order]
+        columns[stem] = [limit.step for limit in limits], "s", f"largest stable step of {who}"
+        for w in range(max(len(limit.windows) for limit in limits)):
+            some = [limit.windows[w] if w < len(limit.windows) else NOWHERE for limit in limits]
+            text = f"of window {w + 1}, in which something grows, of {who}"
+            columns |= {
+                f"{stem}.window[{w + 1}].begin": ([s.begin for s in some], "s", f"begin {text}"),
+                f"{stem}.window[{w + 1}].end": ([s.end for s in some], "s", f"end {text}"),
+                f"{stem}.window[{w + 1}].growth": ([s.growth for s in some], "1/s", f"rate {text}"),
+            }
+    variables = {
+        name: ("k_H", np.array(values, dtype=float), {"units": unit, "long_name": text})
+        for name, (values, unit, text) in columns.items()
+    }
+    axis = ("k_H", np.array(k_H)[order], {"units": "N/m", "long_name": "contact stiffness"})
+    return xr.Dataset(variables, coords={"k_H": axis}, attrs={"title": "largest stable step"})
