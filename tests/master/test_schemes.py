@@ -11,10 +11,11 @@ from railcosim.master.cosimulation import cosimulate
 from railcosim.master.linear_component import LinearComponent
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
+from railcosim.master.schemes.nepce import nepce
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
 
-from .oscillator import HoldingComponent, exact, make_left, make_right, make_system
+from .oscillator import C_C, K_C, HoldingComponent, exact, make_left, make_right, make_system
 
 SCHEMES = [
     scheme
@@ -179,6 +180,18 @@ def test_rollback_is_bit_exact(scheme, kind):
         system.restore_state(state)
     np.testing.assert_array_equal(runs[0], runs[1])  # the same operations: the same bits
     assert not np.array_equal(runs[0], system.outputs)  # and going back did change something
+
+
+@pytest.mark.parametrize("scheme", [*SCHEMES, nepce()], ids=str)
+def test_values_of_a_point_belong_together(scheme):
+    """The force is that of the motions beside it, not of those it was stepped with."""
+    system = make_system()
+    right = system.components[1]
+    for point in cosimulate(system, scheme, 0.05, 0.5):
+        z, vz, force, z2 = point.outputs
+        assert z2 == right.x[0]
+        # To rounding of terms of K_C times 1 m.
+        assert force == pytest.approx(K_C * (z2 - z) + C_C * (right.x[1] - vz), abs=1e-12)
 
 
 def test_components_can_come_in_any_order():
