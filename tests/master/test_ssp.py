@@ -8,7 +8,7 @@ import pytest
 from railcosim.master.connections import Connection
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.ssp import open_ssp
-from railcosim.master.units import Linear
+from railcosim.master.units import BASE_UNITS, Linear, Unit, Units, conversion
 
 from .plant import (
     LOOP,
@@ -108,6 +108,27 @@ def test_units_are_converted(package, two_units):
         assert loaded.starts["a"] == {"x0": 2.0}
         found = run(loaded)
     np.testing.assert_allclose(found["a.x"], growth(2.0, -0.5), rtol=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "pairs"),
+    [
+        ("degC", "degF", [(100.0, 212.0), (0.0, 32.0), (-40.0, -40.0)]),
+        ("degF", "degC", [(212.0, 100.0), (-40.0, -40.0)]),
+        ("degF", "K", [(32.0, 273.15)]),
+        ("K", "degF", [(373.15, 212.0)]),
+    ],
+)
+def test_units_that_do_not_begin_at_nothing(source, target, pairs):
+    kelvin = tuple(int(unit == "K") for unit in BASE_UNITS)
+    units = Units({
+        "degC": Unit("degC", kelvin, 1.0, 273.15),
+        "degF": Unit("degF", kelvin, 5 / 9, 459.67 * 5 / 9),
+        "K": Unit("K", kelvin),
+    })  # fmt: skip
+    convert = conversion(source, units, target, units)
+    for given, expected in pairs:
+        assert convert(given) == pytest.approx(expected, abs=1e-10)  # rounding, of 500
 
 
 def test_conversion_comes_before_the_transformation(package, two_units):

@@ -43,6 +43,7 @@ def test_there_and_back(package, tmp_path, two_units):
         first = run(loaded)
         path = exported(loaded, tmp_path / "again.ssp")
         known = (loaded.connections, loaded.maps, loaded.starts)
+    assert known[2]["a"] == {"x0": 1 / 3, "n": 7, "follow": False}
     with open_ssp(path) as loaded:
         assert (loaded.connections, loaded.maps, loaded.starts) == known
         assert (loaded.start, loaded.stop, loaded.step) == (1.0, 2.0, STEP)

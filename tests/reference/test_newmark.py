@@ -155,6 +155,37 @@ def test_no_numerical_damping():
     assert np.array(energy[1:]) == pytest.approx(energy[1], rel=1e-4)
 
 
+def test_loss_factors_are_those_of_the_frequency_domain_at_their_frequency():
+    """Wheels on contacts on rails that do not bend on fastenings with a loss factor, in a fraction.
+
+    By hand: a rail's force P is -r / (1/k_H - 2/(m w^2) + 8/(K (1 + i loss) - w^2 M)), K and M
+    those of all fastenings and of both rails.
+    """
+    f, loss, k_H, r = 80.0, 0.5, 1e9, 1e-5
+    track = replace(
+        RIGID, fastening=Fastening(stiffness=3e7, damping=0.0, loss_factor=loss),
+        mesh=replace(RIGID.mesh, loss_factor_frequency=f),
+    )  # fmt: skip
+    vehicle, omega, per_period = soft_vehicle(), 2 * np.pi * f, 100
+    mono = assemble(vehicle, track, POSITION)
+    K, M = 2 * 32 * 3e7 * (1 + 1j * loss), 2 * 20.0 * track.rail.mass_per_length
+    m = vehicle.wheelset.mass
+    by_hand = -r / (1 / k_H - 2 / (m * omega**2) + 8 / (K - omega**2 * M))
+
+    def rough(t):
+        return np.full(8, r * np.sin(omega * t))
+
+    step = 1 / f / per_period
+    instants = list(newmark(mono, LinearContact(k_H=k_H), held, rough, step, 9 * per_period))
+    # What began with the run has decayed by exp(-loss omega t / 2) nearly: 1e-5 after 8 periods.
+    last = instants[-per_period:]
+    beyond = np.array([i.force - vehicle.wheel_load for i in last])
+    turn = np.exp(-1j * omega * np.array([i.time for i in last]))
+    found = 2j * np.mean(beyond * turn[:, None], axis=0)
+    # Newmark's phase error, (omega h)^2 / 12 = 3e-4, some times that near the resonance.
+    assert found == pytest.approx(np.full(8, by_hand), rel=5e-3)
+
+
 def test_coupled_receptance_of_one_wheel_on_rigid_rails():
     """Wheelset on two contacts: 1 / (2 k_H - omega^2 m), with the suspension's share far below."""
     mono = assemble(soft_vehicle(), RIGID, POSITION)

@@ -10,6 +10,7 @@ import pytest
 
 from railcosim.analysis.advise import STEPS, excitation, options
 from railcosim.analysis.catalogue import FMUS, Owner, members
+from railcosim.analysis.contact import WHEELS
 from railcosim.analysis.frequency import wheelset_positions
 from railcosim.analysis.growth import Bench, Kick
 from railcosim.analysis.linear_pair import linear_parts
@@ -18,6 +19,8 @@ from railcosim.analysis.stability import FAST, RATE, Contact, Coupling, static_s
 from railcosim.cli.stability_command import in_ms
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.files import load
+from railcosim.master.linear.model_exchange import linear_model
+from railcosim.master.linear.receptance import frequency_response
 from railcosim.track.irregularity import QUALITIES, synthesise
 
 pytestmark = (
@@ -52,6 +55,23 @@ def test_left_and_right_are_two_problems(parts) -> None:
     omega = np.array([100.0])
     assert not parts[1].vehicle.frequency_response(omega).any()
     assert np.abs(parts[1].track.response(1j * omega)).max() > 1e-9
+
+
+def test_fewer_modes_answer_as_the_track_does(exported, parts) -> None:
+    """Limits are promised to 1 %, and move by about as much as what the wheels feel.
+
+    That is the response of the FMU's matrices to a tenth of it, at any frequency.
+    """
+    omega = 2 * np.pi * np.geomspace(5.0, 1e4, 500)
+    model = linear_model(exported.folder / "Track.fmu", name="track")
+    track = frequency_response(model, omega)
+    forces, rails = ([f"{w}.{what}" for w in WHEELS] for what in ("force_z", "rail_z"))
+    G = track.values[:, track.rows(rails[:4])][:, :, track.columns(forces)]
+    for part, sign in zip(parts, (1, -1), strict=True):
+        whole = G[:, :, :4] + sign * G[:, :, 4:]
+        assert len(part.track.poles) < model.A.shape[0]
+        error = np.abs(part.track.response(1j * omega) - whole).max(axis=(1, 2))
+        assert (error / np.abs(whole).max(axis=(1, 2))).max() < 1e-3  # found 3e-4
 
 
 @pytest.mark.parametrize(
