@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from railcosim.master.stability.windows import RESOLUTION, Probe, unstable_ranges
+from railcosim.master.stability.windows import FINE, RESOLUTION, Probe, unstable_ranges
 
 KNOWN = [  # s: just above each other, as narrow as half the distance of looks, wide, slow then fast
     (1.0e-4, 1.03e-4, 1),
@@ -29,6 +29,20 @@ def test_windows_are_found_whatever_their_width() -> None:
     assert [g for _, _, g in found] == [g for _, _, g in KNOWN]
     for edges, known in zip(found, KNOWN, strict=True):
         assert edges[:2] == pytest.approx(known[:2], rel=2 * RESOLUTION)
+
+
+@pytest.mark.parametrize("k", range(8))
+def test_a_window_between_two_looks(k) -> None:
+    """An eighth as wide as looks are apart, wherever it is between them."""
+    begin = 5e-4 * FINE ** (k / 8)
+    end = begin * FINE ** (1 / 8)
+    probe = Probe(
+        lambda h: 2 * (begin < h < end),
+        lambda h: np.array([(h / begin - 1) * (h / end - 1) * (1 + 1e3 * h)]),
+    )
+    ((*edges, grade),) = unstable_ranges(probe, 2e-6, 8e-5, 2e-3)
+    assert grade == 2
+    assert edges == pytest.approx([begin, end], rel=2 * RESOLUTION)
 
 
 def test_growth_at_every_step_leaves_no_stable_one() -> None:
