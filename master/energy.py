@@ -23,6 +23,7 @@ from railcosim.master.component import FloatArray
 from railcosim.master.connections import Connection, CouplingError
 from railcosim.master.cosimulation import CommunicationPoint
 from railcosim.master.law import Law
+from railcosim.master.polynomials import lagrange
 from railcosim.master.system import System
 
 Slot = NDArray[np.intp]
@@ -273,14 +274,8 @@ def _places(system: System, connections: Sequence[Connection]) -> tuple[Slot, Sl
 def _lagrange(times: FloatArray, at: FloatArray, derivative: int) -> FloatArray:
     """Weights of values at `times` for the polynomial through them, or its derivative, at `at`."""
     scale = times[-1] - times[0]
-    powers = np.vander((times - times[-1]) / scale, increasing=True)
-    n = len(times)
-    x = (at - times[-1]) / scale
-    if derivative:
-        rows = np.column_stack([np.zeros_like(x), *(k * x ** (k - 1) for k in range(1, n))]) / scale
-    else:
-        rows = np.vander(x, n, increasing=True)
-    weights: FloatArray = np.linalg.solve(powers.T, rows.T).T
+    known, wanted = ((x - times[-1]) / scale for x in (times, at))
+    weights: FloatArray = lagrange(known, wanted, derivative) / scale**derivative
     return weights
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
 from railcosim.master.continuation import NAMES, History
+from railcosim.master.polynomials import lagrange
 from railcosim.master.schemes import (
     ConvergenceError,
     StepReport,
@@ -259,9 +260,8 @@ def _take_turns(system: System) -> tuple[tuple[_Turn, ...], NDArray[np.intp]]:
 def _extrapolate(past: History, t: float) -> FloatArray:
     """Value at `t` (s) of the polynomial through the points of the past."""
     times = np.array([time for time, _ in past])
-    value = past[-1][1].copy()
-    for i, (time, x) in enumerate(past[:-1]):
-        others = np.delete(times, i)
-        # Differences to the last one: what does not change stays the same to the bit.
-        value += np.prod((t - others) / (time - others)) * (x - past[-1][1])
+    last, scale = past[-1][1], t - times[0]
+    (weights,) = lagrange((times - t) / scale, np.zeros(1))
+    # Differences to the last one: what does not change stays the same to the bit.
+    value: FloatArray = last + weights @ (np.array([x for _, x in past]) - last)
     return value

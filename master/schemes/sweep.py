@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
 from railcosim.master.law import Law
-from railcosim.master.schemes.polynomials import continued, paths
+from railcosim.master.polynomials import continued, paths
 from railcosim.master.schemes.variants import Variant
 from railcosim.master.system import System
 

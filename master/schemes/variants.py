@@ -28,7 +28,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from railcosim.master.component import FloatArray
-from railcosim.master.schemes.polynomials import best_fit, lagrange
+from railcosim.master.polynomials import best_fit, lagrange
 
 
 @dataclass(frozen=True, eq=False)

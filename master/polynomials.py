@@ -1,4 +1,8 @@
-"""Polynomials over a step, as matrices; tau = 0..1 over it, Legendre's in x = 2 tau - 1."""
+"""Polynomials by their values, as matrices; over a step tau = 0..1, Legendre's in x = 2 tau - 1.
+
+Only the steps that a component is told of by derivatives are made elsewhere, in place: see
+`continuation`.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +21,27 @@ of a step within which the contact opens: 1e-2 of the energy of a blow shorter t
 nodes would leave 25 times as much."""
 
 
-def lagrange(points: FloatArray, at: FloatArray) -> FloatArray:
-    """Values at `at` of the polynomial by its values at `points`, shape (n_at, n_points)."""
+def lagrange(points: FloatArray, at: FloatArray, derivative: int = 0) -> FloatArray:
+    """What a polynomial is at some places, by its values at others.
+
+    Parameters
+    ----------
+    points : array, shape (n_points,)
+        Where it is known: different, and best between -1 and 1.
+    at : array, shape (n_at,)
+        Where it is wanted.
+    derivative : int, optional
+        Which derivative is.
+
+    Returns
+    -------
+    array, shape (n_at, n_points)
+        Factors of the values.
+    """
     degree = len(points) - 1
-    through, there = power.polyvander(points, degree), power.polyvander(at, degree)
+    derived = power.polyder(np.eye(degree + 1), derivative)
+    there = power.polyvander(at, len(derived) - 1) @ derived
+    through = power.polyvander(points, degree)
     weights: FloatArray = np.asarray(np.linalg.solve(through.T, there.T).T, dtype=np.float64)
     return weights
 
