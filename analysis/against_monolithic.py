@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
+from railcosim.mechanics.law import LinearContact
 from railcosim.reference.agreement import near, relative_rms
 from railcosim.reference.monolithic import Monolithic, frequency_response
 from railcosim.reference.newmark import newmark
-from railcosim.vehicle.contact import LinearContact
 
 from .frequency import Models, coupled, response
 from .pair import FORCES

@@ -14,14 +14,14 @@ from railcosim.master.component import Variable
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.law import Law
-from railcosim.mechanics.ports import FORCE, Layout
-from railcosim.vehicle.contact import (
-    ContactLaw,
+from railcosim.mechanics.law import (
     HertzContact,
     LinearContact,
+    NormalLaw,
     coefficient_for,
     tangent_stiffness,
 )
+from railcosim.mechanics.ports import FORCE, Layout
 
 LAYOUT = Layout()
 WHEELSETS, WHEELS, FORCES = LAYOUT.axles, LAYOUT.wheels, LAYOUT.names(FORCE)
@@ -97,12 +97,12 @@ def stiffness_at(parameters: Parameters, load: float) -> float:
     return tangent_stiffness(law.C, load) if isinstance(law, HertzContact) else law.k_H
 
 
-def contact_law(law: ContactLaw, nominal: Mapping[str, float]) -> Law:
+def contact_law(law: NormalLaw, nominal: Mapping[str, float]) -> Law:
     """Eight contacts as a component named ``contact``: motions of wheel and rail to forces.
 
     Parameters
     ----------
-    law : ContactLaw
+    law : NormalLaw
         Of every contact.
     nominal : mapping
         Nominal values of the forces, N, by name.

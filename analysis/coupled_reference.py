@@ -22,7 +22,7 @@ from scipy.interpolate import BarycentricInterpolator
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.state_space import IndexArray, StateSpace
-from railcosim.vehicle.contact import ContactLaw
+from railcosim.mechanics.law import NormalLaw
 
 from .contact import FORCES, WHEELS
 
@@ -99,7 +99,7 @@ def compression_model(vehicle: Path, track: Path, positions: FloatArray) -> Stat
 
 
 def converged_forces(
-    model: StateSpace, law: ContactLaw, rest: FloatArray, heights: Heights, stop: float
+    model: StateSpace, law: NormalLaw, rest: FloatArray, heights: Heights, stop: float
 ) -> ContactForces:
     """Solve for the contact forces from rest, with ever shorter intervals.
 
@@ -107,7 +107,7 @@ def converged_forces(
     ----------
     model : StateSpace
         From changes of the forces (N) to changes of the compressions (m); without feedthrough.
-    law : ContactLaw
+    law : NormalLaw
         Force of each contact against its compression.
     rest : ndarray, shape (n_contacts,)
         Compressions at rest, m.
@@ -151,7 +151,7 @@ def converged_forces(
 
 def _forces(
     model: StateSpace,
-    law: ContactLaw,
+    law: NormalLaw,
     rest: FloatArray,
     heights: Heights,
     interval: float,
@@ -175,7 +175,7 @@ def _forces(
 
 
 def _balance(
-    law: ContactLaw, at_rest: FloatArray, free: FloatArray, gain: FloatArray, F: FloatArray
+    law: NormalLaw, at_rest: FloatArray, free: FloatArray, gain: FloatArray, F: FloatArray
 ) -> FloatArray:
     """Changes of the forces, by Newton's method from `F`, for which law and bodies agree."""
     for _ in range(ITERATIONS):

@@ -26,11 +26,11 @@ from railcosim.analysis.against_monolithic import frequency_errors
 from railcosim.analysis.frequency import Models, linear_models
 from railcosim.analysis.pair import WHEELS
 from railcosim.cli.compare import error_table
-from railcosim.fmus.content import track_arrays
 from railcosim.fmus.export import export
-from railcosim.fmus.python_runtime.bodies import TrackBody
-from railcosim.fmus.python_runtime.stepping import State
 from railcosim.master.linear.receptance import frequency_response
+from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.ports import Layout
+from railcosim.mechanics.stepping import State
 from railcosim.reference.agreement import near
 from railcosim.reference.monolithic import assemble
 from railcosim.track.cell import railseats
@@ -45,20 +45,20 @@ OMEGA = 2 * np.pi * FREQUENCY
 
 
 def carried_receptance(
-    body: TrackBody, omega: NDArray, position: NDArray, load: int = 0
+    body: ModalBody, omega: NDArray, position: NDArray, load: int = 0
 ) -> NDArray:
     """Response of the reduced model at the 8 contacts to one force, shape (n_omega, 8), m/N.
 
     Under cos(omega t) a mode is b/2 (e^{i omega t}/(i omega - p) + e^{-i omega t}/(-i omega - p));
     the deflections at omega t = 0 and -pi/2 are the receptance's real and imaginary part.
     """
-    shapes, none = body.shapes(position), np.empty(0)
-    b = body.drive(shapes, np.eye(8)[load]).s
+    shapes, none = body.at(position), np.empty(0)
+    b = shapes.drive(np.eye(8)[load]).s
     out = np.empty((omega.size, 8), dtype=complex)
     for k, w in enumerate(omega):
         plus, minus = b / (1j * w - body.poles), b / (-1j * w - body.poles)
-        out[k] = body.motion(shapes, State((plus + minus) / 2, none, none))
-        out[k] += 1j * body.motion(shapes, State(1j * (minus - plus) / 2, none, none))
+        out[k] = shapes.motion(State((plus + minus) / 2, none, none))
+        out[k] += 1j * shapes.motion(State(1j * (minus - plus) / 2, none, none))
     return out
 
 
@@ -114,7 +114,7 @@ def shown(path: Path) -> Table:
         FREQUENCY, [f"{w}.force_z" for w in WHEELS], [f"{w}.rail_z" for w in WHEELS]
     )
     fmu.close()
-    body = TrackBody(track_arrays(reduce_track(track)))
+    body = reduce_track(track).under(Layout())
     for k, name in enumerate(offsets):
         carried = carried_receptance(body, OMEGA, x, k)
         largest = np.abs(carried).max(axis=1)
@@ -127,7 +127,7 @@ def shown(path: Path) -> Table:
     return table
 
 
-def identified(models: Models, body: TrackBody) -> Table:
+def identified(models: Models, body: ModalBody) -> Table:
     """Third table."""
     table = Table(title="Track.fmu identified, against the reduced model in it, 0.3-2000 Hz")
     table.add_column("receptance at")
@@ -149,7 +149,7 @@ def reduced() -> Table:
     for highest in (Mesh().highest_frequency, 16000.0):
         track = Track(mesh=Mesh(highest_frequency=highest))
         model = reduce_track(track)
-        body = TrackBody(track_arrays(model))
+        body = model.under(Layout())
         for name, x in (("railseat", seat), ("midspan", seat + track.fastening.spacing / 2)):
             points = [Point(x=x), Point(x=x, side=1)]
             direct = direct_receptance(track, OMEGA, points, points[:1]).sum(axis=2)[:, 0]
@@ -177,7 +177,7 @@ def main() -> None:
         fmus = export(vehicle, track, Path(folder))
         console.print(shown(fmus["Track"]))
         models = linear_models(fmus["Vehicle"], fmus["Track"], lambda done, total: None)
-    console.print(identified(models, TrackBody(track_arrays(reduce_track(track)))))
+    console.print(identified(models, reduce_track(track).under(Layout())))
     mono = assemble(vehicle, track, models.positions)
     for k_H in (0.1e9, 0.3e9, 1e9, 8e9):
         frequency = np.geomspace(0.3, 1500, 100)

@@ -32,10 +32,10 @@ from railcosim.fmus.export import export
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.variants import VARIANTS, Variant
+from railcosim.mechanics.law import LinearContact, coefficient_for
 from railcosim.track.irregularity import Profile, flat, synthesise, wheel_flat
 from railcosim.track.irregularity.synthesis import FADE_IN
 from railcosim.track.parameters import Track
-from railcosim.vehicle.contact import LinearContact, coefficient_for
 from railcosim.vehicle.parameters import Vehicle
 
 SPEED = 250 / 3.6  # m/s

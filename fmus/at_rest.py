@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import root
+
+from railcosim.mechanics.modal import ModalBody
 
 from .content import Content
-from .interface import WHEELSETS
-from .python_runtime.bodies import TrackBody
+from .roles import Role
+
+FloatArray = NDArray[np.float64]
 
 
 def heights_at_rest(vehicle: Content, track: Content) -> dict[str, float]:
     """Heights of the wheelsets for which vehicle and track are at rest together.
 
-    Any four heights leave the suspensions' forces as they are, for bogies and car body follow
-    them without strain. So every wheel carries its static load at rest, whatever the track:
-    a height is the rail's deflection under all static loads, and the contact's compression.
+    A height is the rail's deflection under all loads, and the contact's compression. Where the
+    bodies above can follow any heights without strain, every wheel carries its static load,
+    whatever the track; else its load depends on the heights.
 
     Parameters
     ----------
@@ -26,11 +31,30 @@ def heights_at_rest(vehicle: Content, track: Content) -> dict[str, float]:
     dict
         The vehicle's parameters ``wheelset[i].start_z``, m, down.
     """
-    start = {v.name: float(v.start or 0) for v in track.table}
-    load = float(vehicle.arrays["wheel_load"])
-    body = TrackBody(track.arrays)
-    positions = np.array([start[f"wheelset[{i}].position"] for i in WHEELSETS])
-    compliance = body.static_compliance(body.shapes(positions))
-    deflection = (compliance @ np.full(8, load))[:4]  # left and right alike
-    heights = deflection + (load / start["contact.hertz_coefficient"]) ** (2 / 3)
-    return {f"wheelset[{i}].start_z": float(z) for i, z in zip(WHEELSETS, heights, strict=True)}
+    start = {(v.role, v.index): float(v.start or 0) for v in track.table}
+    rails, n = track.body, track.body.layout.wheelsets
+    positions = [start[Role.IN_POSITION, i] for i in range(n)]
+    G, C = rails.at(np.array(positions)).static_compliance(), start[Role.HERTZ, 0]
+
+    def sunk(heights: FloatArray) -> FloatArray:
+        load = loads_on(vehicle.body, heights)
+        below: FloatArray = (G @ load + (load / C) ** (2 / 3))[:n]  # left and right alike
+        return below
+
+    def off(heights: FloatArray) -> FloatArray:
+        return heights - sunk(heights)
+
+    heights = root(off, sunk(np.zeros(n)), tol=1e-13).x
+    told = [v.name for v in vehicle.table if v.role is Role.START_Z]
+    return dict(zip(told, heights.tolist(), strict=True))
+
+
+def loads_on(vehicle: ModalBody, heights: FloatArray) -> FloatArray:
+    """Contact forces that hold a vehicle at rest on wheelsets at given heights, (ports,), N."""
+    known = vehicle.coordinates
+    if known is None:
+        raise TypeError("a track does not stand on wheelsets")
+    strained = np.where(known.strained, known.start_s, 0.0) @ heights
+    pushed = (known.modes[known.wheelsets] @ (vehicle.poles**2 * strained)).real
+    both = -np.linalg.solve(known.through[known.wheelsets], pushed)
+    return vehicle.preload + vehicle.layout.at_wheelsets(both / len(vehicle.layout.sides))

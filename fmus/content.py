@@ -4,28 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.parameters import ParameterError, write_toml
+from railcosim.mechanics.law import tangent_stiffness
+from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.ports import Layout
+from railcosim.parameters import write_toml
 from railcosim.track.decay import check_ring, decay_along
 from railcosim.track.parameters import Track
-from railcosim.track.reduced import ReducedTrack, reduce_track
-from railcosim.vehicle.contact import tangent_stiffness
+from railcosim.track.reduced import reduce_track
 from railcosim.vehicle.files import write_stock
-from railcosim.vehicle.modal import modal_form
-from railcosim.vehicle.multibody import Multibody, build_multibody
+from railcosim.vehicle.modal import vehicle_body
+from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train, train_of
 
-from . import interface
-from .interface import Scalar
+from .interface import Contact, Scalar, Start, interface, owns_contact
 
-Arrays = dict[str, NDArray[Any]]
+FloatArray = NDArray[np.float64]
 Annotations = dict[str, dict[str, str]]
-EQUAL = 1e-9  # of a load; loads that are equal by symmetry differ by rounding, 1e-15
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +41,7 @@ class Content:
         One sentence.
     table : list of Scalar
         Its interface.
-    arrays : dict
+    body : ModalBody
         Its model.
     parameters : str
         What it was made from, as text for people.
@@ -54,72 +53,21 @@ class Content:
     model: str
     text: str
     table: list[Scalar]
-    arrays: Arrays
+    body: ModalBody
     parameters: str
     annotations: Annotations
 
     @property
     def has_contact(self) -> bool:
         """Whether it owns the contact springs."""
-        return interface.owns_contact(self.table)
+        return owns_contact(self.table)
 
 
-def track_arrays(track: ReducedTrack) -> Arrays:
-    """The reduced track; mode shapes as one table, (nodes, 2, modes): w and dw/dx.
-
-    The last node of a cell, the first one of the next, is left out. The shapes are numbers of
-    single precision, see `reduce_track`.
-    """
-    return {
-        "poles": track.poles,
-        "mu": track.mu,
-        "partner": track.partner,
-        "parity": track.parity,
-        "table": np.stack([track.w, track.slope], axis=1)[:-1].astype(np.complex64),
-        "residual_pole": np.array(track.residual_pole),
-        "residual_shape": track.residual_shape,
-        "cell_length": np.array(track.cell_length),
-        "length": np.array(track.length),
-    }
-
-
-def vehicle_arrays(body: Multibody) -> Arrays:
-    """The vehicle's modes, and how it rests on wheelsets held at given heights."""
-    modal, follow = modal_form(body), body.following
-    return {
-        "poles": modal.poles,
-        "rigid": modal.rigid,
-        "modes": modal.modes,
-        "left": modal.left,
-        "inverse_mass": 1 / np.diag(body.M),
-        "start_s": modal.state_of @ follow,
-        "start_r": modal.rigid.T @ body.M @ follow,
-        "wheel_load": np.array(one_load(body)),
-        "wheelset_x": body.wheelset_x,
-    }
-
-
-def one_load(body: Multibody) -> float:
-    """Static load of every wheel, N.
-
-    Raises
-    ------
-    ParameterError
-        If there are other than four wheelsets, or they carry different loads.
-    """
-    if body.wheelset_x.size != 4 or np.ptp(body.wheel_load) > EQUAL * body.wheel_load.max():
-        raise ParameterError(
-            f"{body.wheelset_x.size} wheelsets whose wheels carry {body.wheel_load.min():.0f} to "
-            f"{body.wheel_load.max():.0f} N: an FMU has four that carry the same"
-        )
-    return float(body.wheel_load[0])
-
-
-def contact_defaults(vehicle: Vehicle | Train) -> interface.Contact:
+def contact_defaults(vehicle: Vehicle | Train) -> Contact:
     """Contact parameters of the wheels: C, and k_H at their mean static load (eq. 18)."""
     train = train_of(vehicle)
     k_H = tangent_stiffness(train.hertz_coefficient, train.wheel_load)
-    return interface.Contact(k_H=k_H, C=train.hertz_coefficient)
+    return Contact(k_H=k_H, C=train.hertz_coefficient)
 
 
 def ring_annotations(track: Track) -> Annotations:
@@ -143,45 +91,72 @@ def contents(
     RingWarning
         If the ring is too short for what `railcosim.track.decay` promises.
     """
-    body = build_multibody(vehicle)
-    load = one_load(body)
-    progress("measuring the decay along the track")
-    check_ring(track, float(np.ptp(body.wheelset_x)))
-    progress("reducing the track")
-    reduced = track_arrays(reduce_track(track))
-    vehicle_content = vehicle_arrays(body)
+    cars = vehicle_body(build_multibody(vehicle))
+    ahead = wheelset_x(cars)
     # The rearmost wheelset starts above a railseat, the paper's place.
-    positions = body.wheelset_x - body.wheelset_x[-1] + track.fastening.spacing / 2
+    start = Start(
+        loads=cars.preload.tolist(),
+        positions=(ahead - ahead[-1] + track.fastening.spacing / 2).tolist(),
+        contact=contact_defaults(vehicle),
+    )
+    rails = track_under(track, start, progress)
     made = []
     for with_contact in (False, True):
-        known = {
-            "with_contact": with_contact,
-            "wheel_load": load,
-            "positions": positions.tolist(),
-            "contact": contact_defaults(vehicle),
-        }
-        made += [
+        made.append(
             Content(
                 name="VehicleWithContact" if with_contact else "Vehicle",
                 model="vehicle",
                 text="Railway vehicle, vertical: "
                 + ("rail motion to contact force." if with_contact else "contact force to motion."),
-                table=interface.vehicle(**known),
-                arrays=vehicle_content,
+                table=interface(cars, start, with_contact=with_contact),
+                body=cars,
                 parameters=write_stock(vehicle),
                 annotations={},
-            ),
-            Content(
-                name="TrackWithContact" if with_contact else "Track",
-                model="track",
-                text="Slab track, a ring of cells, vertical: "
-                + (
-                    "wheel motion to contact force." if with_contact else "contact force to motion."
-                ),
-                table=interface.track(**known),
-                arrays=reduced,
-                parameters=write_toml(track, "Slab track"),
-                annotations=ring_annotations(track),
-            ),
-        ]
+            )
+        )
+        made.append(_track(track, rails, start, with_contact=with_contact))
     return made
+
+
+def wheelset_x(body: ModalBody) -> FloatArray:
+    """Places of a vehicle's wheelsets, forward, m."""
+    if body.coordinates is None:
+        raise TypeError("a track has no wheelsets")
+    return body.coordinates.wheelset_x
+
+
+def track_contents(
+    track: Track, start: Start, progress: Callable[[str], None] = lambda text: None
+) -> list[Content]:
+    """Track and TrackWithContact for other people's wheelsets; see `contents`.
+
+    Parameters
+    ----------
+    track : Track
+        Parameters.
+    start : Start
+        Loads and positions of as many wheelsets as there are, from the front.
+    """
+    rails = track_under(track, start, progress)
+    return [_track(track, rails, start, with_contact=owned) for owned in (False, True)]
+
+
+def track_under(track: Track, start: Start, progress: Callable[[str], None]) -> ModalBody:
+    """The reduced track under so many wheelsets, if the ring is long enough for them."""
+    progress("measuring the decay along the track")
+    check_ring(track, float(np.ptp(start.positions)))
+    progress("reducing the track")
+    return reduce_track(track).under(Layout(len(start.positions)))
+
+
+def _track(track: Track, rails: ModalBody, start: Start, *, with_contact: bool) -> Content:
+    return Content(
+        name="TrackWithContact" if with_contact else "Track",
+        model="track",
+        text="Slab track, a ring of cells, vertical: "
+        + ("wheel motion to contact force." if with_contact else "contact force to motion."),
+        table=interface(rails, start, with_contact=with_contact),
+        body=rails,
+        parameters=write_toml(track, "Slab track"),
+        annotations=ring_annotations(track),
+    )

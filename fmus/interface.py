@@ -1,4 +1,4 @@
-"""The interface of the four FMUs as one table: names, units, causality, exact dependencies.
+"""The interface of an FMU as one table: names, units, causality, exact dependencies.
 
 Every runtime is built from this table, and so is every modelDescription.xml.
 """
@@ -6,102 +6,117 @@ Every runtime is built from this table, and so is every modelDescription.xml.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+from railcosim.mechanics.modal import ModalBody
+
+from .roles import Role
 from .variables import (
-    SIDES,
-    WHEELSETS,
+    AtPort,
     Contact,
     Scalar,
     axleboxes,
     bodies,
     contact_parameters,
-    force,
     input_hold,
     internal_step,
-    irregularity,
     journey,
     names,
+    ports_of,
     position,
-    rail_vz,
-    rail_z,
     start_heights,
     time,
     told_coefficient,
-    wheel_vz,
-    wheel_z,
-    wheels,
 )
 
-__all__ = ["SIDES", "WHEELSETS", "Contact", "Scalar", "track", "vehicle", "wheels"]
+__all__ = ["Contact", "Scalar", "Start", "interface", "owns_contact"]
 
 
-def track(
-    *, with_contact: bool, wheel_load: float, positions: list[float], contact: Contact
-) -> list[Scalar]:
-    """Track (force to motion) or TrackWithContact (wheel motion to force).
+@dataclass(frozen=True, kw_only=True)
+class Start:
+    """What inputs and parameters are at first.
+
+    Attributes
+    ----------
+    loads : sequence of float
+        Static contact forces at the ports, N.
+    positions : sequence of float
+        Of the wheelsets, m.
+    contact : Contact
+        Of the contact law.
+    """
+
+    loads: Sequence[float]
+    positions: Sequence[float]
+    contact: Contact
+
+
+def interface(body: ModalBody, start: Start, *, with_contact: bool) -> list[Scalar]:
+    """Variables of a track or a vehicle: contact forces to motion, or the other's motion to forces.
 
     Parameters
     ----------
+    body : ModalBody
+        The model.
+    start : Start
+        Start values.
     with_contact : bool
-        Whether the track owns the contact spring.
-    wheel_load : float
-        Static load of a wheel, the forces' start value, N.
-    positions : list of float
-        Start positions of the wheelsets, m.
-    contact : Contact
-        Defaults of the contact law.
+        Whether it owns the contact springs.
     """
-    table = [time()]
-    table += [position(i, "input", start=x) for i, x in zip(WHEELSETS, positions, strict=True)]
-    for i, side in wheels():
+    numbers, stays = body.layout.numbers, body.coordinates is None
+    places = [
+        position(i, "input", start=x) for i, x in zip(numbers, start.positions, strict=True)
+    ] if stays else []  # fmt: skip
+    trip = [] if stays else journey(start.positions[-1], numbers[-1])
+    heights = [] if stays else start_heights(body)
+    law = contact_parameters(start.contact) if with_contact else []
+    inputs = [*places]
+    for at, load in zip(ports_of(body), start.loads, strict=True):
         if with_contact:
-            table += [wheel_z(i, side, "input"), irregularity(i, side)]
+            inputs += [at.motion(body.face.other, "input"), at.irregularity()]
         else:
-            table.append(force(i, side, "input", start=wheel_load))
-    law = contact_parameters(contact) if with_contact else []
-    everything = names(v for v in table if v.causality == "input") + names(law)
-    for i, side in wheels():
-        here = (position(i, "input").name,)
-        # At rest the rails carry all forces, and do not move whatever these are.
-        table += [
-            replace(rail_z(i, side, "output"), depends_on=here, starts_from=everything),
-            replace(rail_vz(i, side), depends_on=everything),
-        ]
-        if with_contact:
-            own = here + names([wheel_z(i, side, "input"), irregularity(i, side), *law])
-            pressed = force(i, side, "output")
-            table.append(replace(pressed, depends_on=own, starts_from=everything))
-    return [*table, input_hold(), internal_step(with_contact=with_contact), *law]
+            inputs.append(at.force("input", start=load))
+    table = [time(), *inputs]
+    if not stays:
+        run = names([time(), *trip])
+        table += [replace(position(i, "output"), depends_on=run, starts_from=run) for i in numbers]
+    for at in ports_of(body):
+        table += _answers(at, names([*inputs, *law]), names(places), names(heights), law)
+    table += [*bodies(body, names(heights)), *axleboxes(body, names(heights), law)]
+    table += [input_hold(), *trip, *heights]
+    if stays or with_contact:
+        table.append(internal_step(with_contact=with_contact))
+    # Whose wheels they are tells the law, also where another owns the contact.
+    return [*table, *(law if stays or with_contact else [told_coefficient(start.contact)])]
+
+
+def _answers(
+    at: AtPort,
+    everything: tuple[str, ...],
+    places: tuple[str, ...],
+    heights: tuple[str, ...],
+    law: Sequence[Scalar],
+) -> list[Scalar]:
+    """Outputs of one port.
+
+    A track at rest carries all forces, and does not move whatever these are; a vehicle stands on
+    wheelsets held at their heights.
+    """
+    i = at.port.wheelset - 1
+    here, own_height = places[i : i + 1], heights[i : i + 1]
+    stays = bool(places)
+    at_rest = everything if stays else own_height
+    table = [
+        replace(at.motion(at.body.face, "output"), depends_on=here, starts_from=at_rest),
+        replace(at.rate(), depends_on=everything if stays else ()),
+    ]
+    if law:
+        own = here + names([at.motion(at.body.face.other, "input"), at.irregularity(), *law])
+        start = everything if stays else own + own_height
+        table.append(replace(at.force("output"), depends_on=own, starts_from=start))
+    return table
 
 
 def owns_contact(table: Sequence[Scalar]) -> bool:
     """Whether an interface is that of an FMU with the contact springs inside."""
-    return any(v.name == "contact.nonlinear" for v in table)
-
-
-def vehicle(
-    *, with_contact: bool, wheel_load: float, positions: list[float], contact: Contact
-) -> list[Scalar]:
-    """Vehicle (force to motion) or VehicleWithContact (rail motion to force); see `track`."""
-    table = [time()]
-    for i, side in wheels():
-        if with_contact:
-            table += [rail_z(i, side, "input"), irregularity(i, side)]
-        else:
-            table.append(force(i, side, "input", start=wheel_load))
-    law = contact_parameters(contact) if with_contact else []
-    trip, heights = journey(positions[-1]), start_heights()
-    run = names([time(), *trip])
-    table += [replace(position(i, "output"), depends_on=run, starts_from=run) for i in WHEELSETS]
-    for i, side in wheels():
-        start = names([heights[i - 1]])
-        table += [replace(wheel_z(i, side, "output"), starts_from=start), wheel_vz(i, side)]
-        if with_contact:
-            own = names([rail_z(i, side, "input"), irregularity(i, side), *law])
-            pressed = force(i, side, "output")
-            table.append(replace(pressed, depends_on=own, starts_from=own + start))
-    table += [*bodies(names(heights)), *axleboxes(names(heights), law)]
-    if not with_contact:
-        return [*table, input_hold(), *trip, *heights, told_coefficient(contact)]
-    return [*table, input_hold(), *trip, *heights, internal_step(with_contact=True), *law]
+    return any(v.role is Role.OUT_FORCE for v in table)

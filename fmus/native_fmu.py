@@ -16,6 +16,7 @@ from .description import fmi2, fmi3
 from .description.about import NATIVE, Description
 from .description.extras import extras
 from .description.kind import KINDS
+from .description.structure import states_of
 from .native_runtime.compile import build, headers, sources
 from .native_runtime.platforms import Platform, platforms_named
 from .native_runtime.resource import resource
@@ -65,9 +66,9 @@ class NativeRuntime:
 
     def _entries(self, content: Content) -> dict[str, bytes]:
         """All but the binaries, by place in the archive."""
-        kind, arrays, table = KINDS[content.model], content.arrays, content.table
-        states = kind.states(arrays)
-        guid = _guid(resource(content.model, arrays, table, guid=""))
+        kind, body, table = KINDS[content.model], content.body, content.table
+        states = states_of(body)
+        guid = _guid(resource(body, table, guid=""))
         about = Description(
             name=content.name,
             guid=guid,
@@ -80,12 +81,12 @@ class NativeRuntime:
         shown = None if content.has_contact else states
         entries = {
             "modelDescription.xml": WRITERS[self.fmi](about, table, shown, files),
-            "resources/model.bin": resource(content.model, arrays, table, guid),
+            "resources/model.bin": resource(body, table, guid),
         }
         for path in sources(self.fmi) + headers(self.fmi):
             entries[f"sources/{path.name}"] = path.read_bytes()
         return entries | extras(
-            about, kind, table, arrays, fmi=self.fmi, parameters=content.parameters,
+            about, kind, table, body, fmi=self.fmi, parameters=content.parameters,
             model_exchange=shown is not None, sources=files,
         )  # fmt: skip
 

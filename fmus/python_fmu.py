@@ -28,9 +28,17 @@ from .description.kind import KINDS
 
 # What travels in every FMU, by its place under the package; all of it needs numpy only.
 RUNTIME = {
-    "vehicle": ["contact.py"],
-    "track": ["shape_functions.py"],
-    "fmus/python_runtime": ["stepping.py", "bodies.py", "motion.py", "models.py", "slave.py"],
+    "mechanics": [
+        "ports.py",
+        "shape_functions.py",
+        "modal.py",
+        "law.py",
+        "solve.py",
+        "stepping.py",
+        "motion.py",
+    ],
+    "fmus": ["roles.py"],
+    "fmus/python_runtime": ["models.py", "slave.py"],
 }
 SCRIPT = """from {package}.fmus.python_runtime.slave import RailcosimSlave
 
@@ -55,8 +63,8 @@ class PythonRuntime:
         with tempfile.TemporaryDirectory(dir=scratch()) as folder:
             work = Path(folder)
             package = _copy_runtime(work)
-            np.savez_compressed(work / "model.npz", **content.arrays)  # type: ignore[arg-type]
-            table = {"model": content.model, "variables": [v.as_dict() for v in content.table]}
+            np.savez_compressed(work / "model.npz", **content.body.arrays())  # type: ignore[arg-type]
+            table = {"variables": [v.as_dict() for v in content.table]}
             (work / "interface.json").write_text(json.dumps(table), encoding="utf-8")
             about = Description(
                 name=content.name,
@@ -69,7 +77,7 @@ class PythonRuntime:
             xml = model_description(about, content.table)
             (work / "modelDescription.xml").write_bytes(xml)
             beside = extras(
-                about, KINDS[content.model], content.table, content.arrays,
+                about, KINDS[content.model], content.table, content.body,
                 fmi=2, parameters=content.parameters,
             )  # fmt: skip
             # Scripts of one name share a module in the host, so the name says what code it is.

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
 
-WHEELSETS = (1, 2, 3, 4)
-SIDES = ("left", "right")
+from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.ports import FORCE, IRREGULARITY, Face, Port, wheelset_name
+
+from .roles import Role, Slot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,8 +20,16 @@ class Scalar:
     ----------
     name, unit, description : str
         Unit as the XML's UnitDefinitions name it.
+    role : Role
+        What it is to the model.
     causality : str
         input, output, parameter or independent.
+    index : int
+        Of which wheelset, port or coordinate of the model it is, from 0.
+    port : Port or None
+        What it is a variable of.
+    quantity : str
+        Last part of its name.
     variability : str
         continuous, fixed or tunable.
     type : str
@@ -40,7 +51,10 @@ class Scalar:
     name: str
     unit: str
     description: str
+    role: Role
     causality: str
+    index: int = 0
+    port: Port | None = None
     variability: str = "continuous"
     type: str = "Real"
     start: float | int | bool | None = None
@@ -51,16 +65,19 @@ class Scalar:
     depends_on: tuple[str, ...] = field(default=())
     starts_from: tuple[str, ...] = field(default=())
 
+    @property
+    def quantity(self) -> str:
+        """Last part of its name."""
+        return self.name.rpartition(".")[2]
+
+    @property
+    def slot(self) -> Slot:
+        """What it is to the model."""
+        return Slot(self.causality, self.role, self.index)
+
     def as_dict(self) -> dict[str, object]:
         """For the runtime's own copy of the table."""
-        return asdict(self)
-
-
-def wheels() -> Iterator[tuple[int, str]]:
-    """Wheelset number and side of every wheel, left wheels first."""
-    for side in SIDES:
-        for i in WHEELSETS:
-            yield i, side
+        return asdict(replace(self, port=None))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,127 +95,195 @@ def names(table: Iterable[Scalar]) -> tuple[str, ...]:
 
 def time() -> Scalar:
     """The independent variable."""
-    return Scalar(name="time", unit="s", description="simulation time", causality="independent")
+    return Scalar(
+        name="time",
+        unit="s",
+        description="simulation time",
+        role=Role.TIME,
+        causality="independent",
+    )
 
 
 def position(i: int, causality: str, start: float | None = None) -> Scalar:
     """Where a wheelset is."""
     return Scalar(
-        name=f"wheelset[{i}].position",
+        name=f"{wheelset_name(i)}.position",
         unit="m",
         description=f"position of wheelset {i} along the track, forward; on a ring it wraps",
+        role=Role.IN_POSITION if causality == "input" else Role.OUT_POSITION,
         causality=causality,
+        index=i - 1,
         start=start,
         nominal=100.0,
     )
 
 
-def wheel(i: int, side: str, quantity: str, **known: object) -> Scalar:
-    """A variable of one wheel."""
-    return Scalar(name=f"wheelset[{i}].{side}.{quantity}", **known)  # type: ignore[arg-type]
+@dataclass(frozen=True)
+class AtPort:
+    """Makes the variables of one port of a body.
+
+    Attributes
+    ----------
+    body : ModalBody
+        Of which.
+    index : int
+        Which of its ports.
+    """
+
+    body: ModalBody
+    index: int
+
+    @property
+    def port(self) -> Port:
+        """The port."""
+        return self.body.layout.ports[self.index]
+
+    def _row(self, quantity: str, role: Role, causality: str, **known: Any) -> Scalar:
+        port = self.port
+        return Scalar(
+            name=port.name(quantity), role=role, causality=causality, index=self.index, port=port,
+            **known,
+        )  # fmt: skip
+
+    def force(self, causality: str, start: float | None = None) -> Scalar:
+        """Of the contact."""
+        direction = self.port.direction
+        return self._row(
+            FORCE, Role.IN_LOAD if causality == "input" else Role.OUT_FORCE, causality,
+            unit=direction.force, display_unit="kN", start=start, nominal=1e5,
+            description=FORCES.get(
+                direction.name,
+                f"contact force, {direction.positive} on the rail, the opposite on the wheel",
+            ),
+        )  # fmt: skip
+
+    def motion(self, face: Face, causality: str) -> Scalar:
+        """Of the body's own face, or the other's as an input."""
+        direction = self.port.direction
+        row = self._row(
+            face.motion, Role.IN_LOAD if causality == "input" else Role.OUT_MOTION, causality,
+            unit=direction.motion, display_unit="mm", nominal=1e-3,
+            start=0.0 if causality == "input" else None,
+            description=MOTIONS[face.name].format(direction.positive),
+        )  # fmt: skip
+        if causality == "input" or self.body.coordinates is None:
+            return row
+        return replace(row, role=Role.OUT_COORDINATE, index=self._coordinate())
+
+    def rate(self) -> Scalar:
+        """Of the body's own face."""
+        face, direction = self.body.face, self.port.direction
+        row = self._row(
+            face.rate, Role.OUT_MOTION_RATE, "output", unit=f"{direction.motion}/s",
+            display_unit="mm/s", nominal=0.1,
+            description=RATES[face.name].format(direction.positive),
+        )  # fmt: skip
+        if self.body.coordinates is None:
+            return row
+        return replace(row, role=Role.OUT_RATE, index=self._coordinate())
+
+    def irregularity(self) -> Scalar:
+        """Of the rail; it takes off what a rail presses against, and adds to what a wheel does."""
+        role = Role.IN_LOAD_LESS if self.body.sign < 0 else Role.IN_LOAD
+        return self._row(
+            IRREGULARITY,
+            role,
+            "input",
+            unit="m",
+            display_unit="mm",
+            start=0.0,
+            nominal=1e-3,
+            description="rail surface under the wheel below its nominal height, down positive",
+        )
+
+    def _coordinate(self) -> int:
+        known = self.body.coordinates
+        assert known is not None
+        return int(known.wheelsets[self.port.wheelset - 1])
 
 
-def force(i: int, side: str, causality: str, start: float | None = None) -> Scalar:
-    """Of the contact of one wheel."""
-    return wheel(
-        i, side, "force_z", unit="N", display_unit="kN",
-        causality=causality, start=start, nominal=1e5,
-        description="contact force, compression positive: down on the rail, up on the wheel",
-    )  # fmt: skip
+FORCES = {"z": "contact force, compression positive: down on the rail, up on the wheel"}
+MOTIONS = {
+    "rail": "deflection of the rail under the wheel, {}, from the unloaded track",
+    "wheel": "displacement of the wheel, {}, from touching the unloaded track",
+}
+RATES = {
+    "rail": "velocity ({}) of the rail's material point under the wheel",
+    "wheel": "velocity of the wheel, {}",
+}
 
 
-def rail_z(i: int, side: str, causality: str) -> Scalar:
-    """Of the rail under one wheel."""
-    return wheel(
-        i, side, "rail_z", unit="m", display_unit="mm", causality=causality, nominal=1e-3,
-        start=0.0 if causality == "input" else None,
-        description="deflection of the rail under the wheel, down, from the unloaded track",
-    )  # fmt: skip
+def ports_of(body: ModalBody) -> list[AtPort]:
+    """Makers of variables, in the order of the ports."""
+    return [AtPort(body, k) for k in range(body.ports)]
 
 
-def rail_vz(i: int, side: str) -> Scalar:
-    """Of the rail under one wheel."""
-    return wheel(
-        i, side, "rail_vz", unit="m/s", display_unit="mm/s", causality="output", nominal=0.1,
-        description="velocity (down) of the rail's material point under the wheel",
-    )  # fmt: skip
+ABOUT = {"carbody": "the car body", "bogie[1]": "the front bogie", "bogie[2]": "the rear bogie"}
+"""Of a vehicle with no more bogies than these."""
 
 
-def wheel_z(i: int, side: str, causality: str) -> Scalar:
-    """Of one wheel."""
-    return wheel(
-        i, side, "wheel_z", unit="m", display_unit="mm", causality=causality, nominal=1e-3,
-        start=0.0 if causality == "input" else None,
-        description="displacement of the wheel, down, from touching the unloaded track",
-    )  # fmt: skip
-
-
-def wheel_vz(i: int, side: str) -> Scalar:
-    """Of one wheel."""
-    return wheel(
-        i, side, "wheel_vz", unit="m/s", display_unit="mm/s", causality="output", nominal=0.1,
-        description="velocity of the wheel, down",
-    )  # fmt: skip
-
-
-def irregularity(i: int, side: str) -> Scalar:
-    """Of the rail under one wheel."""
-    return wheel(
-        i, side, "irregularity_z", unit="m", display_unit="mm",
-        causality="input", start=0.0, nominal=1e-3,
-        description="rail surface under the wheel below its nominal height, down positive",
-    )  # fmt: skip
-
-
-def bodies(heights: Sequence[str]) -> list[Scalar]:
+def bodies(body: ModalBody, heights: Sequence[str]) -> list[Scalar]:
     """At rest a body stands on the wheelsets below it; nothing moves or is accelerated."""
-    table = []
-    for body, about, below in (
-        ("carbody", "the car body", tuple(heights)),
-        ("bogie[1]", "the front bogie", tuple(heights[:2])),
-        ("bogie[2]", "the rear bogie", tuple(heights[2:])),
-    ):
-        table += [
-            Scalar(
-                name=f"{body}.z", unit="m", display_unit="mm", causality="output", nominal=1e-2,
-                starts_from=below, description=f"displacement of {about}, down",
-            ),
-            Scalar(
-                name=f"{body}.vz", unit="m/s", display_unit="mm/s", causality="output",
-                nominal=0.1, description=f"velocity of {about}, down",
-            ),
-            Scalar(
-                name=f"{body}.az", unit="m/s2", causality="output",
-                nominal=1.0, description=f"acceleration of {about}, down",
-            ),
-            Scalar(
-                name=f"{body}.pitch", unit="rad", display_unit="mrad", causality="output",
-                nominal=1e-3, starts_from=below,
-                description=f"pitch of {about}, front up positive",
-            ),
-        ]  # fmt: skip
+    known = body.coordinates
+    if known is None:
+        return []
+    usual = len([name for name in known.bodies if name not in body.layout.axles]) <= len(ABOUT)
+    follows, table = known.following, []
+    for name in known.bodies:
+        if name in body.layout.axles:
+            continue
+        z, pitch = known.place(name, "z"), known.place(name, "pitch")
+        about = ABOUT[name] if usual and name in ABOUT else name
+        for quantity, role, k, known_of in (
+            ("z", Role.OUT_COORDINATE, z, {"unit": "m", "display_unit": "mm", "nominal": 1e-2,
+             "description": f"displacement of {about}, down"}),
+            ("vz", Role.OUT_RATE, z, {"unit": "m/s", "display_unit": "mm/s", "nominal": 0.1,
+             "description": f"velocity of {about}, down"}),
+            ("az", Role.OUT_ACCELERATION, z, {"unit": "m/s2", "nominal": 1.0,
+             "description": f"acceleration of {about}, down"}),
+            ("pitch", Role.OUT_COORDINATE, pitch, {"unit": "rad", "display_unit": "mrad",
+             "nominal": 1e-3, "description": f"pitch of {about}, front up positive"}),
+        ):  # fmt: skip
+            if k is None:
+                continue
+            at_rest = role is Role.OUT_COORDINATE
+            below = [heights[i] for i in follows[k].nonzero()[0]] if at_rest else []
+            table.append(
+                Scalar(
+                    name=f"{name}.{quantity}", role=role, index=k, causality="output",
+                    starts_from=tuple(below), **known_of,  # type: ignore[arg-type]
+                )
+            )  # fmt: skip
     return table
 
 
-def axleboxes(heights: Sequence[str], law: Sequence[Scalar]) -> list[Scalar]:
+def axleboxes(body: ModalBody, heights: Sequence[str], law: Sequence[Scalar]) -> list[Scalar]:
     """Accelerations of the wheelsets, which their own forces change at once."""
+    known = body.coordinates
+    if known is None:
+        return []
     table = []
-    for i, height in zip(WHEELSETS, heights, strict=True):
-        depends = names(force(i, s, "input") for s in SIDES)
-        start = depends
+    for i, coordinate in zip(body.layout.numbers, known.wheelsets, strict=True):
+        own = [at for at in ports_of(body) if at.port.wheelset == i]
         if law:
-            own = [rail_z(i, s, "input") for s in SIDES] + [irregularity(i, s) for s in SIDES]
-            depends = names([*own, *law])
-            start = (*depends, height)
+            given = [at.motion(body.face.other, "input") for at in own]
+            depends = names([*given, *(at.irregularity() for at in own), *law])
+        else:
+            depends = names(at.force("input") for at in own)
+        # A wheelset's own force is its contact's; others reach it where suspensions are strained.
+        felt = known.strained & (known.modes[coordinate] != 0)[:, None]
+        near = set(felt.any(axis=0).nonzero()[0].tolist()) | ({i - 1} if law else set())
         table.append(
             Scalar(
-                name=f"wheelset[{i}].az",
+                name=f"{wheelset_name(i)}.az",
                 unit="m/s2",
                 description=f"acceleration of wheelset {i} (axle box), down",
+                role=Role.OUT_ACCELERATION,
+                index=int(coordinate),
                 causality="output",
                 nominal=10.0,
                 depends_on=depends,
-                starts_from=start,
+                starts_from=(*depends, *(heights[k] for k in sorted(near))),
             )
         )
     return table
@@ -208,6 +293,7 @@ def input_hold() -> Scalar:
     """How inputs go on over a step."""
     return Scalar(
         name="input_hold",
+        role=Role.HOLD,
         unit="",
         type="Integer",
         causality="parameter",
@@ -229,6 +315,7 @@ def internal_step(*, with_contact: bool) -> Scalar:
     """
     return Scalar(
         name="internal_step",
+        role=Role.INTERNAL_STEP,
         unit="s",
         display_unit="ms",
         causality="parameter",
@@ -244,12 +331,12 @@ def contact_parameters(contact: Contact) -> list[Scalar]:
     """Of the contact law, for an FMU that owns it."""
     return [
         Scalar(
-            name="contact.nonlinear", unit="", type="Boolean", causality="parameter",
-            variability="fixed", start=True,
+            name="contact.nonlinear", role=Role.NONLINEAR, unit="", type="Boolean",
+            causality="parameter", variability="fixed", start=True,
             description="true: F = C delta^1.5 with loss of contact; false: F = k_H delta",
         ),
         Scalar(
-            name="contact.stiffness", unit="N/m", display_unit="GN/m",
+            name="contact.stiffness", role=Role.STIFFNESS, unit="N/m", display_unit="GN/m",
             causality="parameter", variability="fixed",
             start=contact.k_H, minimum=1.0, nominal=1e9,
             description="k_H of the linear law; default: tangent of Hertz at the static load",
@@ -265,35 +352,37 @@ def told_coefficient(contact: Contact) -> Scalar:
 
 def _coefficient(contact: Contact, description: str) -> Scalar:
     return Scalar(
-        name="contact.hertz_coefficient", unit="N/m1.5", causality="parameter",
+        name="contact.hertz_coefficient", role=Role.HERTZ, unit="N/m1.5", causality="parameter",
         variability="fixed", start=contact.C, minimum=1.0, nominal=1e11, description=description,
     )  # fmt: skip
 
 
-def journey(start_position: float) -> list[Scalar]:
-    """Of a vehicle that rolls."""
+def journey(start_position: float, last: int) -> list[Scalar]:
+    """Of a vehicle that rolls, whose last wheelset has this number."""
     return [
         Scalar(
-            name="speed", unit="m/s", display_unit="km/h",
+            name="speed", role=Role.SPEED, unit="m/s", display_unit="km/h",
             causality="parameter", variability="fixed",
             start=250 / 3.6, nominal=100.0, description="speed, forward; 0 holds the positions",
         ),
         Scalar(
-            name="start_position", unit="m", causality="parameter", variability="fixed",
-            start=start_position, nominal=100.0, description="position of wheelset 4 at time 0",
+            name="start_position", role=Role.START_POSITION, unit="m", causality="parameter",
+            variability="fixed", start=start_position, nominal=100.0,
+            description=f"position of wheelset {last} at time 0",
         ),
     ]  # fmt: skip
 
 
-def start_heights() -> list[Scalar]:
+def start_heights(body: ModalBody) -> list[Scalar]:
     """Of a vehicle at rest on the rails."""
     return [
         Scalar(
-            name=f"wheelset[{i}].start_z", unit="m", display_unit="mm",
+            name=f"{wheelset_name(i)}.start_z", role=Role.START_Z, index=i - 1,
+            unit="m", display_unit="mm",
             causality="parameter", variability="fixed",
             start=0.0, nominal=1e-3,
             description=f"height of wheelset {i} (down) the vehicle starts at rest with; in "
             f"equilibrium with the track where wheelset[{i}].az is then zero",
         )
-        for i in WHEELSETS
+        for i in body.layout.numbers
     ]  # fmt: skip

@@ -8,11 +8,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+Numbers = TypeVar("Numbers", NDArray[np.float64], NDArray[np.complex128])
 
 MOST_WHEELSETS = 64
 """In one layout: eight vehicles of eight."""
@@ -258,7 +260,7 @@ class Layout:
         image = self.mirror * right[0]
         return left + image, left - image
 
-    def joined(self, even: FloatArray, odd: FloatArray) -> FloatArray:
+    def joined(self, even: Numbers, odd: Numbers) -> Numbers:
         """Motions of all ports from those of even and of odd modes, on the last axis."""
         if len(self.sides) == 1:
             return even + odd

@@ -28,9 +28,9 @@ from railcosim.master.component import FloatArray
 from railcosim.master.files import load, save
 from railcosim.master.linear.receptance import Response
 from railcosim.master.schemes.jacobi import jacobi
+from railcosim.mechanics.law import coefficient_for
 from railcosim.track.irregularity import Profile, synthesise
 from railcosim.track.parameters import Track
-from railcosim.vehicle.contact import coefficient_for
 from railcosim.vehicle.parameters import Vehicle
 
 SPEED = 250 / 3.6  # m/s, figure 3

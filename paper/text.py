@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from railcosim.vehicle.contact import hertz_coefficient, tangent_stiffness
+from railcosim.mechanics.law import hertz_coefficient, tangent_stiffness
 
 from .finding import Finding
 from .laboratory import K_H, Laboratory

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from railcosim.mechanics.shape_functions import shape_functions
 from railcosim.track.cell import EVEN, NODE_TOLERANCE, ODD, railseats
 from railcosim.track.decay import check_ring
 from railcosim.track.parameters import Track
 from railcosim.track.rail import element_matrices
-from railcosim.track.shape_functions import shape_functions
 from railcosim.track.slab import PlateModes, free_plate_modes
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from railcosim.vehicle.contact import ContactLaw, solve_compression
+from railcosim.mechanics.law import NormalLaw
+from railcosim.mechanics.solve import solve_compression
 
 from .monolithic import Monolithic
 
@@ -29,7 +30,7 @@ class Instant:
 
 
 def equilibrium(
-    mono: Monolithic, law: ContactLaw, rails: sparse.csr_array, irregularity: FloatArray
+    mono: Monolithic, law: NormalLaw, rails: sparse.csr_array, irregularity: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Displacements and contact forces at rest, by Newton's method from a stiff start."""
     weight = mono.wheels.T @ mono.load
@@ -50,7 +51,7 @@ def equilibrium(
 
 def newmark(
     mono: Monolithic,
-    law: ContactLaw,
+    law: NormalLaw,
     position: Callable[[float], FloatArray],
     irregularity: Callable[[float], FloatArray],
     step: float,
@@ -62,7 +63,7 @@ def newmark(
     ----------
     mono : Monolithic
         The system; loss factors count as viscous damping, as in the FMUs.
-    law : ContactLaw
+    law : NormalLaw
         Of every contact.
     position, irregularity : callable
         Of time (s): positions of the wheelsets and rail surface under the wheels, m.

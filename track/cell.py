@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.shape_functions import shape_functions
+
 from .parameters import Track
 from .rail import assemble, element_matrices
-from .shape_functions import shape_functions
 from .slab import PlateModes, free_plate_modes
 
 FloatArray = NDArray[np.float64]

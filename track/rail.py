@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.shape_functions import shape_functions
+
 from .parameters import Rail
-from .shape_functions import shape_functions
 
 FloatArray = NDArray[np.float64]
 

@@ -11,6 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d
 
+from railcosim.mechanics.modal import AlongRing, ModalBody
+from railcosim.mechanics.ports import RAIL, Layout
+
 from .cell import EVEN, ODD, Cell, build_cell
 from .parameters import Track
 from .receptance import Point, direct_receptance
@@ -65,6 +68,27 @@ class ReducedTrack:
     residual_shape: ComplexArray
     cell_length: float
     length: float
+
+    def under(self, layout: Layout) -> ModalBody:
+        """The body that wheels meet at these ports: modes in a table, and an oscillator at each."""
+        local = np.full(len(layout.ports), self.residual_pole)
+        return ModalBody(
+            layout=layout,
+            face=RAIL,
+            poles=np.concatenate([self.poles, local]),
+            even=int((self.parity > 0).sum()),
+            shapes=AlongRing(
+                table=np.stack([self.w, self.slope], axis=1)[:-1].astype(np.complex64),
+                mu=self.mu,
+                partner=self.partner,
+                local_table=self.residual_shape[:-1, None],
+                cell_length=self.cell_length,
+                cells=round(self.length / self.cell_length),
+            ),
+            rigid_out=np.zeros((layout.wheelsets, 0)),
+            rigid_into=np.zeros((layout.wheelsets, 0)),
+            preload=np.zeros(len(layout.ports)),
+        )
 
 
 def reduce_track(track: Track) -> ReducedTrack:

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 from scipy.linalg import eig, null_space, qr
 from scipy.sparse.csgraph import connected_components
 
+from railcosim.mechanics.modal import Coordinates, Everywhere, ModalBody
+from railcosim.mechanics.ports import WHEEL, Layout
+
 from .multibody import Multibody
 
 FloatArray = NDArray[np.float64]
@@ -125,4 +128,37 @@ def _check(body: Multibody, modal: ModalVehicle) -> None:
             )
 
 
-__all__ = ["ModalVehicle", "modal_form"]
+def vehicle_body(body: Multibody) -> ModalBody:
+    """A vehicle's modes, and how it rests on wheelsets held at given heights.
+
+    Both wheels of a wheelset move alike, so all modes are even; a contact force lifts them.
+    """
+    modal, follow, wheelsets = modal_form(body), body.following, body.wheelsets
+    layout = Layout(body.wheelset_x.size)
+    rigid = modal.rigid[wheelsets]
+    through = np.zeros((len(body.coordinates), layout.wheelsets))
+    through[wheelsets] = WHEEL.push * np.diag(1 / np.diag(body.M)[wheelsets])
+    return ModalBody(
+        layout=layout,
+        face=WHEEL,
+        poles=modal.poles,
+        even=modal.poles.size,
+        shapes=Everywhere(out=modal.modes[wheelsets], into=WHEEL.push * modal.left[:, wheelsets].T),
+        rigid_out=rigid,
+        rigid_into=WHEEL.push * rigid,
+        preload=layout.at_wheelsets(body.wheel_load),
+        coordinates=Coordinates(
+            bodies=body.names,
+            names=body.coordinates,
+            wheelsets=np.arange(wheelsets.start, wheelsets.stop),
+            modes=modal.modes,
+            rigid=modal.rigid,
+            through=through,
+            start_s=modal.state_of @ follow,
+            start_r=modal.rigid.T @ body.M @ follow,
+            wheelset_x=body.wheelset_x,
+        ),
+    )
+
+
+__all__ = ["ModalVehicle", "modal_form", "vehicle_body"]

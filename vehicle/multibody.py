@@ -20,13 +20,6 @@ from .train import Train, train_of
 
 FloatArray = NDArray[np.float64]
 
-# What the FMUs' runtimes hold of a vehicle of four wheelsets: its coordinates, wheelsets last.
-COORDINATES = (
-    *("carbody.z", "carbody.pitch", "bogie[1].z", "bogie[1].pitch", "bogie[2].z", "bogie[2].pitch"),
-    *(f"wheelset[{i}].z" for i in (1, 2, 3, 4)),
-)
-WHEELSETS = slice(6, 10)
-
 VERTICAL = ("z", "pitch")
 """Coordinates of the vertical model. An axle's turning about y is a spin, not a pitch."""
 LOOSE = 1e-12  # of the stiffest motion of what is above held wheelsets: four digits above rounding

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from railcosim.mechanics.law import hertz_coefficient
 from railcosim.parameters import ParameterError
 
 from .bodies import CARBODY, WHEELSET, Body, Parts, in_order
-from .contact import hertz_coefficient
 from .parameters import MOST_WHEELSETS, Coupler, Vehicle
 from .parts import coupled, parts_of
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..content import Arrays
+from railcosim.mechanics.modal import ModalBody
+
 from ..interface import Scalar, owns_contact
 from .about import Description
 from .build import build_description
@@ -27,7 +28,7 @@ def extras(
     about: Description,
     kind: Kind,
     table: Sequence[Scalar],
-    arrays: Arrays,
+    body: ModalBody,
     *,
     fmi: int,
     parameters: str,
@@ -44,7 +45,7 @@ def extras(
         Of what it is one.
     table : sequence of Scalar
         Its interface.
-    arrays : dict of array
+    body : ModalBody
         Its model.
     fmi : int
         Version of FMI, 2 or 3.
@@ -60,7 +61,7 @@ def extras(
     dict
         Path in the archive to content.
     """
-    run = reference_run(kind.model, arrays, table)
+    run = reference_run(body, table)
     icon = kind.icon(with_contact=owns_contact(table))
     found = {
         "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(
@@ -70,7 +71,7 @@ def extras(
         f"documentation/{about.name}_ref.csv": csv(run.time, run.outputs),
         f"documentation/{about.name}_ref.txt": scheme(about.name, run, table).encode(),
         "documentation/index.html": page(
-            about, kind, table, arrays, run, fmi=fmi, parameters=parameters,
+            about, kind, table, body, run, fmi=fmi, parameters=parameters,
             model_exchange=model_exchange, with_sources=bool(sources),
         ),
     }  # fmt: skip
@@ -78,7 +79,7 @@ def extras(
         f"terminalsAndIcons/{ICON}": icon,
         f"terminalsAndIcons/{WHEEL}": wheel_icon(),
         "documentation/diagram": signs(),
-        "documentation/result": result_plot(run, table),
+        "documentation/result": result_plot(run, table, body.layout),
     }
     for place, drawing in pictures.items():
         found |= {f"{place}.{ending}": content for ending, content in drawing.items()}

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..content import Arrays
-from ..python_runtime.models import TrackModel, VehicleModel
+from railcosim.mechanics.modal import AlongRing, ModalBody
+
 from .drawing import Drawing, track_icon, vehicle_icon
-from .structure import States, track_states, vehicle_states
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,10 +18,6 @@ class Kind:
 
     Attributes
     ----------
-    model : type
-        The Python model, which makes the reference run.
-    states : callable
-        Arrays to continuous states.
     icon : callable
         Draws it, ``with_contact`` or without.
     terminals_below : bool
@@ -30,42 +25,41 @@ class Kind:
     use, theory : str
         Templates of the page's sections.
     facts : callable
-        Arrays to what is worth knowing at first sight.
+        Its model to what is worth knowing at first sight.
     """
 
-    model: type[TrackModel] | type[VehicleModel]
-    states: Callable[[Arrays], States]
     icon: Callable[..., Drawing]
     terminals_below: bool
     use: str
     theory: str
-    facts: Callable[[Arrays], dict[str, str]]
+    facts: Callable[[ModalBody], dict[str, str]]
 
 
-def _track_facts(arrays: Arrays) -> dict[str, str]:
-    even = int((arrays["parity"] > 0).sum())
-    n = arrays["poles"].size
-    frequency = np.abs(arrays["poles"]).max() / (2 * np.pi)
-    return {
-        "Ring": f"{float(arrays['length']):g} m, cells of {float(arrays['cell_length']):g} m",
-        "Modes": f"{n} complex ones up to {frequency:.0f} Hz: {even} even, {n - even} odd; "
-        "and one local oscillator under each of the 8 wheels",
+def _track_facts(body: ModalBody) -> dict[str, str]:
+    n, shapes, wheels = body.shared, body.shapes, body.layout.contacts
+    frequency = np.abs(body.poles[:n]).max() / (2 * np.pi)
+    facts = {
+        "Modes": f"{n} complex ones up to {frequency:.0f} Hz: {body.even} even, {n - body.even} "
+        f"odd; and one local oscillator under each of the {wheels} wheels",
     }
+    if isinstance(shapes, AlongRing):
+        cells = f"{shapes.length:g} m, cells of {shapes.cell_length:g} m"
+        return {"Ring": cells} | facts
+    return facts
 
 
-def _vehicle_facts(arrays: Arrays) -> dict[str, str]:
-    oscillating = int((arrays["poles"].imag != 0).sum())
-    n = arrays["poles"].size
+def _vehicle_facts(body: ModalBody) -> dict[str, str]:
+    oscillating = int((body.poles.imag != 0).sum())
+    n, least, most = body.poles.size, body.preload.min() / 1e3, body.preload.max() / 1e3
+    load = f"{most:.2f} kN" if f"{least:.2f}" == f"{most:.2f}" else f"{least:.2f} to {most:.2f} kN"
     return {
-        "Static load of a wheel": f"{float(arrays['wheel_load']) / 1e3:.2f} kN",
+        "Static load of a wheel": load,
         "Modes": f"{oscillating} oscillating and {n - oscillating} overdamped ones; "
-        f"{arrays['rigid'].shape[1]} rigid-body coordinates",
+        f"{body.rigid_out.shape[1]} rigid-body coordinates",
     }
 
 
 TRACK = Kind(
-    model=TrackModel,
-    states=track_states,
     icon=track_icon,
     terminals_below=False,
     use="track_use.html.j2",
@@ -73,8 +67,6 @@ TRACK = Kind(
     facts=_track_facts,
 )
 VEHICLE = Kind(
-    model=VehicleModel,
-    states=vehicle_states,
     icon=vehicle_icon,
     terminals_below=True,
     use="vehicle_use.html.j2",

@@ -7,19 +7,21 @@ from collections.abc import Sequence
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
+from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout, wheelset_name
 from railcosim.track.decay import PROMISED, PROMISED_TO
 
-from ..content import Arrays
-from ..interface import WHEELSETS, Scalar
+from ..interface import Scalar
 from .about import Description
 from .drawing import Drawing, drawn
 from .kind import Kind
 from .reference import STEP, Run
+from .structure import states_of
 from .terminals import terminals
 from .units import displayed
 
 # What the plot shows, the most telling first: an input and two outputs of the left wheels.
-SHOWN = ("force_z", "rail_z", "wheel_z", "rail_vz", "wheel_vz")
+SHOWN = (FORCE, RAIL.motion, WHEEL.motion, RAIL.rate, WHEEL.rate)
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")  # Okabe and Ito, told apart by everybody
 CAUSALITIES = ("input", "output", "parameter")
 
@@ -28,7 +30,7 @@ def page(
     about: Description,
     kind: Kind,
     table: Sequence[Scalar],
-    arrays: Arrays,
+    body: ModalBody,
     run: Run,
     *,
     fmi: int,
@@ -47,7 +49,7 @@ def page(
     environment.filters["number"] = _number
     environment.filters["depends"] = lambda v: _depends(v, table)
     groups = {c: [v for v in table if v.causality == c] for c in CAUSALITIES}
-    quantity = {c: {v.name.rsplit(".", 1)[-1] for v in rows} for c, rows in groups.items()}
+    quantity = {c: {v.quantity for v in rows} for c, rows in groups.items()}
     causality = {v.name: v.causality for v in table}
     members = next(iter(terminals(table).values()))  # all terminals are alike
     text = environment.get_template("page.html.j2").render(
@@ -56,12 +58,13 @@ def page(
         kind=kind,
         promised=f"{PROMISED:.0%}",
         promised_to=f"{PROMISED_TO:g}",
-        facts=kind.facts(arrays),
+        layout=body.layout,
+        facts=kind.facts(body),
         groups=groups,
         takes=quantity["input"],
         owns_contact="force_z" in quantity["output"],
         internal_step="internal_step" in quantity["parameter"],
-        states=kind.states(arrays).blocks if model_exchange else (),
+        states=states_of(body).blocks if model_exchange else (),
         members=[(m.name, m.variable, causality[m.variable]) for m in members],
         run=run,
         step=STEP,
@@ -88,28 +91,29 @@ def _depends(v: Scalar, table: Sequence[Scalar]) -> str:
     return ", ".join(v.depends_on)
 
 
-def result_plot(run: Run, table: Sequence[Scalar]) -> Drawing:
+def result_plot(run: Run, table: Sequence[Scalar], layout: Layout) -> Drawing:
     """The reference run: what drives the left wheels, and how they answer."""
     known = {v.name: v for v in table}
-    driven = [q for q in SHOWN if f"wheelset[1].left.{q}" in run.inputs][:1]
-    answers = [q for q in SHOWN if f"wheelset[1].left.{q}" in run.outputs][:2]
+    ports = layout.ports[: len(COLOURS)][: layout.wheelsets]  # the first left wheels
+    driven = [q for q in SHOWN if ports[0].name(q) in run.inputs][:1]
+    answers = [q for q in SHOWN if ports[0].name(q) in run.outputs][:2]
     columns = run.inputs | run.outputs
 
     def draw(figure: Figure) -> None:
         panels = figure.subplots(len(driven + answers), 1, sharex=True)
         for axes, quantity in zip(panels, driven + answers, strict=True):
-            for i, colour in zip(WHEELSETS, COLOURS, strict=True):
-                name = f"wheelset[{i}].left.{quantity}"
+            for port, colour in zip(ports, COLOURS, strict=False):
+                name = port.name(quantity)
                 factor, unit = displayed(known[name], 1.0)
                 axes.plot(1e3 * run.time, factor * columns[name], color=colour, lw=1.3)
-                axes.set_ylabel(f"{quantity}, {unit}")
+                axes.set_ylabel(f"{known[name].quantity}, {unit}")
             kind = "input" if quantity in driven else "output"
-            axes.set_title(f"{kind}: wheelset[i].left.{quantity}", loc="left", size=9)
+            axes.set_title(f"{kind}: wheelset[i].left.{known[name].quantity}", loc="left", size=9)
             axes.spines[["top", "right"]].set_visible(False)
             axes.grid(color="#e6ebef", lw=0.8)
         panels[-1].set(xlabel="time, ms", xlim=(0, 1e3 * run.time[-1]))
         lines = panels[0].get_lines()
-        labels = [f"wheelset[{i}]" for i in WHEELSETS]
+        labels = [wheelset_name(port.wheelset) for port in ports]
         figure.legend(lines, labels, loc="outside upper center", ncols=4, frameon=False)
 
     return drawn(draw, (7.6, 5.6), endings=["svg"])

@@ -5,15 +5,16 @@ The run is made by the Python models, which share no code with the native runtim
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..content import Arrays
-from ..interface import Scalar, wheels
-from ..python_runtime.models import TrackModel, VehicleModel
+from railcosim.mechanics.modal import ModalBody
+
+from ..interface import Scalar
+from ..python_runtime.models import Model
 
 FloatArray = NDArray[np.float64]
 
@@ -23,7 +24,7 @@ SPEED = 250 / 3.6  # m/s
 
 @dataclass(frozen=True)
 class Wave:
-    """An input u = mean (1 + depth sin(2 pi frequency t + k)), k = 0..7 for the wheels.
+    """An input u = mean (1 + depth sin(2 pi frequency t + k)), k = 0, 1, ... for the wheels.
 
     Attributes
     ----------
@@ -70,26 +71,26 @@ class Run:
     formulas: dict[str, str]
 
 
-def reference_run(
-    model: type[TrackModel] | type[VehicleModel], arrays: Arrays, table: Sequence[Scalar]
-) -> Run:
+def reference_run(body: ModalBody, table: Sequence[Scalar]) -> Run:
     """Step a model with inputs held over steps of 0.1 ms, all parameters at their start values.
 
     Parameters
     ----------
-    model : TrackModel or VehicleModel
-        The Python model.
-    arrays : dict of array
-        What it reads.
+    body : ModalBody
+        The model.
     table : sequence of Scalar
         The interface.
     """
     time: FloatArray = STEP * np.arange(STEPS + 1, dtype=np.float64)
     known = [v for v in table if v.causality == "input"]
-    u = np.array([_input(v, time) for v in known]).T  # (n, inputs)
+    wheels = {wheel: k for k, wheel in enumerate(body.layout.wheels)}
+    u = np.array([_input(v, time, wheels) for v in known]).T  # (n, inputs)
+    u = u.reshape(time.size, len(known))
     names = [v.name for v in table if v.causality == "output"]
-    made = model(arrays, [v.name for v in known], names)
-    made.configure({v.name: v.start for v in table if v.causality == "parameter"})
+    made = Model(body, [v.slot for v in table])
+    made.configure(
+        {(v.role, v.index): float(v.start or 0) for v in table if v.causality == "parameter"}
+    )
     y = np.empty((time.size, len(names)))
     state, now = made.rest(made.read(u[0])), made.read(u[0])
     made.write(state, now, 0.0, y[0])
@@ -105,11 +106,10 @@ def reference_run(
     )
 
 
-def _input(v: Scalar, time: FloatArray) -> FloatArray:
-    owner, quantity = v.name.rsplit(".", 1)
-    if quantity == "position":
+def _input(v: Scalar, time: FloatArray, wheels: Mapping[str, int]) -> FloatArray:
+    if v.port is None:
         return float(v.start or 0) + SPEED * time
-    wave, k = WAVES[quantity], [f"wheelset[{i}].{side}" for i, side in wheels()].index(owner)
+    wave, k = WAVES[v.quantity], wheels[v.port.wheel]
     mean = float(v.start or 0) if wave.mean is None else wave.mean
     swing: FloatArray = mean * (1 + wave.depth * np.sin(2 * np.pi * wave.frequency * time + k))
     return swing
@@ -118,8 +118,8 @@ def _input(v: Scalar, time: FloatArray) -> FloatArray:
 def _formulas(known: Sequence[Scalar]) -> dict[str, str]:
     formulas = {}
     for v in known:
-        quantity = v.name.rsplit(".", 1)[1]
-        if quantity == "position":
+        quantity = v.quantity
+        if v.port is None:
             formulas[quantity] = f"start value + {SPEED!r} t"
         elif quantity not in formulas:
             wave = WAVES[quantity]
@@ -156,7 +156,7 @@ Outputs of a row are read at the end of the step, before new inputs are set; tho
 row after initialisation. Made in double precision by the Python models of railcosim, apart from
 the runtime in this FMU; two runtimes differ by rounding (1e-9 of a column's largest value).
 
-Inputs, t in s, k = 0..7 for the wheels: left 1 to 4, right 1 to 4:
+Inputs, t in s, k = 0, 1, ... for the wheels: left ones from the front, then right ones:
 {formulas}
 
 Columns and units, time in s:

@@ -13,9 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..content import Arrays
-from ..interface import SIDES, WHEELSETS, wheels
-from ..python_runtime.models import BODIES
+from railcosim.mechanics.modal import AlongRing, Coordinates, ModalBody
+from railcosim.mechanics.ports import FORCE
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -23,11 +22,8 @@ Elements = Mapping[str, NDArray[np.intp]]  # by name of a block: which of its el
 Names = tuple[str, ...]
 
 RE, IM, Z, V = "mode.re", "mode.im", "rigid.z", "rigid.v"
-POSITIONS = tuple(f"wheelset[{i}].position" for i in WHEELSETS)
-FORCES = tuple(f"wheelset[{i}].{side}.force_z" for i, side in wheels())
-HEIGHTS = tuple(f"wheelset[{i}].start_z" for i in WHEELSETS)
 PARTS = {RE: "real", IM: "imaginary"}
-FORCE, HEIGHT, VELOCITY = 1e5, 1e-3, 0.1  # nominal values of force_z, wheel_z and wheel_vz
+FORCE_SIZE, HEIGHT, VELOCITY = 1e5, 1e-3, 0.1  # nominal values of force_z, wheel_z and wheel_vz
 
 
 @dataclass(frozen=True)
@@ -90,34 +86,35 @@ class States:
         return sum(block.size for block in self.blocks)
 
 
-def track_states(arrays: Arrays) -> States:
-    """Modes of the ring, moved by all forces at all places, and one local mode under each wheel.
+def states_of(body: ModalBody) -> States:
+    """The states of a body: modes, and a vehicle's rigid-body coordinates."""
+    if body.coordinates is None:
+        return _track_states(body)
+    return _vehicle_states(body, body.coordinates)
 
-    Parameters
-    ----------
-    arrays : dict of array
-        `content.track_arrays`.
-    """
-    ring = arrays["poles"].size
+
+def _track_states(body: ModalBody) -> States:
+    """Modes of the ring, moved by all forces at all places, and one local mode under each wheel."""
+    layout, ring = body.layout, body.shared
+    positions, forces = layout.of_axles("position"), layout.names(FORCE)
     all_ring = np.arange(ring)
-    drivers: list[Names] = [POSITIONS + FORCES] * ring
-    drivers += [
-        (f"wheelset[{i}].position", f"wheelset[{i}].{side}.force_z") for i, side in wheels()
-    ]
+    drivers: list[Names] = [positions + forces] * ring
+    drivers += [(positions[port.wheelset - 1], port.name(FORCE)) for port in layout.ports]
     outputs = {}
-    for k, (i, side) in enumerate(wheels()):
+    for k, port in enumerate(layout.ports):
         seen = np.append(all_ring, ring + k)
-        for quantity in ("rail_z", "rail_vz"):
-            outputs[f"wheelset[{i}].{side}.{quantity}"] = {RE: seen, IM: seen}
-    poles = np.append(arrays["poles"], np.full(len(FORCES), arrays["residual_pole"]))
-    largest = FORCE * np.abs(arrays["table"][:, 0] / arrays["poles"]).max()
+        for quantity in (body.face.motion, body.face.rate):
+            outputs[port.name(quantity)] = {RE: seen, IM: seen}
+    shapes = body.shapes
+    shape = shapes.table[:, 0] if isinstance(shapes, AlongRing) else shapes.into
+    largest = FORCE_SIZE * np.abs(shape / body.poles[:ring]).max()
     return States(
         blocks=[
             Block(
                 name=name,
                 description=f"{part} parts of the ring's modes, then of those under the wheels",
                 nominal=_rounded(largest),
-                derivatives=_oscillations(name, poles, drivers),
+                derivatives=_oscillations(name, body.poles, drivers),
                 at_rest=drivers,
                 derivatives_at_rest=[()] * len(drivers),
             )
@@ -127,26 +124,20 @@ def track_states(arrays: Arrays) -> States:
     )
 
 
-def vehicle_states(arrays: Arrays) -> States:
-    """Modes, of which the overdamped ones are real, and rigid-body coordinates.
-
-    Parameters
-    ----------
-    arrays : dict of array
-        `content.vehicle_arrays`.
-    """
+def _vehicle_states(body: ModalBody, known: Coordinates) -> States:
+    """Modes, of which the overdamped ones are real, and rigid-body coordinates."""
     return States(
         blocks=[
-            *(_vehicle_modes(arrays, name) for name in (RE, IM)),
-            _rigid_positions(arrays),
-            _rigid_velocities(arrays),
+            *(_vehicle_modes(body, known, name) for name in (RE, IM)),
+            _rigid_positions(body, known),
+            _rigid_velocities(body, known),
         ],
-        outputs=_vehicle_outputs(arrays),
+        outputs=_vehicle_outputs(body, known),
     )
 
 
-def _vehicle_outputs(arrays: Arrays) -> dict[str, Elements]:
-    poles, modes, rigid = arrays["poles"], arrays["modes"], arrays["rigid"]
+def _vehicle_outputs(body: ModalBody, known: Coordinates) -> dict[str, Elements]:
+    poles, modes, rigid = body.poles, known.modes, known.rigid
 
     def moved(k: int) -> Elements:
         return {**_seen(modes[k]), Z: np.flatnonzero(rigid[k])}
@@ -155,15 +146,17 @@ def _vehicle_outputs(arrays: Arrays) -> dict[str, Elements]:
         return {**_seen(modes[k] * poles), V: np.flatnonzero(rigid[k])}
 
     outputs: dict[str, Elements] = {}
-    for body, (z, pitch) in BODIES.items():
-        outputs |= {f"{body}.z": moved(z), f"{body}.vz": moving(z), f"{body}.pitch": moved(pitch)}
-        outputs[f"{body}.az"] = _seen(modes[z] * poles**2)
-    first = len(modes) - len(WHEELSETS)  # the wheelsets are the last coordinates
-    for k, i in enumerate(WHEELSETS, start=first):
-        outputs[f"wheelset[{i}].az"] = _seen(modes[k] * poles**2)
-        for side in SIDES:
-            outputs[f"wheelset[{i}].{side}.wheel_z"] = moved(k)
-            outputs[f"wheelset[{i}].{side}.wheel_vz"] = moving(k)
+    for name in known.bodies:
+        z, pitch = known.place(name, "z"), known.place(name, "pitch")
+        if z is not None:
+            outputs |= {f"{name}.z": moved(z), f"{name}.vz": moving(z)}
+            outputs[f"{name}.az"] = _seen(modes[z] * poles**2)
+        if pitch is not None:
+            outputs[f"{name}.pitch"] = moved(pitch)
+    for port in body.layout.ports:
+        k = int(known.wheelsets[port.wheelset - 1])
+        outputs[port.name(body.face.motion)] = moved(k)
+        outputs[port.name(body.face.rate)] = moving(k)
     return outputs
 
 
@@ -172,17 +165,18 @@ def _seen(shape: ComplexArray) -> Elements:
     return {RE: np.flatnonzero(shape.real), IM: np.flatnonzero(shape.imag)}
 
 
-def _vehicle_modes(arrays: Arrays, name: str) -> Block:
-    poles: ComplexArray = arrays["poles"]
-    into: ComplexArray = arrays["left"][:, -len(WHEELSETS) :]
-    driven = [_forces(row) for row in (into.real if name == RE else into.imag)]
+def _vehicle_modes(body: ModalBody, known: Coordinates, name: str) -> Block:
+    poles = body.poles
+    into = body.at(known.wheelset_x).into.T
+    driven = [_forces(body, row) for row in (into.real if name == RE else into.imag)]
+    heights = body.layout.of_axles("start_z")
     return Block(
         name=name,
         description=f"{PARTS[name]} parts of the modes",
-        nominal=_rounded(FORCE * np.abs(into / poles[:, None]).max()),
+        nominal=_rounded(FORCE_SIZE * np.abs(into / poles[:, None]).max()),
         derivatives=_oscillations(name, poles, driven),
-        # As many suspensions as bodies above the wheelsets can move: at rest none is stretched.
-        at_rest=[()] * len(poles),
+        # Where bodies above can follow any heights no suspension is stretched at rest.
+        at_rest=[tuple(heights[i] for i in row.nonzero()[0]) for row in known.strained],
         derivatives_at_rest=driven,
     )
 
@@ -196,36 +190,36 @@ def _oscillations(name: str, poles: ComplexArray, drivers: Sequence[Names]) -> l
     ]
 
 
-def _rigid_positions(arrays: Arrays) -> Block:
-    start = arrays["start_r"]  # (n, 4), from the heights
+def _rigid_positions(body: ModalBody, known: Coordinates) -> Block:
+    start, heights = known.start_r, body.layout.of_axles("start_z")
     n = len(start)
     return Block(
         name=Z,
         description="rigid-body coordinates, normalised to a mass of 1",
         nominal=_rounded(HEIGHT * np.abs(start).max()),
         derivatives=[Depends((), {V: np.array([k])}) for k in range(n)],
-        at_rest=[tuple(HEIGHTS[j] for j in np.flatnonzero(row)) for row in start],
+        at_rest=[tuple(heights[j] for j in np.flatnonzero(row)) for row in start],
         derivatives_at_rest=[()] * n,
     )
 
 
-def _rigid_velocities(arrays: Arrays) -> Block:
-    rigid = arrays["rigid"][-len(WHEELSETS) :]
-    driven = [_forces(column) for column in rigid.T]
+def _rigid_velocities(body: ModalBody, known: Coordinates) -> Block:
+    driven = [_forces(body, column) for column in body.rigid_into.T]
     return Block(
         name=V,
         description="velocities of the rigid-body coordinates",
-        nominal=_rounded(VELOCITY * np.abs(arrays["start_r"]).max()),
+        nominal=_rounded(VELOCITY * np.abs(known.start_r).max()),
         derivatives=[Depends(names) for names in driven],
         at_rest=[()] * len(driven),
         derivatives_at_rest=driven,
     )
 
 
-def _forces(per_wheelset: FloatArray) -> Names:
-    """Forces of both wheels of the wheelsets that count."""
-    counts = np.tile(per_wheelset != 0, 2)
-    return tuple(name for name, there in zip(FORCES, counts, strict=True) if there)
+def _forces(body: ModalBody, per_wheelset: FloatArray) -> Names:
+    """Forces at all ports of the wheelsets that count."""
+    counts = np.tile(per_wheelset != 0, len(body.layout.sides))
+    forces = zip(body.layout.names(FORCE), counts, strict=True)
+    return tuple(name for name, there in forces if there)
 
 
 def _rounded(value: float) -> float:

@@ -6,7 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement
 
-from ..interface import SIDES, WHEELSETS, Scalar, wheels
+from railcosim.mechanics.ports import SIDES, Port
+
+from ..interface import Scalar
+from ..roles import Role
 from .common import to_bytes
 
 KIND = "_railcosim_wheel_on_rail"
@@ -28,15 +31,19 @@ def terminals(table: Sequence[Scalar]) -> dict[str, list[Member]]:
 
     Members of vehicle and track are named alike, so that two terminals of one name fit together.
     """
-    names = [v.name for v in table if v.causality in {"input", "output"}]
-    found = {}
-    for i, side in wheels():
-        position = f"wheelset[{i}].position"
-        here = f"wheelset[{i}].{side}"
-        members = [Member("position", position)] if position in names else []
-        own = [name for name in names if name.startswith(f"{here}.")]
-        found[here] = members + [Member(name.removeprefix(f"{here}."), name) for name in own]
+    places = {v.index + 1: v for v in table if v.role in (Role.IN_POSITION, Role.OUT_POSITION)}
+    found: dict[str, list[Member]] = {}
+    for port in sorted({v.port for v in table if v.port is not None}, key=_order):
+        members = found.setdefault(port.wheel, [])
+        if not members and port.wheelset in places:
+            members.append(Member("position", places[port.wheelset].name))
+        members += [Member(v.quantity, v.name) for v in table if v.port == port]
     return found
+
+
+def _order(port: Port) -> tuple[int, int, str]:
+    """Left wheels first, each from the front."""
+    return SIDES.index(port.side), port.wheelset, port.direction.name
 
 
 def terminals_and_icons(table: Sequence[Scalar], *, below: bool) -> bytes:
@@ -55,7 +62,10 @@ def terminals_and_icons(table: Sequence[Scalar], *, below: bool) -> bytes:
     SubElement(graphics, "CoordinateSystem", square, suggestedScalingFactorTo_mm="0.1")
     SubElement(graphics, "Icon", square)
     parent = SubElement(root, "Terminals")
-    for (i, side), (name, members) in zip(wheels(), terminals(table).items(), strict=True):
+    wheels = {v.port.wheel: v.port for v in table if v.port is not None}
+    count = max((port.wheelset for port in wheels.values()), default=1)
+    for name, members in terminals(table).items():
+        i, side = wheels[name].wheelset, wheels[name].side
         terminal = SubElement(
             parent,
             "Terminal",
@@ -73,13 +83,14 @@ def terminals_and_icons(table: Sequence[Scalar], *, below: bool) -> bytes:
                 memberName=member.name,
                 variableKind="signal",  # equal on both sides, forces too: compression is positive
             )
-        _place(terminal, i, side, below=below)
+        _place(terminal, i, side, count, below=below)
     return to_bytes(root)
 
 
-def _place(terminal: Element, i: int, side: str, *, below: bool) -> None:
+def _place(terminal: Element, i: int, side: str, count: int, *, below: bool) -> None:
     """Wheelset 1, the front one, is at the right; the left wheel stands behind the right one."""
-    x = 75 - 50 * (i - WHEELSETS[0]) + 12 * (SIDES.index(side) - 0.5)
+    apart = 2 * EXTENT / count
+    x = EXTENT - apart * (i - 0.5) + min(12, 0.24 * apart) * (SIDES.index(side) - 0.5)
     y = -EXTENT if below else EXTENT
     SubElement(
         terminal,

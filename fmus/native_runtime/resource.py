@@ -14,14 +14,11 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.mechanics.ports import Layout
+from railcosim.mechanics.modal import AlongRing, ModalBody
 from railcosim.parameters import ParameterError
-from railcosim.vehicle.multibody import COORDINATES, WHEELSETS
 
-from ..content import Arrays
-from ..description.kind import KINDS
+from ..description.structure import states_of
 from ..interface import Scalar, owns_contact
-from ..python_runtime.bodies import TrackBody, VehicleBody
 
 MAGIC = b"RAILCOS1"
 HEAD, ENTRY = struct.Struct("<8sQQII"), struct.Struct("<24sII3QQ")
@@ -29,127 +26,83 @@ ALIGNMENT = 64
 TYPES = {np.dtype("<f8"): 1, np.dtype("<i4"): 2, np.dtype("u1"): 3, np.dtype("<f4"): 4}
 VALUE_TYPES = {"Real": 0, "Integer": 1, "Boolean": 2}
 MOST_MODES, LARGEST_TABLE = 1_000_000, 1_900_000_000  # a little less than model.c takes
-OUTSIDE, WHEEL, RAIL = 0, 1, -1  # whose motion presses the contact: nobody's, down, up
+OUTSIDE = 0  # whose motion presses the contact: nobody's
 
-# Role (c/model.h) of a variable by its causality and the last part of its name.
-POSITION, LOAD, LOAD_LESS, COORDINATE, RATE, ACCELERATION = 1, 2, 3, 8, 9, 10
-ROLES = {
-    ("independent", "time"): 0,
-    ("input", "position"): POSITION,
-    ("input", "force_z"): LOAD,
-    ("input", "wheel_z"): LOAD,
-    ("input", "rail_z"): LOAD,
-    ("output", "position"): 4,
-    ("output", "force_z"): 5,
-    ("output", "rail_z"): 6,
-    ("output", "rail_vz"): 7,
-    ("output", "z"): COORDINATE,
-    ("output", "pitch"): COORDINATE,
-    ("output", "wheel_z"): COORDINATE,
-    ("output", "vz"): RATE,
-    ("output", "wheel_vz"): RATE,
-    ("output", "az"): ACCELERATION,
-    ("parameter", "input_hold"): 11,
-    ("parameter", "internal_step"): 12,
-    ("parameter", "nonlinear"): 13,
-    ("parameter", "stiffness"): 14,
-    ("parameter", "hertz_coefficient"): 15,
-    ("parameter", "speed"): 16,
-    ("parameter", "start_position"): 17,
-    ("parameter", "start_z"): 18,
-}
-
-FOUR = Layout()
 Sections = dict[str, NDArray[Any]]
 
 
-def resource(
-    model: str, arrays: Arrays, table: Sequence[Scalar], guid: str, layout: Layout = FOUR
-) -> bytes:
+def resource(body: ModalBody, table: Sequence[Scalar], guid: str) -> bytes:
     """The content of model.bin.
 
     Parameters
     ----------
-    model : str
-        track or vehicle: a key of `BODIES`.
-    arrays : dict
-        The model, as `content` makes it; both runtimes are fed by it.
+    body : ModalBody
+        The model; both runtimes are fed by it.
     table : sequence of Scalar
         The interface.
     guid : str
         Identity that an importer must ask for.
-    layout : Layout
-        What meets the model.
     """
-    sections = BODIES[model](arrays, owns_contact(table), layout)
-    nominals = [block.nominal for block in KINDS[model].states(arrays).blocks]
-    sections |= {"guid": _text([guid]), "nominals": np.array(nominals)}
-    sizes = [layout.wheelsets, len(layout.sides), len(layout.directions)]
-    sections["layout"] = np.array(sizes, np.int32)
-    sections["mirror"] = np.array([d.mirror for d in layout.directions], np.int32)
-    # Contact forces that load nothing, one a port, N.
-    sections["preloads"] = np.full(len(layout.ports), float(arrays.get("wheel_load", 0.0)))
-    return _pack(sections | _interface(model, table, layout))
+    layout, nominals = body.layout, [block.nominal for block in states_of(body).blocks]
+    known, shapes = body.coordinates, body.shapes
+    local = body.poles.size - body.shared
+    along = shapes if isinstance(shapes, AlongRing) else None
+    sizes = [
+        body.even, body.shared - body.even, local, body.rigid_out.shape[1],
+        0 if known is None else len(known.names),
+        0 if along is None else len(along.table), 0 if along is None else along.cells,
+        body.sign if owns_contact(table) else OUTSIDE,
+    ]  # fmt: skip
+    return _pack({
+        "layout": np.array(
+            [layout.wheelsets, len(layout.sides), len(layout.directions)], np.int32
+        ),
+        "mirror": np.array([d.mirror for d in layout.directions], np.int32),
+        "preloads": body.preload,
+        "sizes": np.array(sizes, np.int32),
+        **_complex("pole", body.poles),
+        **(_along(along, body) if along else _everywhere(body)),
+        "guid": _text([guid]),
+        "nominals": np.array(nominals),
+        **_interface(table),
+    })  # fmt: skip
 
 
-def _sizes(
-    *, even: int, odd: int = 0, local: int = 0, rigid: int = 0, coordinates: int = 0,
-    nodes: int = 0, cells: int = 0, contact: int,
-) -> NDArray[np.int32]:  # fmt: skip
-    return np.array([even, odd, local, rigid, coordinates, nodes, cells, contact], np.int32)
-
-
-def _track(arrays: Arrays, has_contact: bool, layout: Layout) -> Sections:
-    nodes, _, ring = arrays["table"].shape
-    if arrays["table"].nbytes > LARGEST_TABLE or ring > MOST_MODES:
+def _along(shapes: AlongRing, body: ModalBody) -> Sections:
+    nodes, _, ring = shapes.table.shape
+    if shapes.table.nbytes > LARGEST_TABLE or ring > MOST_MODES:
         raise ParameterError(
             f"[mesh] {ring} modes at {nodes} nodes: the native runtime takes {MOST_MODES} modes "
             f"and tables of {LARGEST_TABLE / 1e9:.1f} GB; reduce cells, elements_per_bay or "
             "highest_frequency"
         )
-    body, ports = TrackBody(arrays), len(layout.ports)
-    poles = np.concatenate([arrays["poles"], np.full(ports, arrays["residual_pole"])])
     return {
-        "sizes": _sizes(
-            even=body.even, odd=ring - body.even, local=ports, nodes=nodes,
-            cells=body.phase.shape[0], contact=RAIL if has_contact else OUTSIDE,
-        ),
-        **_complex("pole", poles),
-        **_segments(body.partner, arrays["mu"], body.even),
-        **_complex("table", arrays["table"]),
-        **_complex("local", body.local_table[:-1, None]),
-        "geometry": np.array([body.cell_length]),
-    }  # fmt: skip
+        **_segments(shapes.partner, shapes.mu, body.even),
+        **_complex("table", shapes.table),
+        **_complex("local", shapes.local_table),
+        "geometry": np.array([shapes.cell_length]),
+    }
 
 
-def _vehicle(arrays: Arrays, has_contact: bool, layout: Layout) -> Sections:
-    body = VehicleBody(arrays)
-    n, coordinates, wheelsets = body.poles.size, body.rigid.shape[0], layout.wheelsets
-    through = np.zeros((coordinates, wheelsets))  # a force acts at once on its own wheelset only
-    through[-wheelsets:] = -np.diag(arrays["inverse_mass"][-wheelsets:])
-    rigid = body.rigid[-wheelsets:]
+def _everywhere(body: ModalBody) -> Sections:
+    out, into, _ = body.shapes.at(np.empty(0), 0)
+    known = body.coordinates
+    if known is None:
+        raise TypeError("a body with the same shapes everywhere needs coordinates")
     return {
-        "sizes": _sizes(
-            even=n, rigid=body.rigid.shape[1], coordinates=coordinates,
-            contact=WHEEL if has_contact else OUTSIDE,
-        ),
-        **_complex("pole", body.poles),
-        "segments": np.array([[0, 0, n]], np.int32),
+        "segments": np.array([[0, 0, body.poles.size]], np.int32),
         "mu": np.zeros(1),
-        **_complex("out", body.modes[-wheelsets:]),
-        **_complex("in", -arrays["left"][:, -wheelsets:].T),
-        **_complex("coordinate", body.modes),
-        **_complex("start_s", body.start_s.T),
-        "rigid": body.rigid,
-        "rigid_out": rigid,
-        "rigid_in": -rigid,
-        "through": through,
-        "start_r": body.start_r.T,
-        "wheelset_x": body.wheelset_x,
-    }  # fmt: skip
-
-
-BODIES = {"track": _track, "vehicle": _vehicle}
+        **_complex("out", out),
+        **_complex("in", into),
+        **_complex("coordinate", known.modes),
+        **_complex("start_s", known.start_s.T),
+        "rigid": known.rigid,
+        "rigid_out": body.rigid_out,
+        "rigid_in": body.rigid_into,
+        "through": known.through,
+        "start_r": known.start_r.T,
+        "wheelset_x": known.wheelset_x,
+    }
 
 
 def _segments(partner: NDArray[np.intp], mu: NDArray[np.float64], even: int) -> Sections:
@@ -162,10 +115,9 @@ def _segments(partner: NDArray[np.intp], mu: NDArray[np.float64], even: int) -> 
     return {"segments": rows.astype(np.int32), "mu": mu[starts]}
 
 
-def _interface(model: str, table: Sequence[Scalar], layout: Layout) -> Sections:
+def _interface(table: Sequence[Scalar]) -> Sections:
     rows = [
-        [VALUE_TYPES[v.type], int(v.variability == "tunable"), _role(model, v), _owner(v, layout)]
-        for v in table
+        [VALUE_TYPES[v.type], int(v.variability == "tunable"), int(v.role), v.index] for v in table
     ]
     ranges = [[float(v.start or 0), *_range(v)] for v in table]
     return {
@@ -184,26 +136,6 @@ def _range(v: Scalar) -> tuple[float, float]:
         -most if v.minimum is None else v.minimum,
         most if v.maximum is None else v.maximum,
     )
-
-
-def _role(model: str, v: Scalar) -> int:
-    quantity = v.name.split(".")[-1]
-    if (v.causality, quantity) == ("input", "irregularity_z"):
-        # It lowers the rail under a wheel, and so does what a rail presses against less high.
-        return LOAD_LESS if model == "track" else LOAD
-    return ROLES[v.causality, quantity]
-
-
-def _owner(v: Scalar, layout: Layout) -> int:
-    """Wheelset, port or coordinate, counted from 0."""
-    owner, _, quantity = v.name.rpartition(".")
-    coordinates = [*COORDINATES[: WHEELSETS.start], *(f"{axle}.z" for axle in layout.axles)]
-    if v.causality == "output" and ROLES[v.causality, quantity] in {COORDINATE, RATE, ACCELERATION}:
-        body = owner.removesuffix(".left").removesuffix(".right")
-        return coordinates.index(f"{body}.pitch" if quantity == "pitch" else f"{body}.z")
-    if owner in layout.axles:
-        return layout.axles.index(owner)
-    return layout.wheels.index(owner) if owner in layout.wheels else 0
 
 
 def _complex(name: str, values: NDArray[np.complexfloating]) -> Sections:

@@ -20,11 +20,12 @@ from numpy.typing import NDArray
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
-from .models import Model, TrackModel, VehicleModel
-from .stepping import State
+from ...mechanics.modal import ModalBody
+from ...mechanics.stepping import State
+from ..roles import Role, Slot
+from .models import Model
 
 FloatArray = NDArray[np.float64]
-MODELS: dict[str, Any] = {"track": TrackModel, "vehicle": VehicleModel}
 EXTRAPOLATED, INTERPOLATED = 1, 2  # of input_hold; with 0 inputs are held
 
 
@@ -39,17 +40,16 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         resources = Path(self.resources)
         interface = json.loads((resources / "interface.json").read_text(encoding="utf-8"))
         with np.load(resources / "model.npz", allow_pickle=False) as stored:
-            arrays = {key: stored[key] for key in stored.files}
+            body = ModalBody.from_arrays({key: stored[key] for key in stored.files})
         self.table: list[dict[str, Any]] = interface["variables"]
         self.names = [row["name"] for row in self.table]
         # Every variable in one vector, a Boolean as 0 or 1; an FMI reference is a place in it.
         self.values = np.array([float(row["start"] or 0) for row in self.table])
         self.u_refs, self.y_refs = self._refs("input"), self._refs("output")
-        self.model: Model = MODELS[interface["model"]](
-            arrays, [self.names[k] for k in self.u_refs], [self.names[k] for k in self.y_refs]
-        )
+        self.slots = [Slot(row["causality"], Role(row["role"]), row["index"]) for row in self.table]
+        self.model = Model(body, self.slots)
         self.hold_ref = self.names.index("input_hold")
-        self.configured: dict[str, Any] | None = None
+        self.configured: dict[tuple[Role, int], float] | None = None
         self.running, self.stale = False, True
         self.time = self.last_step = 0.0
         # Values that outputs are for: inputs as set, or where the last step took them.
@@ -119,9 +119,9 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
 
     def _configure(self) -> None:
         parameters = {
-            row["name"]: bool(value) if row["type"] == "Boolean" else float(value)
-            for row, value in zip(self.table, self.values, strict=True)
-            if row["causality"] == "parameter" and row["variability"] == "fixed"
+            (slot.role, slot.owner): float(value)
+            for row, slot, value in zip(self.table, self.slots, self.values, strict=True)
+            if slot.causality == "parameter" and row["variability"] == "fixed"
         }
         if parameters != self.configured:  # a restored state rarely brings others
             self.model.configure(parameters)

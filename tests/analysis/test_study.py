@@ -21,10 +21,10 @@ from railcosim.fmus.export import export
 from railcosim.master.component import Variable
 from railcosim.master.files import load
 from railcosim.master.linear.state_space import StateSpace
+from railcosim.mechanics.law import HertzContact, LinearContact
 from railcosim.track.irregularity import Profile, synthesise
 from railcosim.track.irregularity.synthesis import FADE_IN
 from railcosim.track.parameters import Track
-from railcosim.vehicle.contact import HertzContact, LinearContact
 from railcosim.vehicle.parameters import Vehicle
 
 distributed = pytest.importorskip("distributed")

@@ -15,16 +15,21 @@ from fmpy.fmi3 import FMU3Model
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from railcosim.fmus import interface
-from railcosim.fmus.content import contact_defaults, contents, track_arrays, vehicle_arrays
+from railcosim.fmus.content import contact_defaults, contents
 from railcosim.fmus.description import fmi2, fmi3
 from railcosim.fmus.description.about import NATIVE, PYTHON, Description
 from railcosim.fmus.description.build import build_description
 from railcosim.fmus.description.kind import KINDS
+from railcosim.fmus.description.structure import states_of
 from railcosim.fmus.description.terminals import terminals, terminals_and_icons
 from railcosim.fmus.description.units import DISPLAY_UNITS
 from railcosim.fmus.export import NativeRuntime
-from railcosim.fmus.python_runtime.stepping import State
+from railcosim.fmus.interface import Start, interface
+from railcosim.fmus.python_runtime.models import Model
+from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.ports import FORCE, Layout
+from railcosim.mechanics.stepping import State
+from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
 
@@ -42,7 +47,7 @@ class Subject:
     """One FMU's description, and the Python model it must be true of."""
 
     name: str
-    arrays: dict
+    body: ModalBody
 
     @property
     def kind(self):
@@ -50,17 +55,12 @@ class Subject:
 
     @property
     def table(self):
-        make = interface.track if self.name.startswith("Track") else interface.vehicle
-        return make(
-            with_contact=self.name.endswith("Contact"),
-            wheel_load=LOAD,
-            positions=POSITIONS,
-            contact=contact_defaults(Vehicle()),
-        )
+        start = Start(loads=[LOAD] * 8, positions=POSITIONS, contact=contact_defaults(Vehicle()))
+        return interface(self.body, start, with_contact=self.name.endswith("Contact"))
 
     @property
     def states(self):
-        return self.kind.states(self.arrays) if self.name in STATEFUL else None
+        return states_of(self.body) if self.name in STATEFUL else None
 
     @property
     def about(self):
@@ -85,19 +85,25 @@ class Subject:
 @pytest.fixture(scope="module")
 def few_modes(short_reduced):
     """The track with its first even and odd modes only: enough for what does not depend on n."""
-    arrays = track_arrays(short_reduced)
-    even = np.flatnonzero(arrays["parity"] > 0)
-    kept = np.concatenate([even[:14], np.flatnonzero(arrays["parity"] < 0)[:12]])
-    few = {key: arrays[key][kept] for key in ("poles", "mu", "parity")}
-    # Partners that were left out: each mode its own, which is a model all the same.
-    few |= {"table": arrays["table"][:, :, kept], "partner": np.arange(kept.size)}
-    return arrays | few
+    body = short_reduced.under(Layout())
+    kept = np.r_[:14, body.even : body.even + 12]
+    shapes = replace(
+        body.shapes, table=body.shapes.table[..., kept], mu=body.shapes.mu[kept],
+        # Partners that were left out: each mode its own, which is a model all the same.
+        partner=np.arange(kept.size),
+    )  # fmt: skip
+    poles = np.concatenate([body.poles[kept], body.poles[-8:]])
+    return replace(body, poles=poles, even=14, shapes=shapes)
+
+
+def subject_of(name, few_modes):
+    vehicle = vehicle_body(build_multibody(Vehicle()))
+    return Subject(name, few_modes if name.startswith("Track") else vehicle)
 
 
 @pytest.fixture
 def subject(request, few_modes):
-    body = vehicle_arrays(build_multibody(Vehicle()))
-    return Subject(request.param, few_modes if request.param.startswith("Track") else body)
+    return subject_of(request.param, few_modes)
 
 
 each = pytest.mark.parametrize("subject", NAMES, indirect=True)
@@ -213,7 +219,7 @@ class Machine:
         self.table = subject.table
         self.inputs = [v.name for v in self.table if v.causality == "input"]
         self.outputs = [v.name for v in self.table if v.causality == "output"]
-        self.model = subject.kind.model(subject.arrays, self.inputs, self.outputs)
+        self.model = Model(subject.body, [v.slot for v in self.table])
         self.shows_states = subject.states is not None
 
     def start(self):
@@ -226,7 +232,13 @@ class Machine:
         return known | {"time": 0.3}
 
     def prepare(self, known):
-        self.model.configure(known)
+        self.model.configure(
+            {
+                (v.role, v.index): float(known[v.name])
+                for v in self.table
+                if v.causality == "parameter"
+            }
+        )
         return self.model.read(np.array([known[name] for name in self.inputs]))
 
     def unknowns(self, known, state):
@@ -237,9 +249,9 @@ class Machine:
         found = dict(zip(self.outputs, y, strict=True))
         if not self.shows_states:
             return found
-        body, shapes = self.model.body, self.model.body.shapes(now.position)
-        force = self.model.mover.forces.at(body, shapes, state, now.load)
-        drive = body.drive(shapes, force - body.preload)
+        body, met = self.model.body, self.model.body.at(now.position)
+        force = self.model.mover.forces.at(met, state, now.load)
+        drive = met.drive(force - body.preload)
         rates = State(body.poles * state.s + drive.s, state.v, drive.r)
         return found | {f"der({name})": value for name, value in scalars(rates).items()}
 
@@ -257,7 +269,7 @@ def scalars(state):
 
 def random_state(body, subject, seed=1):
     random = np.random.default_rng(seed)
-    n, m = body.poles.size, len(subject.arrays.get("rigid", [[]])[0])
+    n, m = body.poles.size, subject.body.rigid_out.shape[1]
     s = random.normal(size=n) + 1j * random.normal(size=n)
     return State(1e-3 * s, 1e-3 * random.normal(size=m), 1e-3 * random.normal(size=m))
 
@@ -350,7 +362,7 @@ def test_outputs_and_derivatives_depend_on_states_as_declared(subject, tmp_path)
     machine = Machine(subject)
     read = fmpy.read_model_description(subject.write(tmp_path, 2))
     told = declared(read, "outputs") | declared(read, "derivatives")
-    still = {n: machine.model.body.preload for n in machine.inputs if n.endswith("force_z")}
+    still = dict(zip(Layout().names(FORCE), machine.model.body.preload, strict=True))
     start = machine.start() | still
     found, names = set(), set()
     for name, state in unit_states(machine.model.body, subject):
@@ -405,7 +417,7 @@ def test_arrays_depend_on_what_their_elements_depend_on(subject, tmp_path):
 
 @pytest.mark.parametrize("subject", ["Vehicle"], indirect=True)
 def test_overdamped_modes_show_their_real_part_only(subject):
-    real = {int(k) for k in np.flatnonzero(subject.arrays["poles"].imag == 0)}
+    real = {int(k) for k in np.flatnonzero(subject.body.poles.imag == 0)}
     assert real  # the bogies' pitch, by the paper's dampers
     for elements in subject.states.outputs.values():
         assert not real & {int(k) for k in elements["mode.im"]}
@@ -421,7 +433,7 @@ def test_terminals_of_vehicle_and_track_fit_together(few_modes, names):
     """Members of one name: one gives, one takes, in one unit; enough to couple the two."""
     both = []
     for name in names:
-        table = {v.name: v for v in Subject(name, few_modes).table}
+        table = {v.name: v for v in subject_of(name, few_modes).table}
         found = terminals(list(table.values()))
         both.append(
             {t: {m.name: table[m.variable] for m in members} for t, members in found.items()}

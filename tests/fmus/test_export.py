@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from railcosim.fmus.content import contact_defaults, contents, track_arrays, vehicle_arrays
+from railcosim.fmus.content import contact_defaults, contents
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, export
-from railcosim.fmus.python_runtime.bodies import TrackBody, VehicleBody
-from railcosim.fmus.python_runtime.motion import FromOutside, Inputs, Mover, OwnContact
 from railcosim.master.component import ComponentError, Hold
 from railcosim.master.fmi.fmu import FmuComponent
-from railcosim.vehicle.contact import HertzContact, LinearContact
+from railcosim.mechanics.law import HertzContact, LinearContact
+from railcosim.mechanics.motion import FromOutside, Inputs, Mover, OwnContact
+from railcosim.mechanics.ports import Layout
+from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
 
@@ -227,8 +228,8 @@ def test_track_starts_with_its_static_deflection(started, short_reduced):
     force = LOAD * np.linspace(0.5, 1.5, 8)
     position = np.array([21.0, 18.5, 5.3, 2.8])
     track = started("Track", force_z=force, position=position)
-    body = TrackBody(track_arrays(short_reduced))
-    expected = body.static_compliance(body.shapes(position)) @ force
+    body = short_reduced.under(Layout())
+    expected = body.at(position).static_compliance() @ force
     start = wheel_outputs(track, "rail_z")
     assert start == pytest.approx(expected, rel=1e-12)  # the same numbers in another order
     assert 5e-4 < start.min() < start.max() < 3e-3  # about a millimetre under a wheel
@@ -267,8 +268,8 @@ def test_holds_of_the_vehicle(started, hold):
                             for s in (1, 2, 3))  # fmt: skip
     vehicle = started("Vehicle", force_z=first)
     vehicle.set_hold(hold)
-    body = VehicleBody(vehicle_arrays(build_multibody(Vehicle())))
-    mover, state = Mover(body, FromOutside(), np.inf), body.rest(np.zeros(4))
+    body = vehicle_body(build_multibody(Vehicle()))
+    mover, state = Mover(body, FromOutside(), np.inf), body.on(np.zeros(4))
 
     def inputs(force):
         return Inputs(np.zeros(4), force)
@@ -285,7 +286,7 @@ def test_holds_of_the_vehicle(started, hold):
     }[hold]
     for begin, end in lines:
         state = mover.step(state, inputs(begin), inputs(end), STEP)
-    expected = body.motion(body.shapes(np.zeros(4)), state)
+    expected = body.at(np.zeros(4)).motion(state)
     assert np.abs(expected).max() > 1e-8  # something happened
     # The same arithmetic: rounding of extrapolated inputs only.
     assert wheel_outputs(vehicle, "wheel_z") == pytest.approx(expected, rel=1e-10, abs=1e-20)
@@ -298,12 +299,12 @@ def test_extrapolation_over_steps_of_different_length(started):
     vehicle.do_step(0.0, 2e-3)
     vehicle.set_inputs(values(vehicle, force_z=force[1]))
     vehicle.do_step(2e-3, 5e-4)
-    body = VehicleBody(vehicle_arrays(build_multibody(Vehicle())))
-    mover, state = Mover(body, FromOutside(), np.inf), body.rest(np.zeros(4))
+    body = vehicle_body(build_multibody(Vehicle()))
+    mover, state = Mover(body, FromOutside(), np.inf), body.on(np.zeros(4))
     after = force[1] + (force[1] - force[0]) * 0.5 / 2
     for begin, end, h in ((force[0], force[0], 2e-3), (force[1], after, 5e-4)):
         state = mover.step(state, Inputs(np.zeros(4), begin), Inputs(np.zeros(4), end), h)
-    expected = body.motion(body.shapes(np.zeros(4)), state)
+    expected = body.at(np.zeros(4)).motion(state)
     assert wheel_outputs(vehicle, "wheel_z") == pytest.approx(expected, rel=1e-10, abs=1e-20)
 
 
@@ -357,19 +358,19 @@ def test_track_with_contact_against_the_runtime(started, short_reduced, linear):
         values(track, position=position + 0.07, wheel_z=1.1 * wheel, irregularity_z=rough)
     )
     track.do_step(0.0, STEP)
-    body = TrackBody(track_arrays(short_reduced))
-    mover = Mover(body, OwnContact(law, -1), 2e-4)
+    body = short_reduced.under(Layout())
+    mover = Mover(body, OwnContact(law), 2e-4)
     # At rest first: the balance is checked by its residual.
-    shapes = body.shapes(position)
+    shapes = body.at(position)
     force = HERTZ.force(wheel) if not linear else 1e8 * wheel
-    G = body.static_compliance(shapes)
+    G = shapes.static_compliance()
     for _ in range(600):
         force = 0.95 * force + 0.05 * law.force(wheel - G @ force)
     state = mover.step(
-        body.rest(shapes, force), Inputs(position, wheel),
+        shapes.rest(force), Inputs(position, wheel),
         Inputs(position + 0.07, 1.1 * wheel - rough), STEP,
     )  # fmt: skip
-    expected = body.motion(body.shapes(position + 0.07), state)
+    expected = body.at(position + 0.07).motion(state)
     # The fixed-point iteration of the start: 0.95^600, and rounding.
     assert wheel_outputs(track, "rail_z") == pytest.approx(expected, rel=1e-9)
     compression = 1.1 * wheel - rough - expected

@@ -1,5 +1,7 @@
 """What an export refuses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,12 +15,13 @@ from railcosim.vehicle.parameters import Vehicle
 
 def test_a_table_the_runtime_would_not_load_is_refused(short_track):
     track = next(c for c in contents(Vehicle(), short_track) if c.name == "Track")
-    shape = track.arrays["table"].shape
+    shapes = track.body.shapes
+    shape = shapes.table.shape
     rows = LARGEST_TABLE // (8 * shape[1] * shape[2]) + 1
     # One number seen from everywhere: as large as that only in name.
     table = np.broadcast_to(np.complex64(1.0), (rows, *shape[1:]))
     with pytest.raises(ParameterError, match="reduce cells, elements_per_bay"):
-        resource("track", track.arrays | {"table": table}, track.table, "{}")
+        resource(replace(track.body, shapes=replace(shapes, table=table)), track.table, "{}")
 
 
 def test_a_missing_compiler_is_told_before_anything_is_made(short_track, tmp_path, monkeypatch):

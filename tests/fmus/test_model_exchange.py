@@ -11,11 +11,10 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 
-from railcosim.fmus.content import track_arrays
 from railcosim.fmus.export import NativeRuntime, export
-from railcosim.fmus.python_runtime.bodies import TrackBody
-from railcosim.fmus.python_runtime.stepping import State
-from railcosim.vehicle.multibody import WHEELSETS, build_multibody
+from railcosim.mechanics.ports import Layout
+from railcosim.mechanics.stepping import State
+from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "linear_track.py"
@@ -98,14 +97,14 @@ def importer(exported):
 
 def carried(body, position):
     """Receptance at the 8 contacts from the modes of the Python model, (n_omega, 8, 8)."""
-    shapes, none = body.shapes(position), np.empty(0)
+    shapes, none = body.at(position), np.empty(0)
     out = np.empty((FREQUENCY.size, 8, 8), dtype=complex)
     for j in range(8):
-        b = body.drive(shapes, np.eye(8)[j]).s
+        b = shapes.drive(np.eye(8)[j]).s
         for k, w in enumerate(2 * np.pi * FREQUENCY):
             plus, minus = b / (1j * w - body.poles), b / (-1j * w - body.poles)
-            out[k, :, j] = body.motion(shapes, State((plus + minus) / 2, none, none))
-            out[k, :, j] += 1j * body.motion(shapes, State(1j * (minus - plus) / 2, none, none))
+            out[k, :, j] = shapes.motion(State((plus + minus) / 2, none, none))
+            out[k, :, j] += 1j * shapes.motion(State(1j * (minus - plus) / 2, none, none))
     return out
 
 
@@ -122,7 +121,7 @@ def test_receptance_of_the_track_from_model_exchange(exported, importer, short_r
     found = receptance(exported["Track"], "rail_z")
     start = importer("Track").start
     position = np.array([start[name] for name in POSITIONS])
-    exact = carried(TrackBody(track_arrays(short_reduced)), position)
+    exact = carried(short_reduced.under(Layout()), position)
     # Of the largest at that frequency. Near resonance i omega - A loses as many digits as the
     # peak is high: measured 8e-13 near the pinned-pinned resonance, which nothing damps.
     error = np.abs(found - exact).max(axis=(1, 2)) / np.abs(exact).max(axis=(1, 2))
@@ -135,7 +134,7 @@ def test_receptance_of_the_vehicle_from_model_exchange(exported):
     body = build_multibody(Vehicle())
     omega = 2 * np.pi * FREQUENCY[:, None, None]
     direct = np.linalg.inv(-(omega**2) * body.M + 1j * omega * body.C + body.K)
-    exact = -np.tile(direct[:, WHEELSETS, WHEELSETS], (1, 2, 2))  # a contact force lifts
+    exact = -np.tile(direct[:, body.wheelsets, body.wheelsets], (1, 2, 2))  # a contact force lifts
     error = np.abs(found - exact).max(axis=(1, 2)) / np.abs(exact).max(axis=(1, 2))
     # Rounding of the eigenproblem and of stiffness against inertia at 2 kHz: measured 2e-11.
     assert error.max() < 1e-9

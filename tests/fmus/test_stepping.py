@@ -7,17 +7,18 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from railcosim.fmus.content import track_arrays, vehicle_arrays
-from railcosim.fmus.python_runtime.bodies import TrackBody, VehicleBody
-from railcosim.fmus.python_runtime.motion import FromOutside, Inputs, Mover, OwnContact
-from railcosim.fmus.python_runtime.stepping import (
+from railcosim.mechanics.law import HertzContact, LinearContact
+from railcosim.mechanics.motion import FromOutside, Inputs, Mover, OwnContact
+from railcosim.mechanics.ports import Layout
+from railcosim.mechanics.solve import solve_compression
+from railcosim.mechanics.stepping import (
     Drive,
     State,
     add_end,
     coefficients,
     free_step,
 )
-from railcosim.vehicle.contact import HertzContact, LinearContact, solve_compression
+from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import PrimarySuspension, SecondarySuspension, Vehicle
 
@@ -29,12 +30,12 @@ NONE = np.empty(0)
 
 @pytest.fixture
 def vehicle():
-    return VehicleBody(vehicle_arrays(MULTIBODY))
+    return vehicle_body(MULTIBODY)
 
 
 @pytest.fixture(scope="module")
 def track(short_reduced):
-    return TrackBody(track_arrays(short_reduced))
+    return short_reduced.under(Layout())
 
 
 # --- exponential functions ------------------------------------------------------------------
@@ -136,22 +137,20 @@ def by_exponential(height, start, end, h):
 def test_vehicle_step_against_the_matrix_exponential(vehicle, h):
     height, start, end = np.array([1e-3, -2e-3, 5e-4, 0.0]), forces(1), forces(2)
     mover = Mover(vehicle, FromOutside(), np.inf)
-    state = mover.step(
-        vehicle.rest(height), Inputs(np.zeros(4), start), Inputs(np.zeros(4), end), h
-    )
+    state = mover.step(vehicle.on(height), Inputs(np.zeros(4), start), Inputs(np.zeros(4), end), h)
     x, v, a = by_exponential(height, start, end, h)
     # Rounding of two eigenproblems and of scaling and squaring.
-    assert vehicle.coordinates(state) == pytest.approx(x, abs=1e-10 * np.abs(x).max())
-    assert vehicle.rates(state) == pytest.approx(v, abs=1e-10 * np.abs(v).max())
+    assert vehicle.displacements(state) == pytest.approx(x, abs=1e-10 * np.abs(x).max())
+    assert vehicle.velocities(state) == pytest.approx(v, abs=1e-10 * np.abs(v).max())
     assert vehicle.accelerations(state, end) == pytest.approx(a, abs=1e-10 * np.abs(a).max())
-    assert vehicle.motion(vehicle.shapes(WHEELS), state) == pytest.approx(
+    assert vehicle.at(WHEELS).motion(state) == pytest.approx(
         np.tile(x[6:], 2), abs=1e-10 * np.abs(x).max()
     )
 
 
 def test_vehicle_in_one_step_or_in_twenty(vehicle):
     h, start, end = 0.05, Inputs(np.zeros(4), forces(3)), Inputs(np.zeros(4), forces(4))
-    mover, rest = Mover(vehicle, FromOutside(), np.inf), vehicle.rest(np.full(4, 1e-3))
+    mover, rest = Mover(vehicle, FromOutside(), np.inf), vehicle.on(np.full(4, 1e-3))
     whole, parts = mover.step(rest, start, end, h), rest
     for k in range(20):
         parts = mover.step(
@@ -167,12 +166,12 @@ def test_vehicle_at_rest_stays_at_rest(vehicle):
     K = MULTIBODY.K
     holding = K[6:, 6:] - K[6:, :6] @ np.linalg.solve(K[:6, :6], K[:6, 6:])
     force = np.tile(LOAD - holding @ height / 2, 2)
-    rest = vehicle.rest(height)
+    rest = vehicle.on(height)
     same = Inputs(np.zeros(4), force)
     later = Mover(vehicle, FromOutside(), np.inf).step(rest, same, same, 0.5)
-    assert vehicle.coordinates(later) == pytest.approx(vehicle.coordinates(rest), abs=1e-12)
+    assert vehicle.displacements(later) == pytest.approx(vehicle.displacements(rest), abs=1e-12)
     assert np.abs(vehicle.accelerations(later, force)).max() < 1e-9  # of 94 m/s2 for a lost wheel
-    assert vehicle.coordinates(rest)[6:] == pytest.approx(height, abs=1e-15)
+    assert vehicle.displacements(rest)[6:] == pytest.approx(height, abs=1e-15)
 
 
 # --- track, forces from outside -----------------------------------------------------------------
@@ -181,7 +180,7 @@ def test_vehicle_at_rest_stays_at_rest(vehicle):
 def test_track_in_one_step_or_in_twenty(track):
     h, start, end = 4e-3, Inputs(WHEELS, forces(5)), Inputs(WHEELS, forces(6))
     mover = Mover(track, FromOutside(), 1e-4)
-    rest = track.rest(track.shapes(WHEELS), forces(7))
+    rest = track.at(WHEELS).rest(forces(7))
     whole, parts = mover.step(rest, start, end, h), rest
     for k in range(20):
         parts = mover.step(
@@ -193,13 +192,13 @@ def test_track_in_one_step_or_in_twenty(track):
 
 
 def test_track_at_rest_stays_at_rest(track):
-    force, shapes = forces(8), track.shapes(WHEELS)
-    rest, same = track.rest(shapes, force), Inputs(WHEELS, force)
+    force, shapes = forces(8), track.at(WHEELS)
+    rest, same = shapes.rest(force), Inputs(WHEELS, force)
     later = Mover(track, FromOutside(), 1e-4).step(rest, same, same, 0.1)
-    deflection = track.motion(shapes, rest)
-    assert track.motion(shapes, later) == pytest.approx(deflection, rel=1e-11)  # rounding
-    assert track.static_compliance(shapes) @ force == pytest.approx(deflection, rel=1e-11)
-    speed = track.velocity(shapes, later, force)
+    deflection = shapes.motion(rest)
+    assert shapes.motion(later) == pytest.approx(deflection, rel=1e-11)  # rounding
+    assert shapes.static_compliance() @ force == pytest.approx(deflection, rel=1e-11)
+    speed = shapes.velocity(later, force)
     # Velocity is the sum of modes and what the force lets through: it cancels to rounding.
     assert np.abs(speed).max() < 1e-9 * np.abs(deflection).max() * 2 * np.pi * 1500
 
@@ -207,19 +206,19 @@ def test_track_at_rest_stays_at_rest(track):
 def test_rail_velocity_is_the_derivative_of_the_deflection(track):
     mover, h = Mover(track, FromOutside(), 1e-4), 1e-6
     start, end = Inputs(WHEELS, forces(9)), Inputs(WHEELS, forces(10))
-    state = mover.step(track.rest(track.shapes(WHEELS), forces(11)), start, end, 2e-3)
-    shapes, same = track.shapes(WHEELS), Inputs(WHEELS, end.load)
+    state = mover.step(track.at(WHEELS).rest(forces(11)), start, end, 2e-3)
+    shapes, same = track.at(WHEELS), Inputs(WHEELS, end.load)
     later = mover.step(state, same, same, h)
     latest = mover.step(later, same, same, h)
-    difference = (track.motion(shapes, latest) - track.motion(shapes, state)) / (2 * h)
-    found = track.velocity(shapes, later, end.load)
+    difference = (shapes.motion(latest) - shapes.motion(state)) / (2 * h)
+    found = shapes.velocity(later, end.load)
     # Central difference: (omega h)^2 / 6 = 3e-4 of the fastest residual oscillation there is.
     assert found == pytest.approx(difference, abs=1e-3 * np.abs(found).max())
 
 
 def test_faster_internal_steps_do_not_change_a_track_under_resting_wheels(track):
     start, end = Inputs(WHEELS, forces(1)), Inputs(WHEELS, forces(2))
-    rest = track.rest(track.shapes(WHEELS), forces(3))
+    rest = track.at(WHEELS).rest(forces(3))
     coarse, fine = (
         Mover(track, FromOutside(), step).step(rest, start, end, 2e-3) for step in (1.0, 1e-5)
     )
@@ -231,7 +230,7 @@ def test_shapes_are_continuous(track, x):
     """At ends of the ring, of cells, and at nodes."""
     gap = 1e-9
     here = x + np.array([-gap, gap, 0.0, 10 * gap])
-    out = track.shapes(here).out.copy()
+    out = track.at(here).out.copy()
     jump = np.abs(out[1] - out[0]).max()
     # Steepest mode: wave length 1 m, so 2 pi x 2 gap of its height, with a margin of three.
     assert jump < 3 * 2 * np.pi * 2 * gap * np.abs(out).max()
@@ -242,27 +241,27 @@ def test_shapes_are_continuous(track, x):
 def test_shapes_have_no_kinks(track, x):
     """Slopes on both sides of the ends of the ring, of cells, and of nodes; railseats too."""
     near, far = 1e-6, 2e-6
-    out = track.shapes(x + np.array([-far, -near, near, far])).out
+    out = track.at(x + np.array([-far, -near, near, far])).out
     before, after = (out[1] - out[0]) / (far - near), (out[3] - out[2]) / (far - near)
     # Differences are off by slope'' times 3e-6 m; rounding leaves 1e-16 / 1e-6 of the height.
     assert np.abs(after - before).max() < 1e-3 * np.abs(before).max()
 
 
 def test_the_ring_wraps(track):
-    once = track.shapes(WHEELS).out.copy()
+    once = track.at(WHEELS).out.copy()
     for laps in (1, -1, 7):
-        again = track.shapes(WHEELS + laps * track.length).out
+        again = track.at(WHEELS + laps * track.shapes.length).out
         # Rounding of positions some hundred metres large.
         assert again == pytest.approx(once, abs=1e-11 * np.abs(once).max())
 
 
 def moved_orders(track, start, end, h, cuts):
     """Observed orders of the deflections under wheels that roll from `start` to `end`."""
-    rest = track.rest(track.shapes(start.position), start.load)
+    rest = track.at(start.position).rest(start.load)
 
     def after(n):
         state = Mover(track, FromOutside(), h / n).step(rest, start, end, h)
-        return track.motion(track.shapes(end.position), state)
+        return track.at(end.position).motion(state)
 
     exact = after(8 * cuts[-1])
     errors = np.array([np.abs(after(n) - exact).max() for n in cuts])
@@ -271,7 +270,8 @@ def moved_orders(track, start, end, h, cuts):
 
 def test_moving_force_is_fourth_order_within_an_element(track):
     """Force times shape, of fourth degree in time, is taken as a parabola in each internal step."""
-    behind_nodes = np.round(WHEELS / track.element) * track.element + 0.005
+    element = track.shapes.cell_length / len(track.shapes.table)
+    behind_nodes = np.round(WHEELS / element) * element + 0.005
     start, end = Inputs(behind_nodes, forces(4)), Inputs(behind_nodes + 0.07, forces(5))
     orders = moved_orders(track, start, end, 1e-3, (8, 16, 32))
     assert orders == pytest.approx(4, abs=0.1), orders  # measured 4.02, 4.01
@@ -302,12 +302,12 @@ def undamped():
 def test_vehicle_on_its_contacts_keeps_its_energy(drop):
     """Without dampers, on a rigid rail: kinetic, springs, Hertz and the weight."""
     multibody = undamped()
-    body = VehicleBody(vehicle_arrays(multibody))
+    body = vehicle_body(multibody)
     load = LOAD
     delta = (load / HERTZ.C) ** (2 / 3)
 
     def energy(state):
-        x, v = body.coordinates(state), body.rates(state)
+        x, v = body.displacements(state), body.velocities(state)
         pressed = np.maximum(np.tile(x[6:], 2), 0)
         contact = 0.4 * HERTZ.C * np.sum(pressed**2.5)
         return (
@@ -316,14 +316,14 @@ def test_vehicle_on_its_contacts_keeps_its_energy(drop):
         )  # fmt: skip
 
     def worst(step):
-        mover = Mover(body, OwnContact(HERTZ, 1), step)
-        state = body.rest(delta - drop * np.array([1.0, 0.6, 0.8, 0.9]))
+        mover = Mover(body, OwnContact(HERTZ), step)
+        state = body.on(delta - drop * np.array([1.0, 0.6, 0.8, 0.9]))
         first, rail, drift, least = energy(state), Inputs(np.zeros(4), np.zeros(8)), 0.0, 1.0
-        at_rest = energy(body.rest(np.full(4, delta)))
+        at_rest = energy(body.on(np.full(4, delta)))
         for _ in range(200):
             state = mover.step(state, rail, rail, 1e-4)
             drift = max(drift, abs(energy(state) - first))
-            least = min(least, body.coordinates(state)[6:].min())
+            least = min(least, body.displacements(state)[6:].min())
         return drift / (first - at_rest), least
 
     (coarse, least), (fine, _) = worst(1e-4), worst(2.5e-5)
@@ -341,12 +341,12 @@ def test_vehicle_contact_is_second_order_in_the_internal_step(vehicle):
     begin, end = np.zeros(8), 2e-5 * np.array([1, -1, 2, 0.5, 1, -1, 2, 0.5])
 
     def after(step):
-        mover = Mover(vehicle, OwnContact(HERTZ, 1), step)
-        state = vehicle.rest(np.full(4, delta))
+        mover = Mover(vehicle, OwnContact(HERTZ), step)
+        state = vehicle.on(np.full(4, delta))
         for k in range(4):
             low, high = (begin, end) if k % 2 == 0 else (end, begin)
             state = mover.step(state, Inputs(WHEELS, low), Inputs(WHEELS, high), 2e-3)
-        return vehicle.coordinates(state)[6:]
+        return vehicle.displacements(state)[6:]
 
     exact = after(2e-3 / 512)
     errors = [np.abs(after(2e-3 / n) - exact).max() for n in (16, 32, 64)]
@@ -360,12 +360,12 @@ def test_track_contact_is_second_order_in_the_internal_step(track):
     They stay where they are: the curvature of shapes jumps at the table's nodes.
     """
     begin, end = Inputs(WHEELS, np.full(8, 5e-4)), Inputs(WHEELS, np.full(8, 1e-3))
-    own, shapes = OwnContact(HERTZ, -1), track.shapes(WHEELS)
-    delta = solve_compression(HERTZ, track.static_compliance(shapes), begin.load, begin.load)
-    rest = track.rest(shapes, HERTZ.force(delta))
+    own, shapes = OwnContact(HERTZ), track.at(WHEELS)
+    delta = solve_compression(HERTZ, shapes.static_compliance(), begin.load, begin.load)
+    rest = shapes.rest(HERTZ.force(delta))
 
     def after(step):
-        return track.motion(shapes, Mover(track, own, step).step(rest, begin, end, 4e-3))
+        return shapes.motion(Mover(track, own, step).step(rest, begin, end, 4e-3))
 
     exact = after(4e-3 / 4096)
     errors = [np.abs(after(4e-3 / n) - exact).max() for n in (256, 512, 1024)]
@@ -377,41 +377,41 @@ def test_track_contact_is_second_order_in_the_internal_step(track):
 
 def test_track_rests_under_its_own_contacts(track):
     """Balance by hand: C (h - G F)^1.5 = F, found by fixed-point iteration of the deflection."""
-    shapes, height = track.shapes(WHEELS), np.full(8, 6e-4)
-    G, force = track.static_compliance(shapes), np.zeros(8)
+    shapes, height = track.at(WHEELS), np.full(8, 6e-4)
+    G, force = shapes.static_compliance(), np.zeros(8)
     for _ in range(400):
         force = 0.9 * force + 0.1 * HERTZ.force(height - G @ force)
-    state = track.rest(shapes, force)
-    own = OwnContact(HERTZ, -1)
-    assert own.at(track, shapes, state, height) == pytest.approx(force, rel=1e-9)
+    state = shapes.rest(force)
+    own = OwnContact(HERTZ)
+    assert own.at(shapes, state, height) == pytest.approx(force, rel=1e-9)
     same = Inputs(WHEELS, height)
     later = Mover(track, own, 1e-4).step(state, same, same, 0.02)
-    assert own.at(track, shapes, later, height) == pytest.approx(force, rel=1e-9)
+    assert own.at(shapes, later, height) == pytest.approx(force, rel=1e-9)
 
 
 def test_linear_contact_of_the_track_in_frequency(track):
     """A sine of the wheel's height small enough, after the transient: R / (1 + k R) x k."""
     k_H, frequency = 1e9, 200.0
     law = LinearContact(k_H=k_H)
-    mover, shapes = Mover(track, OwnContact(law, -1), 2e-5), track.shapes(WHEELS)
+    mover, shapes = Mover(track, OwnContact(law), 2e-5), track.at(WHEELS)
     pattern = np.array([1.0, 0, 0, 0, 0, 0, 0, 0])
-    state, omega, h = track.rest(shapes, np.zeros(8)), 2 * np.pi * frequency, 1e-4
+    state, omega, h = shapes.rest(np.zeros(8)), 2 * np.pi * frequency, 1e-4
     samples, times = [], []
     for n in range(2000):
         ends = [Inputs(WHEELS, pattern * np.sin(omega * (n + j) * h)) for j in (0, 1)]
         state = mover.step(state, *ends, h)
         if n >= 1500:
-            samples.append(track.motion(shapes, state)[0])
+            samples.append(shapes.motion(state)[0])
             times.append((n + 1) * h)
     basis = np.stack([np.sin(omega * np.array(times)), np.cos(omega * np.array(times))], axis=1)
     (re, im), *_ = np.linalg.lstsq(basis, np.array(samples), rcond=None)
     # Receptance at all contacts, from the two things a step uses.
     R = np.empty((8, 8), dtype=complex)
     for j in range(8):
-        b = track.drive(shapes, np.eye(8)[j]).s
+        b = shapes.drive(np.eye(8)[j]).s
         plus, minus = b / (1j * omega - track.poles), b / (-1j * omega - track.poles)
-        R[:, j] = track.motion(shapes, State((plus + minus) / 2, NONE, NONE))
-        R[:, j] += 1j * track.motion(shapes, State(1j * (minus - plus) / 2, NONE, NONE))
+        R[:, j] = shapes.motion(State((plus + minus) / 2, NONE, NONE))
+        R[:, j] += 1j * shapes.motion(State(1j * (minus - plus) / 2, NONE, NONE))
     expected = (R @ np.linalg.solve(np.eye(8) + k_H * R, k_H * pattern))[0]
     # Broken line for a sine: (omega h)^2 / 12 = 1.3e-3.
     assert re + 1j * im == pytest.approx(expected, rel=2e-3)
@@ -419,7 +419,7 @@ def test_linear_contact_of_the_track_in_frequency(track):
 
 def test_step_leaves_the_old_state_alone(track):
     """A step refused, or repeated, starts from what it started from."""
-    rest = track.rest(track.shapes(WHEELS), forces(1))
+    rest = track.at(WHEELS).rest(forces(1))
     kept = rest.copy()
     mover = Mover(track, FromOutside(), 1e-4)
     one = mover.step(rest, Inputs(WHEELS, forces(2)), Inputs(WHEELS + 0.1, forces(3)), 1e-3)

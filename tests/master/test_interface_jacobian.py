@@ -23,7 +23,7 @@ from railcosim.master.schemes.variants import (
 )
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
-from railcosim.vehicle.contact import HertzContact, LinearContact
+from railcosim.mechanics.law import HertzContact, LinearContact
 
 from .oscillator import HoldingComponent
 

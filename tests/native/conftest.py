@@ -13,11 +13,12 @@ from pathlib import Path
 
 import pytest
 
-from railcosim.fmus.content import Arrays, contents
+from railcosim.fmus.content import contents
+from railcosim.fmus.description.structure import states_of
 from railcosim.fmus.interface import Scalar
 from railcosim.fmus.native_runtime.compile import headers, sources
-from railcosim.fmus.native_runtime.resource import FOUR, resource
-from railcosim.mechanics.ports import Layout
+from railcosim.fmus.native_runtime.resource import resource
+from railcosim.mechanics.modal import ModalBody
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.parameters import Vehicle
 
@@ -204,26 +205,23 @@ def tiny(tmp_path_factory: pytest.TempPathFactory, tiny_track: Track) -> dict[st
     folder = tmp_path_factory.mktemp("tiny")
     return {
         content.name: take_apart(
-            folder / content.name, content.model, content.arrays, content.table
+            folder / content.name, content.body, content.table
         )
         for content in contents(Vehicle(), tiny_track)
     }  # fmt: skip
 
 
-def take_apart(
-    folder: Path, model: str, arrays: Arrays, table: Sequence[Scalar], layout: Layout = FOUR
-) -> Fmu:
+def take_apart(folder: Path, body: ModalBody, table: Sequence[Scalar]) -> Fmu:
     """An FMU as the C runtime finds it, without the rest."""
     guid = f"{{{uuid.uuid4()}}}"
     resources = folder / "resources"
     resources.mkdir(parents=True)
-    (resources / "model.bin").write_bytes(resource(model, arrays, table, guid, layout))
-    local = len(layout.ports) if model == "track" else arrays["rigid"].shape[1]
+    (resources / "model.bin").write_bytes(resource(body, table, guid))
     return Fmu(
         name=folder.name, guid=guid, resources=resources,
         variables={v.name: v for v in table},
         references={v.name: k for k, v in enumerate(table)},
-        states=2 * (arrays["poles"].size + local),
+        states=states_of(body).size,
     )  # fmt: skip
 
 

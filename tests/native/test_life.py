@@ -114,29 +114,30 @@ def test_a_model_exchange(driver, tiny, fmi, use, name):
     ok(one("terminate"))
 
 
-def many_times(arrays, n):
+def many_times(body, n):
     """A track with each of its modes n times, and so shapes of 1 / n: the same rails."""
-    even, odd = (np.flatnonzero(arrays["parity"] * sign > 0) for sign in (1, -1))
+    shapes = body.shapes
+    even, odd = np.split(np.arange(body.shared), [body.even])
     modes = np.concatenate([np.tile(even, n), np.tile(odd, n)])
-    place = np.empty((n, arrays["poles"].size), int)  # of a mode's copies
+    place = np.empty((n, body.shared), int)  # of a mode's copies
     place[:, even] = np.arange(n * even.size).reshape(n, -1)
     place[:, odd] = n * even.size + np.arange(n * odd.size).reshape(n, -1)
     copy = np.concatenate([np.repeat(np.arange(n), even.size), np.repeat(np.arange(n), odd.size)])
-    scaled = (arrays["table"][..., modes] / np.sqrt(n)).astype(np.complex64)
-    return {
-        **arrays, "poles": arrays["poles"][modes], "mu": arrays["mu"][modes],
-        "parity": arrays["parity"][modes], "partner": place[copy, arrays["partner"][modes]],
-        "table": scaled,
-    }  # fmt: skip
+    many = replace(
+        shapes, table=(shapes.table[..., modes] / np.sqrt(n)).astype(np.complex64),
+        mu=shapes.mu[modes], partner=place[copy, shapes.partner[modes]],
+    )  # fmt: skip
+    poles = np.concatenate([body.poles[modes], body.poles[body.shared :]])
+    return replace(body, poles=poles, even=n * body.even, shapes=many)
 
 
 def test_more_states_than_there_are_variables(driver, tiny, tiny_track, fmi, use, tmp_path):
     """A long ring has more than 2^16 states: none has a derivative's reference."""
     (content,) = [c for c in contents(Vehicle(), tiny_track) if c.name == "Track"]
-    arrays = many_times(content.arrays, 2**15 // content.arrays["poles"].size + 1)
+    body = many_times(content.body, 2**15 // content.body.shared + 1)
     guid = f"{{{uuid.uuid4()}}}"
-    (tmp_path / "model.bin").write_bytes(resource("track", arrays, content.table, guid))
-    states = 2 * (arrays["poles"].size + 8)
+    (tmp_path / "model.bin").write_bytes(resource(body, content.table, guid))
+    states = 2 * body.poles.size
     assert states > 2**16
     one = use(
         driver, replace(tiny["Track"], guid=guid, resources=tmp_path, states=states), fmi, "me"

@@ -6,14 +6,19 @@ More of them add up (forces from outside), or are lifted one by one (contacts in
 
 import struct
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from railcosim.fmus import variables as rows
-from railcosim.fmus.content import contact_defaults, contents
+from railcosim.fmus.content import contact_defaults
+from railcosim.fmus.interface import Start, interface
+from railcosim.mechanics.modal import Everywhere
 from railcosim.mechanics.ports import Layout
+from railcosim.track.reduced import reduce_track
+from railcosim.vehicle.modal import vehicle_body
+from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
 
 STEP, SPEED = 1e-3, 70.0  # s, m/s
@@ -21,36 +26,23 @@ LAW = contact_defaults(Vehicle())
 LIFTED = -0.01  # m, of a wheel
 
 
-def track_table(layout, *, with_contact):
-    """The interface of a track under these wheelsets."""
-    wheels = [(i, side) for side in layout.sides for i in layout.numbers]
-    table = [rows.time()]
-    table += [rows.position(i, "input", start=0.0) for i in layout.numbers]
-    for i, side in wheels:
-        load = rows.wheel_z(i, side, "input") if with_contact else rows.force(i, side, "input", 0.0)
-        table.append(load)
-    for i, side in wheels:
-        table += [rows.rail_z(i, side, "output"), rows.rail_vz(i, side)]
-        table += [rows.force(i, side, "output")] if with_contact else []
-    law = rows.contact_parameters(LAW) if with_contact else []
-    return [*table, rows.input_hold(), rows.internal_step(with_contact=with_contact), *law]
-
-
 @pytest.fixture(scope="module")
-def models(tiny_track):
-    return {content.name: content for content in contents(Vehicle(), tiny_track)}
+def reduced(tiny_track):
+    return reduce_track(tiny_track)
 
 
 @pytest.fixture
-def track(made, models, tmp_path):
+def track(made, reduced, tmp_path):
     """Function that makes a track under a layout."""
     known = {}
 
     def make(layout, *, with_contact=False):
         if layout not in known:
-            table = track_table(layout, with_contact=with_contact)
+            body = reduced.under(layout)
+            start = Start(loads=[0.0] * body.ports, positions=[0.0] * layout.wheelsets, contact=LAW)
+            table = interface(body, start, with_contact=with_contact)
             folder = tmp_path / f"{layout.wheelsets}-{len(layout.sides)}"
-            known[layout] = made(folder, "track", models["Track"].arrays, table, layout)
+            known[layout] = made(folder, body, table)
         return known[layout]
 
     return make
@@ -209,34 +201,46 @@ def test_lifted_wheels_are_not_there(driver, use, track, wheelsets, pressed):
     assert alone[:, 2].min() > 1e3
 
 
-def doubled(arrays):
+def doubled(body):
     """Two vehicles beside each other; coordinates of the wheelsets last."""
-    above = arrays["rigid"].shape[0] - 4
+    one = body.coordinates
+    above = one.rigid.shape[0] - 4
     order = np.r_[:above, above + 4 : 2 * above + 4, above : above + 4, -4:0]
-    made = {name: np.concatenate([arrays[name]] * 2) for name in ("poles",)}
-    made |= {name: block_diag(*[arrays[name]] * 2)[order] for name in ("rigid", "modes")}
-    made["left"] = block_diag(*[arrays["left"]] * 2)[:, order]
-    made["inverse_mass"] = np.tile(arrays["inverse_mass"], 2)[order]
-    # Both start on wheels that just touch the rail.
-    made |= {
-        name: np.zeros_like(block_diag(*[arrays[name]] * 2)) for name in ("start_s", "start_r")
-    }
-    made["wheelset_x"] = np.concatenate([arrays["wheelset_x"], arrays["wheelset_x"] - 25.0])
-    made["wheel_load"] = arrays["wheel_load"]
-    return made
+
+    def twice(array):
+        return block_diag(array, array)
+
+    rigid, zeros = twice(one.rigid)[order], np.zeros_like
+    coordinates = replace(
+        one,
+        bodies=("one", "two"),
+        names=tuple(map(str, order)),
+        wheelsets=np.arange(2 * above, 2 * above + 8),
+        modes=twice(one.modes)[order],
+        rigid=rigid,
+        through=twice(one.through)[order],
+        # Both start on wheels that just touch the rail.
+        start_s=zeros(twice(one.start_s)),
+        start_r=zeros(twice(one.start_r)),
+        wheelset_x=np.concatenate([one.wheelset_x, one.wheelset_x - 25.0]),
+    )
+    shapes = Everywhere(out=twice(body.shapes.out), into=twice(body.shapes.into))
+    return replace(
+        body, layout=Layout(8), poles=np.tile(body.poles, 2), even=2 * body.even, shapes=shapes,
+        rigid_out=twice(body.rigid_out), rigid_into=twice(body.rigid_into),
+        preload=np.tile(body.preload, 2), coordinates=coordinates,
+    )  # fmt: skip
 
 
-def test_a_vehicle_of_two(driver, use, made, models, tmp_path):
+def test_a_vehicle_of_two(driver, use, made, tmp_path):
     """Eight wheelsets of two vehicles that are not coupled: each as it is alone."""
-    arrays, eight, four = models["Vehicle"].arrays, Layout(8), Layout(4)
+    body, eight, four = vehicle_body(build_multibody(Vehicle())), Layout(8), Layout(4)
     seen = []
-    for layout, model in ((eight, doubled(arrays)), (four, arrays)):
-        wheels = [(i, side) for side in layout.sides for i in layout.numbers]
-        table = [rows.time(), *(rows.rail_z(i, side, "input") for i, side in wheels)]
-        table += [rows.force(i, side, "output") for i, side in wheels]
-        table += [rows.input_hold(), *rows.journey(0.0)]
-        table += [rows.internal_step(with_contact=True), *rows.contact_parameters(LAW)]
-        fmu = made(tmp_path / str(layout.wheelsets), "vehicle", model, table, layout)
+    for layout, model in ((eight, doubled(body)), (four, body)):
+        n = layout.wheelsets
+        start = Start(loads=[0.0] * 2 * n, positions=[0.0] * n, contact=LAW)
+        table = interface(model, start, with_contact=True)
+        fmu = made(tmp_path / str(n), model, table)
         for vehicle in range(2):
             if layout is eight and vehicle:
                 continue

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from railcosim.mechanics.law import HertzContact, LinearContact
 from railcosim.reference.monolithic import assemble, frequency_response
 from railcosim.reference.newmark import equilibrium, newmark
 from railcosim.track.parameters import Fastening, Foundation, Mesh, Rail, Slab, Track
-from railcosim.vehicle.contact import HertzContact, LinearContact
 from railcosim.vehicle.parameters import PrimarySuspension, SecondarySuspension, Vehicle
 
 HERTZ = HertzContact(C=9.64e10)

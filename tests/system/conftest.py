@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.frequency import Models, linear_models
-from railcosim.fmus.content import track_arrays
 from railcosim.fmus.export import export
-from railcosim.fmus.python_runtime.bodies import TrackBody
+from railcosim.mechanics.ports import Layout
 from railcosim.track.parameters import Mesh, Track
 from railcosim.track.reduced import reduce_track
 from railcosim.vehicle.parameters import Vehicle
@@ -45,7 +44,7 @@ def models(exported: Exported) -> Models:
 def carried(exported: Exported, models: Models):
     """Driving-point receptances (n_omega, 8) of the reduced track that the FMU carries."""
     script = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks" / "accuracy.py"))
-    body = TrackBody(track_arrays(reduce_track(exported.track)))
+    body = reduce_track(exported.track).under(Layout())
 
     def receptance(omega: np.ndarray) -> np.ndarray:
         response = script["carried_receptance"]

@@ -11,9 +11,9 @@ from railcosim.analysis.stability import static_stiffness
 from railcosim.analysis.study_point import Contact, Point, Ride, measure, reference
 from railcosim.fmus.export import export
 from railcosim.master.connections import CouplingError
+from railcosim.mechanics.law import hertz_coefficient, tangent_stiffness
 from railcosim.track.irregularity import flat, synthesise
 from railcosim.track.parameters import Mesh, Track
-from railcosim.vehicle.contact import hertz_coefficient, tangent_stiffness
 from railcosim.vehicle.parameters import CarBody, Vehicle, Wheelset
 
 TRACK = Track(mesh=Mesh(cells=6, highest_frequency=2000))

@@ -15,9 +15,9 @@ from railcosim.master.schemes.variants import (
     RADAU_2,
     VARIANTS,
 )
+from railcosim.mechanics.law import LinearContact, coefficient_for
 from railcosim.track.irregularity import Profile, synthesise, wheel_flat
 from railcosim.track.irregularity.synthesis import FADE_IN
-from railcosim.vehicle.contact import LinearContact, coefficient_for
 
 SPEED = 250 / 3.6  # m/s
 K_H = 1e9  # N/m

@@ -20,8 +20,8 @@ from railcosim.master.schemes.iteration import Until
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.schemes.nepce import nepce
 from railcosim.master.schemes.picard import picard
+from railcosim.mechanics.law import LinearContact
 from railcosim.track.irregularity import synthesise
-from railcosim.vehicle.contact import LinearContact
 
 SPEED, STOP = 250 / 3.6, 0.05  # m/s, s
 K_H = 1e9  # N/m

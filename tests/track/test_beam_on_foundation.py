@@ -20,9 +20,8 @@ import numpy as np
 import pytest
 from numpy.polynomial import polynomial
 
-from railcosim.fmus.content import track_arrays
-from railcosim.fmus.python_runtime.bodies import TrackBody
-from railcosim.fmus.python_runtime.motion import FromOutside, Inputs, Mover
+from railcosim.mechanics.motion import FromOutside, Inputs, Mover
+from railcosim.mechanics.ports import Layout
 from railcosim.track.parameters import Fastening, Mesh, Rail, Slab, Track
 from railcosim.track.receptance import Point, direct_receptance, infinite_receptance
 from railcosim.track.reduced import reduce_track
@@ -147,7 +146,7 @@ def test_railseats_become_a_foundation_with_the_square_of_their_spacing():
 
 @pytest.fixture(scope="module")
 def moving_track():
-    return TrackBody(track_arrays(reduce_track(supported_rail(cells=60))))
+    return reduce_track(supported_rail(cells=60)).under(Layout())
 
 
 @pytest.mark.parametrize("v", [0.0, 100.0, 250.0, 400.0])
@@ -159,10 +158,10 @@ def test_moving_force(moving_track, v):
     force[0] = 1.0  # wheelset 1, left
     start = Inputs(np.array([10.0, 12.0, 14.0, 16.0]), force)
     end = Inputs(start.position + v * duration, force)
-    state = mover.step(body.rest(body.shapes(start.position), force), start, end, duration)
+    state = mover.step(body.at(start.position).rest(force), start, end, duration)
     distance = np.array([0.0, -1.0, 0.5, 1.0])
     # Residuals are local to the wheels, so places away from the load are seen with none.
-    found = body.motion(body.shapes(end.position[0] + distance), state)[:4]
+    found = body.at(end.position[0] + distance).motion(state)[:4]
     expected = moving(Rail(), v, distance)
     # Railseats for a foundation: measured 4e-4 at every speed, as in the static case.
     assert found == pytest.approx(expected, rel=8e-4)

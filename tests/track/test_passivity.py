@@ -7,8 +7,7 @@ with it. The model is put together from what a step uses, poles and shapes.
 import numpy as np
 import pytest
 
-from railcosim.fmus.content import track_arrays
-from railcosim.fmus.python_runtime.bodies import TrackBody
+from railcosim.mechanics.ports import Layout
 from railcosim.track.parameters import Fastening, Mesh, Slab, Track
 from railcosim.track.reduced import reduce_track
 
@@ -20,8 +19,8 @@ FREQUENCY = np.unique(np.r_[np.geomspace(1, 1000, 30), np.arange(1000.0, 30000, 
 
 def carried(body, position):
     """(poles, B, C): s' = poles s + B f, deflections Re(C s), for all 8 contacts."""
-    shapes = body.shapes(position)
-    B = np.stack([body.drive(shapes, f).s for f in np.eye(8)], axis=1)
+    shapes = body.at(position)
+    B = np.stack([shapes.drive(f).s for f in np.eye(8)], axis=1)
     even, odd = shapes.out[:, : body.even], shapes.out[:, body.even :]
     ring = np.block([[even, odd], [even, -odd]])
     return body.poles, B, np.hstack([ring, np.diag(shapes.local)])
@@ -60,7 +59,7 @@ def without_slab(damping):
 @pytest.mark.parametrize("wheelsets", WHEELSETS)
 @pytest.mark.parametrize("place", [0.0, 1 / 32, 1 / 8, 0.21, 1 / 2])
 def test_default_track_gives_no_power(default_reduced, wheelsets, place):
-    body = TrackBody(track_arrays(default_reduced))
+    body = default_reduced.under(Layout())
     least, at_infinity, _ = power(body, SEAT + place * BAY + wheelsets)
     # Measured 2e-10 s/kg, at 1 Hz. Without a jump of the residual -2.8e-7, from 7.7 kHz up.
     assert least.min() > 0
@@ -78,7 +77,7 @@ def test_default_track_gives_no_power(default_reduced, wheelsets, place):
     ids=["hardly damped", "no slab", "overdamped", "loss factor", "stiff", "few modes"],
 )
 def test_other_tracks_give_no_power(track):
-    body = TrackBody(track_arrays(reduce_track(track)))
+    body = reduce_track(track).under(Layout())
     for place in (0.0, 1 / 16, 1 / 2):
         least, at_infinity, _ = power(body, SEAT + place * BAY + WHEELSETS[1])
         assert least.min() > 0
@@ -86,7 +85,7 @@ def test_other_tracks_give_no_power(track):
 
 
 def test_undamped_track_neither_gives_nor_takes():
-    body = TrackBody(track_arrays(reduce_track(without_slab(0.0))))
+    body = reduce_track(without_slab(0.0)).under(Layout())
     least, at_infinity, scale = power(body, SEAT + WHEELSETS[1])
     # Poles on the imaginary axis: rounding of the shapes to single precision near resonances.
     assert least.min() > -1e-6 * scale
@@ -96,7 +95,7 @@ def test_undamped_track_neither_gives_nor_takes():
 @pytest.fixture(scope="module")
 def on_springs():
     """State matrices of the open track: x' = A x + B f, z = C x, all real."""
-    body = TrackBody(track_arrays(reduce_track(coarse())))
+    body = reduce_track(coarse()).under(Layout())
     poles, B, C = carried(body, SEAT + WHEELSETS[1])
     A = np.block([[np.diag(poles.real), -np.diag(poles.imag)],
                   [np.diag(poles.imag), np.diag(poles.real)]])  # fmt: skip

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from railcosim.mechanics.shape_functions import shape_functions
 from railcosim.track.parameters import Mesh, Rail, Slab, Track
 from railcosim.track.rail import assemble, element_matrices
 from railcosim.track.receptance import Point, direct_receptance
-from railcosim.track.shape_functions import shape_functions
 
 RAIL = Rail()
 BAY = 0.625

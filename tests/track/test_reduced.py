@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railcosim.fmus.content import track_arrays
-from railcosim.fmus.python_runtime.bodies import TrackBody
+from railcosim.mechanics.ports import Layout
 from railcosim.track.cell import EVEN, ODD, build_cell
 from railcosim.track.parameters import Fastening, Mesh, Rail, Slab, Track
 from railcosim.track.receptance import Point, direct_receptance
@@ -52,7 +51,7 @@ def direct(default_track, grid):
 
 @pytest.fixture(scope="module")
 def default_body(default_reduced):
-    return TrackBody(track_arrays(default_reduced))
+    return default_reduced.under(Layout())
 
 
 def relative_error(found, exact):
@@ -70,7 +69,7 @@ def test_default_reduction_to_1500_hz(default_body, grid, direct, x):
 def test_between_nodes_to_1500_hz(default_track, default_body, element):
     """Against finite elements that have a node where the wheel is."""
     omega = 2 * np.pi * np.array([100.0, 500.0, 1000.0, 1500.0])
-    x = element * default_track.cell_length / (default_body.table.shape[0] - 1)
+    x = element * default_track.cell_length / (len(default_body.shapes.table))
     direct = direct_driving_point(default_track, omega, x)
     # Measured 6e-3 beside a railseat, where the slope of the true rail has a jump that ours is
     # rounded off at, and 2e-3 elsewhere. The elements' own interpolation has 4e-2.
@@ -86,7 +85,7 @@ def test_reduction_with_more_modes_is_better(finer_body, grid, direct, x):
 @pytest.fixture(scope="module")
 def finer_body():
     track = Track(mesh=Mesh(highest_frequency=16000))
-    return TrackBody(track_arrays(reduce_track(track)))
+    return reduce_track(track).under(Layout())
 
 
 def test_static_deflection(default_track, default_body):
@@ -96,9 +95,8 @@ def test_static_deflection(default_track, default_body):
         found = driving_point(default_body, np.zeros(1), x)
         # Exact at the nodes for the force's own rail, and 1e-7 of it on the other.
         assert found == pytest.approx(exact, rel=1e-6)
-        assert default_body.static_compliance(
-            default_body.shapes(np.full(4, x))
-        )[0, 0] == pytest.approx(exact[0, 0].real, rel=1e-6)  # fmt: skip
+        G = default_body.at(np.full(4, x)).static_compliance()
+        assert G[0, 0] == pytest.approx(exact[0, 0].real, rel=1e-6)
 
 
 def test_transfer_between_wheels(default_track, default_body, grid):
@@ -133,7 +131,7 @@ def without_slab(**fastening):
 def test_overdamped_modes(damping, tolerance):
     """Fastenings so damped that the rail creeps: real poles, of standing and travelling waves."""
     track = without_slab(damping=damping)
-    body = TrackBody(track_arrays(reduce_track(track)))
+    body = reduce_track(track).under(Layout())
     creeping = np.sum(np.abs(body.poles.imag) < 1e-9 * np.abs(body.poles))
     # A bay of rail on its fastening is overdamped from 2 sqrt(k m) = 6.7e4 N s/m.
     assert (creeping > 0) == (damping > 6.7e4)
@@ -146,7 +144,7 @@ def test_overdamped_modes(damping, tolerance):
 def test_modes_that_share_a_pole():
     """Without slabs the ring repeats by the bay: a standing wave of cells is two waves of bays."""
     track = without_slab()
-    body = TrackBody(track_arrays(reduce_track(track)))
+    body = reduce_track(track).under(Layout())
     position = np.array([0.3125, 3.125, 9.0625, 17.5])
     omega = 2 * np.pi * np.array([40.0, 110.0, 300.0, 700.0])
     observed = [Point(x=x) for x in position]
@@ -168,7 +166,7 @@ def test_loss_factors_count_as_viscous_at_their_frequency():
         mesh=Mesh(cells=4, elements_per_bay=4, highest_slab_frequency=600,
                   highest_frequency=4000, loss_factor_frequency=frequency),
     )  # fmt: skip
-    body = TrackBody(track_arrays(reduce_track(track)))
+    body = reduce_track(track).under(Layout())
     omega = 2 * np.pi * np.array([frequency, 100.0])
     error = np.abs(
         driving_point(body, omega, QUARTER) / direct_driving_point(track, omega, QUARTER) - 1

@@ -1,38 +1,57 @@
-"""Normal contact of wheel and rail, and its balance with what carries it.
+"""Laws of contact: forces of wheel on rail against how they press, with tangents in blocks.
 
-Needs numpy only: a copy of this file travels in every FMU that owns a contact.
+Needs numpy only: a copy of this file travels in every FMU.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-MAX_ITERATIONS = 50  # Newton takes 3 or 4; far more means numbers without a physical meaning
-RELATIVE_TOLERANCE = 1e-12  # of the compression: four digits above rounding
-
-
-class ContactError(ArithmeticError):
-    """The contact forces could not be found."""
-
 
 class ContactLaw(Protocol):
-    """Force of one contact against its compression, both arrays of one shape."""
+    """Forces of contacts against what presses them, one row a contact, one column a direction.
+
+    Attributes
+    ----------
+    directions : int
+        k, how many directions it knows.
+    """
+
+    directions: ClassVar[int]
 
     def force(self, compression: FloatArray) -> FloatArray:
-        """Contact force (N), compression (m) positive."""
+        """Forces (N) of compressions (m), both of shape (n_contacts, k)."""
+
+    def tangent(self, compression: FloatArray) -> FloatArray:
+        """Their derivatives, shape (n_contacts, k, k), N/m."""
+
+
+class NormalLaw:
+    """A law of one direction, so of arrays of any shape, number by number."""
+
+    directions: ClassVar[int] = 1
+
+    def force(self, compression: FloatArray) -> FloatArray:
+        """Contact force, N, compression (m) positive."""
+        raise NotImplementedError
 
     def stiffness(self, compression: FloatArray) -> FloatArray:
-        """Its derivative, N/m."""
+        """Derivative of the force, N/m."""
+        raise NotImplementedError
+
+    def tangent(self, compression: FloatArray) -> FloatArray:
+        """See `ContactLaw`."""
+        return self.stiffness(compression)[..., None]
 
 
 @dataclass(frozen=True, kw_only=True)
-class LinearContact:
+class LinearContact(NormalLaw):
     """A spring that also pulls: what a linear frequency response assumes.
 
     Attributes
@@ -53,7 +72,7 @@ class LinearContact:
 
 
 @dataclass(frozen=True, kw_only=True)
-class HertzContact:
+class HertzContact(NormalLaw):
     """F = C delta^1.5 in compression, nothing when wheel and rail part.
 
     Attributes
@@ -104,49 +123,3 @@ def tangent_stiffness(C: float, static_force: float) -> float:
 def coefficient_for(k_H: float, static_force: float) -> float:
     """C of F = C delta^1.5 (N/m^1.5) whose tangent at a static force (N) is k_H (N/m)."""
     return float((k_H / (1.5 * static_force ** (1 / 3))) ** 1.5)
-
-
-def solve_compression(
-    law: ContactLaw, G: FloatArray, gap: FloatArray, guess: FloatArray
-) -> FloatArray:
-    """Compressions for which the contact forces and what they deflect agree.
-
-    Solves ``delta + G force(delta) = gap`` by Newton's method. With G positive semi-definite and a
-    force that never falls with compression, there is one solution.
-
-    Parameters
-    ----------
-    law : ContactLaw
-        The law of every contact.
-    G : array, shape (n, n)
-        Compliance: by how much unit contact forces push the two bodies apart, m/N.
-    gap : array, shape (n,)
-        Overlap of the bodies without contact forces, m.
-    guess : array, shape (n,)
-        Where to start, m.
-
-    Returns
-    -------
-    array, shape (n,)
-        m.
-
-    Raises
-    ------
-    ContactError
-        If the numbers are not finite or Newton's method does not settle.
-    """
-    delta = guess
-    eye = np.eye(gap.size)
-    for _ in range(MAX_ITERATIONS):
-        residual = delta + G @ law.force(delta) - gap
-        change = np.linalg.solve(eye + G * law.stiffness(delta), residual)
-        delta = delta - change
-        size = float(np.abs(change).max())
-        if size <= RELATIVE_TOLERANCE * float(np.abs(delta).max()):
-            return delta
-        if not np.isfinite(size):
-            break
-    raise ContactError(
-        "the contact forces could not be found: the wheel or rail motions set from outside are "
-        f"not finite or far off (largest overlap {np.abs(gap).max():g} m)"
-    )

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from railcosim.vehicle.contact import (
-    ContactError,
+from railcosim.mechanics.law import (
     HertzContact,
     LinearContact,
     hertz_coefficient,
-    solve_compression,
     tangent_stiffness,
 )
+from railcosim.mechanics.solve import ContactError, solve_compression
 from railcosim.vehicle.parameters import Contact, Vehicle
 
 CONTACT = Contact()

@@ -12,8 +12,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ...vehicle.contact import ContactLaw, solve_compression
-from .bodies import Body, Shapes
+from .law import ContactLaw
+from .modal import Met, ModalBody
+from .solve import forces, solve_compression
 from .stepping import Coefficients, Drive, State, add_bulge, add_end, coefficients, free_step
 
 FloatArray = NDArray[np.float64]
@@ -25,9 +26,9 @@ class Inputs:
 
     Attributes
     ----------
-    position : array, shape (4,)
+    position : array, shape (wheelsets,)
         Of the wheelsets, m.
-    load : array, shape (8,)
+    load : array, shape (ports,)
         Contact forces (N) where they come from outside; else the height (m) of the surface that
         the body's own contacts press against.
     """
@@ -46,55 +47,41 @@ class Inputs:
 class Forces(Protocol):
     """Where the contact forces come from."""
 
-    def at(self, body: Body, shapes: Shapes, state: State, load: FloatArray) -> FloatArray:
-        """Forces in a known state, shape (8,), N."""
+    def at(self, met: Met, state: State, load: FloatArray) -> FloatArray:
+        """Forces in a known state, shape (ports,), N."""
 
-    def at_end(
-        self, body: Body, shapes: Shapes, c: Coefficients, free: State, load: FloatArray
-    ) -> FloatArray:
-        """Forces at the end of a step that so far went without them, shape (8,), N."""
+    def at_end(self, met: Met, c: Coefficients, free: State, load: FloatArray) -> FloatArray:
+        """Forces at the end of a step that so far went without them, shape (ports,), N."""
 
 
 class FromOutside:
     """Contact forces are inputs."""
 
-    def at(self, body: Body, shapes: Shapes, state: State, load: FloatArray) -> FloatArray:
+    def at(self, met: Met, state: State, load: FloatArray) -> FloatArray:
         """See `Forces`."""
         return load
 
-    def at_end(
-        self, body: Body, shapes: Shapes, c: Coefficients, free: State, load: FloatArray
-    ) -> FloatArray:
+    def at_end(self, met: Met, c: Coefficients, free: State, load: FloatArray) -> FloatArray:
         """See `Forces`."""
         return load
 
 
 @dataclass(frozen=True)
 class OwnContact:
-    """The body owns the contact springs.
-
-    Attributes
-    ----------
-    law : ContactLaw
-        Force against compression.
-    sign : int
-        1 if moving down presses (wheels), -1 if it relieves (rails).
-    """
+    """The body owns the contact springs, of this law."""
 
     law: ContactLaw
-    sign: int
 
-    def at(self, body: Body, shapes: Shapes, state: State, load: FloatArray) -> FloatArray:
+    def at(self, met: Met, state: State, load: FloatArray) -> FloatArray:
         """See `Forces`."""
-        return self.law.force(self.sign * (body.motion(shapes, state) - load))
+        return forces(self.law, met.body.sign * (met.motion(state) - load))
 
-    def at_end(
-        self, body: Body, shapes: Shapes, c: Coefficients, free: State, load: FloatArray
-    ) -> FloatArray:
+    def at_end(self, met: Met, c: Coefficients, free: State, load: FloatArray) -> FloatArray:
         """Solve the contact law against the body's compliance over the step."""
-        G = -self.sign * body.end_compliance(shapes, c)
-        gap = self.sign * (body.motion(shapes, free) - load) + G @ np.full(8, body.preload)
-        return self.law.force(solve_compression(self.law, G, gap, guess=gap))
+        body = met.body
+        G = -body.sign * met.compliance(c.P1, c.R1)
+        gap = body.sign * (met.motion(free) - load) + G @ body.preload
+        return forces(self.law, solve_compression(self.law, G, gap, guess=gap))
 
 
 def _bulge(start: Drive, middle: Drive, end: Drive) -> Drive:
@@ -103,11 +90,18 @@ def _bulge(start: Drive, middle: Drive, end: Drive) -> Drive:
 
 
 class Mover:
-    """Steps a body; keeps the coefficients of the last step sizes."""
+    """Steps a body; keeps the coefficients of the last step sizes, and where it was met last."""
 
-    def __init__(self, body: Body, forces: Forces, internal_step: float) -> None:
+    def __init__(self, body: ModalBody, forces: Forces, internal_step: float) -> None:
         self.body, self.forces, self.internal_step = body, forces, internal_step
         self._known: dict[float, Coefficients] = {}
+        self._met: tuple[FloatArray, Met] | None = None
+
+    def met(self, position: FloatArray) -> Met:
+        """The body at these positions; remembers the last answer."""
+        if self._met is None or not np.array_equal(self._met[0], position):
+            self._met = (position.copy(), self.body.at(position))
+        return self._met[1]
 
     def step(self, state: State, start: Inputs, end: Inputs, h: float) -> State:
         """Move from `start` to `end`, inputs on the line between them.
@@ -121,22 +115,21 @@ class Mover:
         one = outside and np.array_equal(start.position, end.position)
         n = 1 if one else max(1, math.ceil(h / self.internal_step * (1 - 1e-9)))
         c = self._coefficients(h / n)
-        body, preload = self.body, self.body.preload
-        shapes = body.shapes(start.position)
-        force = self.forces.at(body, shapes, state, start.load)
-        drive = body.drive(shapes, force - preload)
+        preload, met = self.body.preload, self.met(start.position)
+        force = self.forces.at(met, state, start.load)
+        drive = met.drive(force - preload)
         for k in range(1, n + 1):
             begun = drive
             if outside and not one:
                 now = start.toward(end, (k - 0.5) / n)
-                middle = body.drive(body.shapes(now.position), now.load - preload)
+                middle = self.met(now.position).drive(now.load - preload)
             now = start.toward(end, k / n)
             state = free_step(c, state, drive)
-            new_shapes = body.shapes(now.position)
-            new_force = self.forces.at_end(body, new_shapes, c, state, now.load)
-            if new_shapes is not shapes or not np.array_equal(new_force, force):
-                shapes, force = new_shapes, new_force
-                drive = body.drive(shapes, force - preload)
+            new_met = self.met(now.position)
+            new_force = self.forces.at_end(new_met, c, state, now.load)
+            if new_met is not met or not np.array_equal(new_force, force):
+                met, force = new_met, new_force
+                drive = met.drive(force - preload)
             add_end(c, state, drive)
             if outside and not one:
                 add_bulge(c, state, _bulge(begun, middle, drive))

@@ -1,0 +1,415 @@
+"""Bodies in modal form: how contact forces drive them, and how they move where they are met.
+
+ds/dt = poles s + g for every mode (complex), d2r/dt2 = g for every rigid-body coordinate. A track
+and a vehicle differ in where their shapes come from: from a table along a ring, or the same
+everywhere. Needs numpy only: a copy of this file travels in every FMU.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .ports import DIRECTIONS, RAIL, SIDES, WHEEL, Face, Layout
+from .shape_functions import shape_functions
+from .stepping import Drive, State
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Arrays = dict[str, NDArray[Any]]
+Shaped: TypeAlias = tuple[ComplexArray, ComplexArray, ComplexArray]
+
+APART = 1e-9  # of unit heights: what is less is rounding of the mode shapes
+
+
+class Shapes(Protocol):
+    """Where mode shapes come from."""
+
+    @property
+    def local(self) -> bool:
+        """Whether every port has an oscillator of its own."""
+
+    def at(self, position: FloatArray, rows: int) -> Shaped:
+        """Shapes at the wheelsets.
+
+        Returns
+        -------
+        out, into : array, shape (rows, n)
+            As displacements, and as forces receive them; a row is a wheelset in a direction.
+        local : array, shape (rows,)
+            Of the local oscillators; empty without any.
+        """
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlongRing:
+    """Shapes as a table along one cell of a ring of cells.
+
+    Attributes
+    ----------
+    table : array, shape (n_nodes, 2 x directions, n)
+        Of each direction the displacement and its slope, at all nodes of a cell but its last, which
+        is the first of the next; numbers of single precision.
+    mu : array, shape (n,)
+        Phase of a mode from cell to cell, rad.
+    partner : array of int, shape (n,)
+        Mode whose shape receives the force.
+    local_table : array, shape (n_nodes, directions)
+        Shape of the local oscillator under each port.
+    cell_length : float
+        m.
+    cells : int
+        Of the ring.
+    """
+
+    table: NDArray[np.complex64]
+    mu: FloatArray
+    partner: NDArray[np.intp]
+    local_table: ComplexArray
+    cell_length: float
+    cells: int
+
+    @property
+    def local(self) -> bool:
+        """See `Shapes`."""
+        return True
+
+    @property
+    def length(self) -> float:
+        """Of the ring, m."""
+        return self.cell_length * self.cells
+
+    @cached_property
+    def _closed(self) -> tuple[ComplexArray, ComplexArray]:
+        """Both tables with the last node, not rounded by itself: a wheel must not feel the joint.
+
+        Contiguous, for `at` reads neighbours as one block.
+        """
+        table: ComplexArray = self.table.astype(complex)
+        closing = table[:1] * np.exp(1j * self.mu)
+        local = np.concatenate([self.local_table, self.local_table[:1]])
+        return np.ascontiguousarray(np.concatenate([table, closing])), local
+
+    @cached_property
+    def _phase(self) -> ComplexArray:
+        turned: ComplexArray = np.exp(1j * np.arange(self.cells)[:, None] * self.mu)
+        return turned  # (cells, n)
+
+    def at(self, position: FloatArray, rows: int) -> Shaped:
+        """See `Shapes`: between nodes displacements are Hermite's cubics."""
+        table, local_table = self._closed
+        element = self.cell_length / (table.shape[0] - 1)
+        cell, inside = np.divmod(position % self.length, self.cell_length)
+        first = np.minimum((inside / element).astype(int), table.shape[0] - 2)
+        xi = inside / element - first
+        weights, _ = shape_functions(xi, element, 0.0)
+        k = rows // position.size
+        out = np.empty((position.size, k, self.mu.size), dtype=complex)
+        for i, node in enumerate(first):
+            for d in range(k):
+                # Two neighbouring nodes are one block of memory; as real numbers, one BLAS call.
+                block = table[node : node + 2, 2 * d : 2 * d + 2].reshape(4, -1).view(float)
+                out[i, d] = (weights[i] @ block).view(complex)
+        out *= self._phase[cell.astype(int), None]
+        local = (1 - xi)[:, None] * local_table[first] + xi[:, None] * local_table[first + 1]
+        shaped: ComplexArray = out.reshape(rows, -1)
+        return shaped, shaped[:, self.partner], local.ravel()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Everywhere:
+    """Shapes that are the same wherever the wheelsets are.
+
+    Attributes
+    ----------
+    out, into : array, shape (rows, n)
+        See `Shapes`.
+    """
+
+    out: ComplexArray
+    into: ComplexArray
+
+    @property
+    def local(self) -> bool:
+        """See `Shapes`."""
+        return False
+
+    def at(self, position: FloatArray, rows: int) -> Shaped:
+        """See `Shapes`."""
+        del position, rows
+        return self.out, self.into, np.empty(0, complex)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coordinates:
+    """Those of the bodies of a free vehicle, and how it rests on wheelsets held at given heights.
+
+    Attributes
+    ----------
+    bodies : tuple of str
+        Names of the bodies.
+    names : tuple of str
+        Of the coordinates: a body's name and its direction, ``carbody.z``.
+    wheelsets : array of int, shape (wheelsets,)
+        Places of the wheelsets' vertical ones.
+    modes : array, shape (c, n)
+        Displacements per mode.
+    rigid : array, shape (c, n_rigid)
+        Mass-normalised rigid-body modes.
+    through : array, shape (c, rows)
+        Acceleration at once per force.
+    start_s, start_r : array, shape (n, wheelsets) and (n_rigid, wheelsets)
+        The state at rest per height.
+    wheelset_x : array, shape (wheelsets,)
+        Wheelsets, forward, m.
+    """
+
+    bodies: tuple[str, ...]
+    names: tuple[str, ...]
+    wheelsets: NDArray[np.intp]
+    modes: ComplexArray
+    rigid: FloatArray
+    through: FloatArray
+    start_s: ComplexArray
+    start_r: FloatArray
+    wheelset_x: FloatArray
+
+    def place(self, body: str, direction: str) -> int | None:
+        """Which coordinate a body's direction is; None if it has no such one."""
+        name = f"{body}.{direction}"
+        return self.names.index(name) if name in self.names else None
+
+    @property
+    def following(self) -> FloatArray:
+        """Displacements at rest per height of a wheelset, shape (c, wheelsets)."""
+        moved: FloatArray = self.rigid @ self.start_r + (self.modes @ self.start_s).real
+        return np.where(np.abs(moved) > APART, moved, 0.0)
+
+    @property
+    def strained(self) -> NDArray[np.bool_]:
+        """Which modes a wheelset's height alone strains, shape (n, wheelsets).
+
+        None where the bodies above can follow any heights.
+        """
+        size = np.abs(self.modes).max(axis=0)[:, None]
+        felt: NDArray[np.bool_] = size * np.abs(self.start_s) > APART
+        return felt
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModalBody:
+    """A track or a vehicle.
+
+    Attributes
+    ----------
+    layout : Layout
+        The ports that it is met at.
+    face : Face
+        WHEEL or RAIL: what it meets with.
+    poles : array, shape (n_modes,)
+        rad/s, one of each conjugate pair: even modes, odd ones, then a local one a port.
+    even : int
+        How many are even, moving as their own mirror image; rigid-body coordinates all are.
+    shapes : AlongRing or Everywhere
+        Of even and odd modes.
+    rigid_out, rigid_into : array, shape (rows, n_rigid)
+        Motion by rigid-body coordinates, and how forces drive these.
+    preload : array, shape (ports,)
+        Contact forces that load nothing: a vehicle's own weight, N.
+    coordinates : Coordinates or None
+        Of a vehicle. None: it stays, and wheels may roll along it.
+    """
+
+    layout: Layout
+    face: Face
+    poles: ComplexArray
+    even: int
+    shapes: AlongRing | Everywhere
+    rigid_out: FloatArray
+    rigid_into: FloatArray
+    preload: FloatArray
+    coordinates: Coordinates | None = None
+
+    @property
+    def ports(self) -> int:
+        """How many."""
+        return len(self.layout.ports)
+
+    @property
+    def shared(self) -> int:
+        """Modes but for the local ones."""
+        return self.poles.size - (self.ports if self.shapes.local else 0)
+
+    @property
+    def sign(self) -> int:
+        """1 if a positive motion presses (wheels), -1 if it relieves (rails)."""
+        return -self.face.push
+
+    def at(self, position: FloatArray) -> Met:
+        """The body as it is met by wheelsets at positions, shape (wheelsets,), m."""
+        rows = self.layout.wheelsets * len(self.layout.directions)
+        out, into, local = self.shapes.at(position, rows)
+        return Met(self, out, into, np.tile(local, len(self.layout.sides)))
+
+    # --- of a free vehicle ----------------------------------------------------------------------
+
+    def on(self, height: FloatArray) -> State:
+        """The state at rest with the wheelsets at given heights, shape (wheelsets,), m."""
+        known = self._coordinates
+        still = np.zeros(known.rigid.shape[1])
+        return State(known.start_s @ height, known.start_r @ height, still)
+
+    def displacements(self, state: State) -> FloatArray:
+        """Of all coordinates, shape (c,)."""
+        known = self._coordinates
+        moved: FloatArray = known.rigid @ state.r + (known.modes @ state.s).real
+        return moved
+
+    def velocities(self, state: State) -> FloatArray:
+        """Of all coordinates, shape (c,)."""
+        known = self._coordinates
+        moving: FloatArray = known.rigid @ state.v + (known.modes @ (self.poles * state.s)).real
+        return moving
+
+    def accelerations(self, state: State, force: FloatArray) -> FloatArray:
+        """Of all coordinates; a force acts at once only on its own body."""
+        known = self._coordinates
+        both, _ = self.layout.halves(force - self.preload)
+        a: FloatArray = (known.modes @ (self.poles**2 * state.s)).real
+        return a + known.through @ both
+
+    @property
+    def _coordinates(self) -> Coordinates:
+        if self.coordinates is None:
+            raise TypeError("a track has no coordinates of bodies")
+        return self.coordinates
+
+    # --- as arrays that a file can hold ---------------------------------------------------------
+
+    def arrays(self) -> Arrays:
+        """All of it; `from_arrays` makes the same body of them."""
+        own = {name: np.asarray(getattr(self, name)) for name in OWN}
+        directions = [DIRECTIONS.index(d) for d in self.layout.directions]
+        layout = [self.layout.wheelsets, len(self.layout.sides), *directions]
+        parts = {"shape": self.shapes, "coordinate": self.coordinates}
+        return own | {
+            "layout": np.array(layout),
+            "even": np.array(self.even),
+            "is_rail": np.array(self.face is RAIL),
+            **{
+                f"{part}.{name}": np.asarray(value)
+                for part, thing in parts.items()
+                if thing is not None
+                for name, value in _fields(thing).items()
+            },
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> ModalBody:
+        """What `arrays` made."""
+        wheelsets, sides, *directions = arrays["layout"].tolist()
+        layout = Layout(wheelsets, SIDES[:sides], tuple(DIRECTIONS[d] for d in directions))
+        shapes = _part(arrays, "shape")
+        known = _part(arrays, "coordinate")
+        for name in known.keys() & {"bodies", "names"}:
+            known[name] = tuple(known[name].tolist())
+        return cls(
+            layout=layout,
+            face=RAIL if arrays["is_rail"] else WHEEL,
+            shapes=AlongRing(**shapes) if "table" in shapes else Everywhere(**shapes),
+            coordinates=Coordinates(**known) if known else None,
+            even=int(arrays["even"]),
+            **{name: arrays[name] for name in OWN},
+        )
+
+
+OWN = ("poles", "rigid_out", "rigid_into", "preload")
+
+
+def _fields(thing: object) -> dict[str, Any]:
+    return {name: getattr(thing, name) for name in type(thing).__dataclass_fields__}  # type: ignore[attr-defined]
+
+
+def _part(arrays: Mapping[str, NDArray[Any]], part: str) -> dict[str, Any]:
+    names = [name for name in arrays if name.startswith(f"{part}.")]
+    return {name.removeprefix(f"{part}."): arrays[name][()] for name in names}
+
+
+@dataclass(frozen=True, eq=False)
+class Met:
+    """A body with its mode shapes where it is met.
+
+    Attributes
+    ----------
+    body : ModalBody
+        Whose.
+    out, into : array, shape (rows, n)
+        As displacements, and as forces receive them.
+    local : array, shape (ports,)
+        Shape of each port's own oscillator; empty without any.
+    """
+
+    body: ModalBody
+    out: ComplexArray
+    into: ComplexArray
+    local: ComplexArray
+
+    def drive(self, force: FloatArray) -> Drive:
+        """Generalised forces of contact forces beyond the preload, shape (ports,)."""
+        even, odd = self.body.layout.halves(force)
+        n = self.body.even
+        driven = [even @ self.into[:, :n], odd @ self.into[:, n:]]
+        if self.local.size:
+            driven.append(self.local * force)
+        return Drive(np.concatenate(driven), even @ self.body.rigid_into)
+
+    def motion(self, state: State) -> FloatArray:
+        """Displacements at the ports, shape (ports,), m."""
+        return self._seen(state.s, state.r)
+
+    def velocity(self, state: State, force: FloatArray) -> FloatArray:
+        """Velocities of the material there; modes left out let a little force through."""
+        return self._seen(self.body.poles * state.s, state.v) + self._through @ force
+
+    @cached_property
+    def _through(self) -> FloatArray:
+        return self.compliance(np.ones_like(self.body.poles), 0.0)
+
+    def _seen(self, s: ComplexArray, r: FloatArray) -> FloatArray:
+        n, shared = self.body.even, self.body.shared
+        even = self.out[:, :n] @ s[:n]
+        odd = self.out[:, n:] @ s[n:shared]
+        at_ports = self.body.layout.joined(even, odd)
+        if self.local.size:
+            at_ports = at_ports + self.local * s[shared:]
+        if not r.size:
+            return at_ports.real
+        rigid = self.body.rigid_out @ r
+        return at_ports.real + self.body.layout.joined(rigid, np.zeros_like(rigid))
+
+    def compliance(self, weight: ComplexArray, rigid_weight: float) -> FloatArray:
+        """Sum over modes and rigid-body coordinates of out x weight x into, (ports, ports)."""
+        n, shared, layout = self.body.even, self.body.shared, self.body.layout
+        weighted = self.out * weight[:shared]
+        even = (weighted[:, :n] @ self.into[:, :n].T).real
+        odd = (weighted[:, n:] @ self.into[:, n:].T).real
+        even += (rigid_weight * self.body.rigid_out) @ self.body.rigid_into.T
+        forces = np.eye(self.body.ports)
+        loads = layout.halves(forces)  # of a unit force at each port
+        G: FloatArray = layout.joined(loads[0] @ even.T, loads[1] @ odd.T).T
+        if self.local.size:
+            G[np.diag_indices(len(G))] += (self.local**2 * weight[shared:]).real
+        return G
+
+    def static_compliance(self) -> FloatArray:
+        """Static deflection per force of a body without rigid motions, (ports, ports), m/N."""
+        return self.compliance(-1 / self.body.poles, 0.0)
+
+    def rest(self, force: FloatArray) -> State:
+        """The state at rest of a body without rigid motions, under constant forces."""
+        return State(-self.drive(force).s / self.body.poles, np.empty(0), np.empty(0))
