@@ -27,6 +27,7 @@ from pathlib import Path
 from rich.console import Console
 
 HOME = Path(__file__).parents[1]
+PACKAGE = "api"  # folder of what is in `railcosim` itself; see pyproject.toml
 LONGEST = 900.0  # s; a mutant that makes tests hang is noticed, by whoever waits
 PASSED, FAILED = 0, 1  # pytest's exit statuses; any other says that it could not test
 KILLED, SURVIVED = "killed", "SURVIVED"
@@ -76,8 +77,9 @@ def copied(files: list[str]) -> Iterator[Path]:
             shutil.copy(HOME / file, tree / file)
         view = tree / "view" / "railcosim"
         view.mkdir(parents=True)
-        for part in {Path(f).parts[0] for f in files if f.count("/")}:
-            (view / part).symlink_to(tree / part)
+        parts = {Path(f).parts[0] for f in files if f.count("/")} - {PACKAGE}
+        for part in [*(tree / p for p in parts), *(tree / PACKAGE).iterdir()]:
+            (view / part.name).symlink_to(part)
         yield tree
 
 
