@@ -99,5 +99,6 @@ def test_ignored_stays_ignored():
     with noting() as check:
         signal.raise_signal(signal.SIGHUP)
         check()
+    assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
     obey_all()
