@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
+from railcosim.master.course import Course
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.mechanics.law import LinearContact
 from railcosim.reference.agreement import near, relative_rms
@@ -17,8 +18,7 @@ from railcosim.reference.monolithic import Monolithic, frequency_response
 from railcosim.reference.newmark import newmark
 
 from .frequency import Models, coupled, response
-from .pair import FORCES
-from .time_run import Plan
+from .pair import FORCES, Journey
 
 Progress = Callable[[float, float], None]
 REFINEMENT = (
@@ -43,7 +43,8 @@ def time_error(
     mono: Monolithic,
     positions: FloatArray,
     k_H: float,
-    plan: Plan,
+    journey: Journey,
+    course: Course,
     progress: Progress,
 ) -> float:
     """RMS error of the contact forces of a coupled run, relative to that of their dynamic part.
@@ -51,7 +52,7 @@ def time_error(
     Parameters
     ----------
     run : Dataset
-        Of the plan, wheels held.
+        Of the journey and the course, wheels held.
     still : float
         Force of a contact at rest, N.
     mono : Monolithic
@@ -60,25 +61,30 @@ def time_error(
         Of the wheelsets, m.
     k_H : float
         Contact stiffness, N/m.
-    plan : Plan
+    journey, course : Journey, Course
         What was run.
     progress : callable
         Told what is done and the total.
     """
     ours = np.stack([run[name].values for name in FORCES], axis=1)
-    reference = newmark_forces(mono, positions, k_H, plan, progress)
+    reference = newmark_forces(mono, positions, k_H, journey, course, progress)
     return relative_rms(ours, reference, np.full(len(FORCES), still))
 
 
 def newmark_forces(
-    mono: Monolithic, positions: FloatArray, k_H: float, plan: Plan, progress: Progress
+    mono: Monolithic,
+    positions: FloatArray,
+    k_H: float,
+    journey: Journey,
+    course: Course,
+    progress: Progress,
 ) -> FloatArray:
-    """Contact forces (n, 8) of the monolithic system at the plan's communication points."""
-    heights = plan.journey.profile.under(positions, plan.journey.speed)
-    steps = round(plan.stop / plan.step) * REFINEMENT
+    """Contact forces (n, 8) of the monolithic system at the course's communication points."""
+    heights = journey.profile.under(positions, journey.speed)
+    steps = round(course.stop / course.step) * REFINEMENT
     forces = []
     march = newmark(
-        mono, LinearContact(k_H=k_H), lambda t: positions, heights, plan.step / REFINEMENT, steps
+        mono, LinearContact(k_H=k_H), lambda t: positions, heights, course.step / REFINEMENT, steps
     )
     for k, instant in enumerate(march):
         if k % REFINEMENT == 0:

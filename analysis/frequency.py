@@ -18,8 +18,8 @@ from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import FrequencyResponse, Response, frequency_response, lag
 from railcosim.master.linear.substructuring import Joint, couple
+from railcosim.master.memory import afford
 
-from .memory import afford
 from .pair import FORCES, WHEELS, WHEELSETS
 from .ring import check_ring_of
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,13 @@ import numpy as np
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.archive import FmuError, read_annotations
+from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.track.decay import NEAREST, PROMISED, PROMISED_TO, RingWarning
 
+from .contact import WHEELSETS
+
 TOOL, RING = "railcosim", "Ring"
+POSITIONS = {f"{w}.position" for w in WHEELSETS}
 CURE = "export the track with more [mesh] cells"
 
 
@@ -58,6 +63,14 @@ def check_ring_of(track: Path, positions: FloatArray) -> None:
             RingWarning,
             stacklevel=2,
         )
+
+
+def check_rings_of(fmus: Sequence[LoadedFmu]) -> None:
+    """Check all FMUs that have wheelsets on them; see `check_ring_of`."""
+    for fmu in fmus:
+        places = [x for v, x in zip(fmu.inputs, fmu.u, strict=True) if v.name in POSITIONS]
+        if places:
+            check_ring_of(fmu.description.path, np.array(places))
 
 
 def check_frequencies_of(track: Path, highest: float) -> None:

@@ -18,9 +18,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
+from railcosim.master.recorded_run import Stopped
 
 from .contact import FORCES
-from .recorded_run import Repetition, Stopped
 
 PEAK = 3.0
 """Times the force at rest: bad joints and the limit value for wheel flats (350 kN) are beyond."""
@@ -41,8 +41,8 @@ WINDOW, STEPS = 0.1, 50
 HALVINGS, SHORTEST = 10, 5e-6
 """How often, and down to what (s), steps are halved: no pair of ours needs shorter ones."""
 
-Repeat = Callable[[Repetition], tuple[xr.Dataset, Stopped]]
-"""Makes the run once more."""
+Repeat = Callable[[int, float], tuple[xr.Dataset, Stopped]]
+"""Makes the run once more, with steps so many times shorter, until another end (s)."""
 
 
 class NotBelievedError(ArithmeticError):
@@ -135,7 +135,7 @@ def confirmed(run: xr.Dataset, signs: Signs, again: Repeat) -> Verdict:
     verdict = _over_first(run, signs, again, step, (first, window))
     if not verdict.believed or last == first:
         return verdict
-    other = _repeated(again, Repetition(factor=2, until=last))
+    other = _repeated(again, 2, last)
     change, where = (np.inf, last) if other is None else _difference(run, other, signs, window)
     calm = other is None or not _inside(signs_of(other), where, window)
     if change > DISAGREE and calm:
@@ -154,7 +154,7 @@ def _over_first(
         shorter = step / 2**k
         if shorter < SHORTEST and k > 1:
             break
-        other = _repeated(again, Repetition(factor=2**k, until=until))
+        other = _repeated(again, 2**k, until)
         if other is not None:
             change, where = _difference(run, other, signs, window)
             if change <= DISAGREE:
@@ -188,9 +188,9 @@ def _condemned(signs: Signs, change: float, step: float, where: float) -> Verdic
     )
 
 
-def _repeated(again: Repeat, how: Repetition) -> xr.Dataset | None:
+def _repeated(again: Repeat, factor: int, until: float) -> xr.Dataset | None:
     """The run once more; None if it does not come to its end."""
-    other, stopped = again(how)
+    other, stopped = again(factor, until)
     if isinstance(stopped, KeyboardInterrupt):
         raise stopped
     return None if stopped is not None else other

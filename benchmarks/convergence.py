@@ -18,8 +18,9 @@ from rich.console import Console
 from rich.table import Table
 
 from railcosim.analysis.pair import FORCES, Journey
-from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.time_run import run_pair
 from railcosim.fmus.export import export
+from railcosim.master.course import Course
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
@@ -50,20 +51,14 @@ def sine(wavelength: float, amplitude: float, length: float) -> Profile:
 
 def contact_forces(folder: Path, scheme: Scheme, step: float) -> np.ndarray:
     """Contact forces at all multiples of the longest step, shape (n, 8), N."""
-    plan = Plan(
-        vehicle=folder / "Vehicle.fmu",
-        track=folder / "TrackWithContact.fmu",
-        parameters={
-            "contact.nonlinear": False,
-            "contact.stiffness": K_H,
-            "internal_step": 2 * FINEST,
-        },
-        journey=Journey(speed=SPEED, held=True, profile=sine(2.0, 1e-4, SPEED * STOP + 20)),
-        scheme=scheme,
-        step=step,
-        stop=STOP,
+    run, stopped = run_pair(
+        folder / "Vehicle.fmu",
+        folder / "TrackWithContact.fmu",
+        {"contact.nonlinear": False, "contact.stiffness": K_H, "internal_step": 2 * FINEST},
+        Journey(speed=SPEED, held=True, profile=sine(2.0, 1e-4, SPEED * STOP + 20)),
+        Course(scheme=scheme, step=step, stop=STOP),
+        lambda done, total: None,
     )
-    run, stopped = run_pair(plan, lambda done, total: None)
     if stopped is not None:
         raise stopped
     every = round(STEPS[0] / step)

@@ -1,9 +1,11 @@
 """Cost in the frequency domain beside the peers', in one run and one table.
 
-    python benchmarks/frequency.py [--rolland PYTHON] [--paper]
+    python benchmarks/frequency.py [--rolland PYTHON] [--paper] [--keep WHY]
 
 PYTHON is an interpreter that has rolland (3.12 or newer); this one if not given. With --paper,
-`railcosim paper` is timed as well, quick and in full.
+`railcosim paper` is timed as well, quick and in full. Beside each of our costs stands what it was
+when `frequency.csv` was last written, by --keep; WHY is what has changed. Machines are made
+comparable by a yardstick: numpy alone, which no change of ours makes faster.
 """
 
 from __future__ import annotations
@@ -13,19 +15,20 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import csv
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import perf_counter
+from time import perf_counter, strftime, thread_time
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.frequency import Models, coupled, linear_models
+from railcosim.analysis.frequency import Models, coupled, linear_models, response
 from railcosim.analysis.plane import plane, transfer
 from railcosim.fmus.export import export
 from railcosim.paper.maps import OUTPUTS
@@ -37,23 +40,80 @@ from railcosim.vehicle.parameters import Vehicle
 K_H, SAMPLE, GRID = 1e9, 20, 400
 VEHICLE = [f"vehicle.bogie[{j}].{q}" for j in (1, 2) for q in ("z", "pitch")]
 MOUNTS = (100, 160)  # 160: as many as our ring has
+KEPT = Path(__file__).with_suffix(".csv")
+COLUMNS = ("what", "seconds", "yardstick", "when", "why")
 Rows = list[tuple[str, str, str]]
 
 
 def seconds(work: Callable[[], object], repeats: int = 3) -> float:
-    """Least time of some work, after once to warm up."""
+    """Least processor time of some work, after once to warm up; others disturb it little."""
     times = []
     for _ in range(repeats + 1):
-        begun = perf_counter()
+        begun = thread_time()
         work()
-        times.append(perf_counter() - begun)
+        times.append(thread_time() - begun)
     return min(times[1:])
 
 
-def frequency_domain(models: Models) -> Rows:
+def yardstick() -> float:
+    """Products of matrices, divisions, small systems of equations: what our costs are made of."""
+    random = np.random.default_rng(0)
+    a, b = random.standard_normal((2, 300, 300))
+    small = random.standard_normal((1000, 8, 8)) + 8.0 * np.eye(8)
+
+    def work() -> None:
+        for _ in range(10):
+            a @ b
+            a / (b * b + 1.0)
+        np.linalg.solve(small, small)
+
+    return seconds(work, 30)
+
+
+class Memory:
+    """What each cost was, and is."""
+
+    def __init__(self) -> None:
+        self.yardstick = yardstick()
+        self.measured: dict[str, float] = {}
+        self.kept: dict[str, float] = {}
+        if KEPT.is_file():
+            with KEPT.open(newline="", encoding="utf-8") as file:
+                for row in csv.DictReader(file):
+                    self.kept[row["what"]] = float(row["seconds"]) / float(row["yardstick"])
+
+    def beside(self, what: str, cost: float) -> str:
+        """Note a cost (s), and say what it was, on this machine."""
+        self.measured[what] = cost
+        if what not in self.kept:
+            return "new"
+        before = self.kept[what] * self.yardstick
+        return f"{shown(before)} before"
+
+    def keep(self, why: str) -> None:
+        """Add what was measured to the table."""
+        is_new = not KEPT.is_file()
+        with KEPT.open("a", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            if is_new:
+                writer.writerow(COLUMNS)
+            for what, cost in self.measured.items():
+                numbers = (f"{cost:.3g}", f"{self.yardstick:.3g}")
+                writer.writerow([what, *numbers, strftime("%Y-%m-%d"), why])
+
+
+def shown(cost: float) -> str:
+    """Seconds, in s or ms."""
+    return f"{cost:.2f} s" if cost >= 0.1 else f"{1e3 * cost:.3f} ms"
+
+
+def frequency_domain(models: Models, memory: Memory) -> Rows:
     """The coupled response and the map, against a direct solve of everything each time."""
-    omega = 2 * np.pi * np.geomspace(0.14, 1111, 4000)
-    one = seconds(lambda: coupled(models, omega, K_H)) / omega.size
+    omega = 2 * np.pi * np.geomspace(0.14, 1111, 2000)
+    force = "wheelset[4].force_z"
+    one = seconds(lambda: response(coupled(models, omega, K_H), force, models.positions, 1.0), 9)
+    one /= omega.size
+    every_input = seconds(lambda: coupled(models, omega, K_H).values, 9) / omega.size
     mono = assemble(Vehicle(), Track(), models.positions)
     load = mono.wheels[[3]].toarray().T
     few = omega[:: omega.size // SAMPLE]
@@ -68,14 +128,18 @@ def frequency_domain(models: Models) -> Rows:
         table = transfer(lambda w: coupled(models, w, K_H), outputs, *ends)
         plane(table, models.positions, wavelength, speed)
 
-    mapped = seconds(whole)
+    mapped = seconds(whole, 5)
     every = solve * GRID**2
+    ours = {
+        "coupled FRF, a frequency, 8 wheels, one excitation": one,
+        "coupled FRF, a frequency, 8 wheels, all inputs": every_input,
+        f"map {GRID} x {GRID}, {len(outputs)} responses": mapped,
+    }
     return [
-        ("coupled FRF, a frequency, 8 wheels", f"{1e3 * one:.3f} ms", ""),
+        *((what, shown(cost), memory.beside(what, cost)) for what, cost in ours.items()),
         (f"direct solve of {mono.K.shape[0]} unknowns, a frequency", f"{1e3 * solve:.0f} ms",
          f"{solve / one:.0f} x"),
-        (f"map {GRID} x {GRID}, {len(outputs)} responses", f"{mapped:.2f} s", ""),
-        ("the same, one direct solve a grid point (from a sample)", f"{every / 3600:.1f} h",
+        ("map, one direct solve a grid point (from a sample)", f"{every / 3600:.1f} h",
          f"{every / mapped:.0f} x"),
     ]  # fmt: skip
 
@@ -124,6 +188,7 @@ def main() -> None:
     """Print the table."""
     arguments = sys.argv[1:]
     python = sys.executable
+    memory = Memory()
     if "--rolland" in arguments:
         python = arguments[arguments.index("--rolland") + 1]
     with TemporaryDirectory(prefix="railcosim_") as name:
@@ -132,16 +197,18 @@ def main() -> None:
         begun = perf_counter()
         models = linear_models(fmus["Vehicle"], fmus["Track"], lambda done, total: None)
         rows: Rows = [("linearise both FMUs, once", f"{perf_counter() - begun:.0f} s", "")]
-        rows += frequency_domain(models)
+        rows += frequency_domain(models, memory)
         rows += receptances(python)
         if "--paper" in arguments:
             rows += paper(folder)
     table = Table(title=f"Frequency domain; {os.cpu_count()} cores, one thread")
-    for heading in ("what", "cost", "against the line above"):
+    for heading in ("what", "cost", "against"):
         table.add_column(heading, justify="left" if heading == "what" else "right")
     for row in rows:
         table.add_row(*row)
     Console().print(table)
+    if "--keep" in arguments:
+        memory.keep(arguments[arguments.index("--keep") + 1])
 
 
 if __name__ == "__main__":

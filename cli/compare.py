@@ -20,10 +20,11 @@ from railcosim.analysis.against_monolithic import (
 from railcosim.analysis.catalogue import FMUS, Owner
 from railcosim.analysis.frequency import linear_models
 from railcosim.analysis.pair import Journey
-from railcosim.analysis.recorded_run import count_steps
-from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.ring import check_frequencies_of
+from railcosim.analysis.time_run import run_pair
 from railcosim.analysis.verdict import DISAGREE, NotBelievedError
 from railcosim.master.component import FloatArray
+from railcosim.master.course import Course, count_steps
 from railcosim.reference.monolithic import assemble
 from railcosim.track.irregularity.named import irregularity as named
 
@@ -115,27 +116,24 @@ def compare(
         with progress("linearising") as update:
             models = linear_models(fmus["Vehicle"], fmus["Track"], update)
         if uncoupled:
+            check_frequencies_of(fmus["Track"], float(frequency[-1]))
             compare_uncoupled(models, _fine(frequency), k_H, v, out)
             return
         mono = assemble(cars, rails, models.positions)
         with progress("coupled FMUs in time") as update:
             names = FMUS[owner]
-            plan = Plan(
-                vehicle=fmus[names[0]],
-                track=fmus[names[1]],
-                parameters=contact_parameters(contact_stiffness),
-                journey=Journey(speed=v, held=True, profile=profile),
-                scheme=maker_of(chosen, inputs)(Owner.VEHICLE),
-                step=step,
-                stop=time,
-            )
-            run, stopped = run_pair(plan, update)
+            pair = fmus[names[0]], fmus[names[1]], contact_parameters(contact_stiffness)
+            journey = Journey(speed=v, held=True, profile=profile)
+            course = Course(scheme=maker_of(chosen, inputs)(Owner.VEHICLE), step=step, stop=time)
+            run, stopped = run_pair(*pair, journey, course, update)
             if stopped is not None:
                 raise stopped
     with progress("Newmark, monolithic") as update:
-        wrong = time_error(run, cars.wheel_load, mono, models.positions, k_H, plan, update)
+        wrong = time_error(
+            run, cars.wheel_load, mono, models.positions, k_H, journey, course, update
+        )
     console.print(
-        f"contact force in time, {plan.scheme.describe()}, step {step:g} s: relative RMS error "
+        f"contact force in time, {course.scheme.describe()}, step {step:g} s: relative RMS error "
         f"{wrong:.2e} of its dynamic part"
     )
     with progress("direct solves, monolithic") as update:

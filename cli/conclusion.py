@@ -10,8 +10,9 @@ from typing import Annotated, TypeAlias
 import typer
 import xarray as xr
 
-from railcosim.analysis.recorded_run import Progress, Repetition, Stopped
 from railcosim.analysis.verdict import NotBelievedError, Signs, Verdict, confirmed, signs_of
+from railcosim.master.recorded_run import Progress, Stopped
+from railcosim.master.system_run import Change
 from railcosim.plots.chart import Chart
 from railcosim.plots.results import run_chart
 from railcosim.storage.interruption import finishing
@@ -23,8 +24,8 @@ CURE = (
     "Take a shorter --step, another --scheme or another owner of the contact (railcosim advise "
     "names them before running); --believe takes the result as it is"
 )
-Run: TypeAlias = Callable[[Progress, Repetition | None], tuple[xr.Dataset, Stopped]]
-"""Makes the run, or makes it once more."""
+Run: TypeAlias = Callable[[Progress, Change], tuple[xr.Dataset, Stopped]]
+"""Makes the run, or makes it once more with a course that differs."""
 
 BelieveOption = Annotated[
     bool,
@@ -53,7 +54,7 @@ def concluded(
     """
     with finishing():
         with progress("running") as update:
-            dataset, stopped = run(update, None)
+            dataset, stopped = run(update, lambda course: course)
         signs = signs_of(dataset)
         dataset.attrs["verdict"] = str(signs) or "no sign of an unstable coupling"
         if stopped is not None:
@@ -82,4 +83,8 @@ def _confirmed(dataset: xr.Dataset, signs: Signs, run: Run) -> Verdict:
     """The verdict; what a repetition warns of has been said."""
     with progress("with shorter steps") as update, warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return confirmed(dataset, signs, lambda how: run(update, how))
+        return confirmed(
+            dataset,
+            signs,
+            lambda factor, until: run(update, lambda course: course.again(factor, until)),
+        )

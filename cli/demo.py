@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -21,7 +20,8 @@ from railcosim.analysis.frequency import (
     response,
 )
 from railcosim.analysis.pair import Journey
-from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.time_run import run_pair
+from railcosim.master.course import Course
 from railcosim.master.files import save
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import Response
@@ -62,16 +62,14 @@ def demo(
     vehicle, track = Vehicle(), Track()
     fmus = exported(vehicle, track, out)
     _say(begun, f"four FMUs in {out}")
-    plan = Plan(
-        vehicle=fmus["Vehicle"],
-        track=fmus["TrackWithContact"],
-        parameters={"contact.nonlinear": True},
-        journey=Journey(speed=SPEED, held=False, profile=synthesise("german-low", SPEED * STOP)),
-        scheme=jacobi(degree=1),
-        step=1e-4,
-        stop=STOP,
+    pair = fmus["Vehicle"], fmus["TrackWithContact"], {"contact.nonlinear": True}
+    journey = Journey(speed=SPEED, held=False, profile=synthesise("german-low", SPEED * STOP))
+    course = Course(scheme=jacobi(degree=1), step=1e-4, stop=STOP)
+    concluded(
+        lambda update, change: run_pair(*pair, journey, change(course), update),
+        out / "run.nc",
+        out / "run.png",
     )
-    concluded(partial(run_pair, plan), out / "run.nc", out / "run.png")
     _say(begun, "coupled in time")
     with progress("linearising both FMUs") as update:
         models = linear_models(fmus["Vehicle"], fmus["Track"], update)

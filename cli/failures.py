@@ -5,7 +5,6 @@ Loaded when something has gone wrong: it knows modules of all kinds.
 
 from __future__ import annotations
 
-from railcosim.analysis.memory import TooLargeError
 from railcosim.fmus.native_runtime.compile import CacheRefused, CompilationFailed, CompilerMissing
 from railcosim.fmus.native_runtime.platforms import UnknownPlatform
 from railcosim.master.checkpoint import CheckpointError
@@ -13,6 +12,7 @@ from railcosim.master.component import ComponentError
 from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import Divergence
 from railcosim.master.fmi.archive import FmuError
+from railcosim.master.memory import TooLargeError
 from railcosim.parameters import ArgumentError, ParameterError
 from railcosim.track.decay import RingWarning
 

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from railcosim.analysis.pair import Load
-from railcosim.analysis.recorded_run import Keeping
 from railcosim.master.checkpoint import CheckpointError, Checkpoints, results_of
+from railcosim.master.course import Keeping
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.isolation import IsolatedComponent
 

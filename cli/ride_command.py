@@ -12,6 +12,7 @@ from rich.table import Table
 
 from railcosim.analysis.frequency import linear_models
 from railcosim.analysis.ride import ride
+from railcosim.analysis.ring import check_frequencies_of
 from railcosim.plots.chart import Chart, Curve, Panel
 from railcosim.track.irregularity import QUALITIES
 from railcosim.track.irregularity.synthesis import quality
@@ -67,6 +68,7 @@ def ride_command(
         progress("linearising") as update,
     ):
         models = linear_models(vehicle, track, update)
+        check_frequencies_of(track, float(frequency[-1]))
     result = ride(models, frequency, k_H, v, track_quality)
     result.attrs = {"irregularity": name, "speed": v, "contact_stiffness": k_H, **models.attributes}
     console.print(_table(result, f"{track_quality.vertical.title}, {speed:g} km/h"))

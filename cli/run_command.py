@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -10,11 +9,12 @@ import typer
 
 from railcosim.analysis.catalogue import FMUS, Owner
 from railcosim.analysis.pair import Journey
-from railcosim.analysis.recorded_run import count_steps
+from railcosim.analysis.ring import check_rings_of
 from railcosim.analysis.roles import owners
-from railcosim.analysis.system_run import run_ssp
-from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.time_run import run_pair
+from railcosim.master.course import Course, count_steps
 from railcosim.master.schemes.catalogue import CATALOGUE
+from railcosim.master.system_run import run_ssp
 from railcosim.plots.outputs import outputs_chart
 from railcosim.track.irregularity.named import irregularity as named
 
@@ -147,9 +147,9 @@ def run(
         make_scheme = maker_of(chosen, inputs, first)
         with told_how_to_resume(checkpoint):
             concluded(
-                lambda update, again: run_ssp(
-                    system, make_scheme, update, step=step, time=time, load=load,
-                    keeping=keeping, tolerance=tolerance, again=again,
+                lambda update, change: run_ssp(
+                    system, make_scheme, update, step=step, time=time, load=load, keeping=keeping,
+                    tolerance=tolerance, change=change, check=check_rings_of,
                 ),
                 out, plot, outputs_chart, believe=believe,
             )  # fmt: skip
@@ -171,20 +171,22 @@ def run(
     with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh) as made:
         options = keeping.checkpoints.options if keeping.checkpoints else {}
         vehicle, track = keep_fmus(checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1])
-        plan = Plan(
-            vehicle=vehicle,
-            track=track,
-            parameters=parameters,
-            journey=journey,
+        course = Course(
             scheme=make_scheme(Owner.VEHICLE),
             step=step,
             stop=stop,
             tolerance=tolerance,
             keeping=keeping,
-            load=load,
         )
         with told_how_to_resume(checkpoint):
-            concluded(partial(run_pair, plan), out, plot, believe=believe)
+            concluded(
+                lambda update, change: run_pair(
+                    vehicle, track, parameters, journey, change(course), update, load
+                ),
+                out,
+                plot,
+                believe=believe,
+            )
 
 
 def _refuse(context: typer.Context | None, system: Path, options: tuple[str, ...]) -> None:

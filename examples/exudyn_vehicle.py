@@ -20,10 +20,11 @@ import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
 from railcosim.analysis.pair import FORCES, WHEELS, WHEELSETS, Journey
-from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.time_run import run_pair
 from railcosim.cli.options import progress
 from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.export import export
+from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.plots.chart import Chart, Curve, Panel
 from railcosim.plots.picture import save_picture
@@ -188,17 +189,12 @@ def exudyn_run(
 
 def our_run(fmus: Path, journey: Journey, times: Times) -> np.ndarray:
     """Our vehicle on a track that owns the contact, coupled by our master."""
-    plan = Plan(
-        vehicle=fmus / "Vehicle.fmu",
-        track=fmus / "TrackWithContact.fmu",
-        parameters={"contact.nonlinear": True, "internal_step": times.step},
-        journey=journey,
-        scheme=jacobi(degree=1),
-        step=times.step,
-        stop=times.stop,
-    )
+    parameters = {"contact.nonlinear": True, "internal_step": times.step}
+    course = Course(scheme=jacobi(degree=1), step=times.step, stop=times.stop)
     with progress(f"railcosim, {1e3 * times.step:g} ms") as update:
-        run, stopped = run_pair(plan, update)
+        run, stopped = run_pair(
+            fmus / "Vehicle.fmu", fmus / "TrackWithContact.fmu", parameters, journey, course, update
+        )
     if stopped is not None:
         raise stopped
     z = run["carbody.z"] - run["carbody.z"][0]

@@ -8,8 +8,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from railcosim.analysis.pair import Journey
-from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.time_run import run_pair
 from railcosim.fmus.export import export
+from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.plots.picture import save_picture
 from railcosim.plots.results import run_chart
@@ -20,16 +21,14 @@ from railcosim.vehicle.parameters import Vehicle
 speed = 250 / 3.6  # m/s
 with TemporaryDirectory() as folder:
     fmus = export(Vehicle(), Track(), Path(folder))
-    plan = Plan(
-        vehicle=fmus["Vehicle"],
-        track=fmus["TrackWithContact"],  # the stiff contact sits with the track
-        parameters={"contact.nonlinear": True},
-        journey=Journey(speed=speed, held=False, profile=dip(length=2.0, depth=1e-3, at=12.0)),
-        scheme=jacobi(degree=1),
-        step=1e-4,  # s
-        stop=0.25,
+    run, stopped = run_pair(
+        fmus["Vehicle"],
+        fmus["TrackWithContact"],  # the stiff contact sits with the track
+        {"contact.nonlinear": True},
+        Journey(speed=speed, held=False, profile=dip(length=2.0, depth=1e-3, at=12.0)),
+        Course(scheme=jacobi(degree=1), step=1e-4, stop=0.25),  # s
+        progress=lambda done, total: None,
     )
-    run, stopped = run_pair(plan, lambda done, total: None)
 if stopped is not None:
     raise stopped  # `run` holds what was recorded until then
 

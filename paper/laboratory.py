@@ -22,9 +22,10 @@ from railcosim.analysis.frequency import (
 )
 from railcosim.analysis.pair import FORCES, Journey
 from railcosim.analysis.parallel import Progress, Task, Workers
-from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.time_run import run_pair
 from railcosim.fmus.export import export
 from railcosim.master.component import FloatArray
+from railcosim.master.course import Course
 from railcosim.master.files import load, save
 from railcosim.master.linear.receptance import Response
 from railcosim.master.schemes.jacobi import jacobi
@@ -219,19 +220,17 @@ def _run(
     progress: Progress,
 ) -> None:
     """Run the pair with Hertz's law that has the tangent k_H at the static load, and save it."""
-    plan = Plan(
-        vehicle=fmus[PAIR[0]],
-        track=fmus[PAIR[1]],
-        parameters={
+    recorded, stopped = run_pair(
+        fmus[PAIR[0]],
+        fmus[PAIR[1]],
+        {
             "contact.nonlinear": True,
             "contact.hertz_coefficient": coefficient_for(run.k_H, wheel_load),
         },
-        journey=Journey(speed=SPEED, held=not run.rolling, profile=_profile(run, duration)),
-        scheme=jacobi(degree=1),
-        step=STEP,
-        stop=duration,
+        Journey(speed=SPEED, held=not run.rolling, profile=_profile(run, duration)),
+        Course(scheme=jacobi(degree=1), step=STEP, stop=duration),
+        progress,
     )
-    recorded, stopped = run_pair(plan, progress)
     if stopped is not None:
         raise stopped
     file.parent.mkdir(exist_ok=True)

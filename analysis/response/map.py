@@ -12,10 +12,11 @@ import xarray as xr
 from railcosim.analysis.contact import WHEELSETS
 from railcosim.analysis.critical import Critical, critical_points
 from railcosim.analysis.frequency import Models, coupled, linear_models, on_rigid_track
-from railcosim.analysis.memory import afford
 from railcosim.analysis.plane import Transfer, plane, plane_dataset, transfer
 from railcosim.analysis.resonance import resonance
+from railcosim.analysis.ring import check_frequencies_of
 from railcosim.master.component import FloatArray
+from railcosim.master.memory import afford
 
 from .frf import Progress
 
@@ -106,8 +107,9 @@ def response_map(
     """
     afford_map(wavelength.size, speed.size)
     models = linear_models(vehicle, track, progress)
-    k_H = contact_stiffness
-    ends = speed[0] / wavelength[-1] * (1 - MARGIN), speed[-1] / wavelength[0] * (1 + MARGIN)
+    k_H, least, most = contact_stiffness, speed[0] / wavelength[-1], speed[-1] / wavelength[0]
+    check_frequencies_of(track, float(most))
+    ends = least * (1 - MARGIN), most * (1 + MARGIN)
     on_track = [o for o in OUTPUTS if o.startswith("vehicle.")]
     tables = {
         "flexible": transfer(lambda w: coupled(models, w, k_H), OUTPUTS, *ends),

@@ -12,6 +12,9 @@ from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import FrequencyResponse, Response
 
+FREQUENCIES = 64
+"""Solved for at once: what is between the components and the results stays in the cache."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
@@ -76,8 +79,9 @@ def couple(
             raise ValueError(f"{first.name} and {second.name} are given at different frequencies")
     name = f"{first.name}+{'ground' if second is None else second.name}"
     names = [joint.name for joint in joints]
-    outputs = [label for s in sides for label in _labels(s.free.name, s.free.outputs)]
-    inputs = [label for s in sides for label in _labels(s.free.name, s.free.inputs)]
+    free = [first] if second is None else [first, second]
+    outputs = [label for f in free for label in _labels(f.name, f.outputs)]
+    inputs = [label for f in free for label in _labels(f.name, f.inputs)]
     joined: list[Sequence[object]] = [side.joined for side in sides]
     for labels in (*joined, names, outputs, inputs):
         if len(set(labels)) < len(labels):
@@ -98,22 +102,26 @@ class _Side:
 
     Attributes
     ----------
-    free : FrequencyResponse
-        Without joints.
+    values : array of complex, shape (n_omega, n_outputs, n_inputs)
+        Its responses without joints.
     joined : list of int, length n_joints
         The inputs that joints push on.
     compressing : array of complex, shape (n_omega, n_joints, n_inputs)
         What its inputs add to the compression of the joints.
     """
 
-    free: FrequencyResponse
+    values: ComplexArray
     joined: list[int]
     compressing: ComplexArray
+
+    def at(self, part: slice) -> _Side:
+        """At some frequencies."""
+        return _Side(self.values[part], self.joined, self.compressing[part])
 
 
 def _side(free: FrequencyResponse, sign: float, ends: Sequence[tuple[str, str]]) -> _Side:
     motion = free.values[:, free.rows(output for _, output in ends)]
-    return _Side(free, free.columns(input_ for input_, _ in ends), sign * motion)
+    return _Side(free.values, free.columns(input_ for input_, _ in ends), sign * motion)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,25 +166,35 @@ class Coupled(Response):
         given = np.asarray(loads)
         acting = np.zeros((len(given), len(self.inputs), given.shape[2]), dtype=given.dtype)
         acting[:, self.columns(inputs)] = given
-        ends = np.cumsum([len(side.free.inputs) for side in self.sides])
-        *own, gap = np.split(acting, ends, axis=1)
-        force, sums = self._forces(own, gap)
-        found = []
-        for side, load, total in zip(self.sides, own, sums, strict=True):
-            both = np.empty((len(force), *load.shape[1:]), dtype=complex)
+        found = np.empty((len(self.omega), len(self.outputs), given.shape[2]), dtype=complex)
+        for begin in range(0, len(found), FREQUENCIES):
+            part = slice(begin, begin + FREQUENCIES)
+            here = acting[part] if len(acting) > 1 else acting
+            self._solve([side.at(part) for side in self.sides], here, found[part])
+        return found
+
+    def _solve(self, sides: Sequence[_Side], loads: ComplexArray, out: ComplexArray) -> None:
+        """Responses at the frequencies that the sides are given at."""
+        ends = np.cumsum([side.values.shape[2] for side in sides])
+        *own, gap = np.split(loads, ends, axis=1)
+        force, sums = self._forces(sides, own, gap)
+        row = 0
+        for side, load, total in zip(sides, own, sums, strict=True):
+            both = np.empty((len(out), *load.shape[1:]), dtype=complex)
             both[:] = load
             both[:, side.joined] = total
-            found.append(side.free.values @ both)
-        return np.concatenate([*found, force], axis=1)
+            first, row = row, row + side.values.shape[1]
+            np.matmul(side.values, both, out=out[:, first:row])
+        out[:, row:] = force
 
     def _forces(
-        self, own: Sequence[ComplexArray], gap: ComplexArray
+        self, sides: Sequence[_Side], own: Sequence[ComplexArray], gap: ComplexArray
     ) -> tuple[ComplexArray, list[ComplexArray]]:
         """In the joints; and on each side with what else acts on the inputs they push on."""
-        at_joints = [side.compressing[:, :, side.joined] for side in self.sides]
-        beside = [load[:, side.joined] for side, load in zip(self.sides, own, strict=True)]
+        at_joints = [side.compressing[:, :, side.joined] for side in sides]
+        beside = [load[:, side.joined] for side, load in zip(sides, own, strict=True)]
         free: ComplexArray = -gap
-        for side, load in zip(self.sides, own, strict=True):
+        for side, load in zip(sides, own, strict=True):
             elsewhere = load.copy()
             elsewhere[:, side.joined] = 0.0
             if elsewhere.any():
@@ -191,7 +209,7 @@ class Coupled(Response):
             wanted.append(load.any(axis=(0, 1)))
             right.append(_plus(free, rest, beside)[:, :, wanted[-1]])
         stacked = np.concatenate(
-            [np.broadcast_to(r, (len(self.omega), *r.shape[1:])) for r in right], axis=2
+            [np.broadcast_to(r, (len(sides[0].values), *r.shape[1:])) for r in right], axis=2
         )
         solved = np.linalg.solve(self.flexibility - sum(at_joints), stacked)
         ends = np.cumsum([r.shape[2] for r in right])[:-1]

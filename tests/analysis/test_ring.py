@@ -8,6 +8,7 @@ import pytest
 
 from railcosim.analysis.frequency import linear_models
 from railcosim.analysis.pair import Journey, open_pair
+from railcosim.analysis.response.map import response_map
 from railcosim.analysis.ring import check_frequencies_of, check_ring_of
 from railcosim.fmus.content import ring_annotations
 from railcosim.master.connections import CouplingError
@@ -80,6 +81,14 @@ def test_frequencies_beyond_the_promise_are_told(track_saying):
         warnings.simplefilter("error")
         check_frequencies_of(ours, 900.0)
         check_frequencies_of(track_saying(""), 901.0)  # someone else's
+
+
+def test_a_map_tells_too(exported):
+    """Its highest frequency: the highest speed over the shortest wavelength."""
+    files, wavelength = (exported["Vehicle"], exported["Track"]), np.array([0.1, 0.11])
+    with pytest.warns(RingWarning) as told:
+        response_map(*files, wavelength, np.array([91.0, 92.0]))
+    assert sum("above 900 Hz" in str(warning.message) for warning in told) == 1
 
 
 @pytest.mark.parametrize(

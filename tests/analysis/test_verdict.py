@@ -55,11 +55,11 @@ def judge(force, others):
     """Against other forces, one each time the step is halved; and when the repetitions ended."""
     asked = []
 
-    def again(how):
-        asked.append(how.until)
-        step = STEP / how.factor
-        times = np.arange(0.0, how.until + step / 2, step)
-        k = min(round(np.log2(how.factor)), len(others)) - 1
+    def again(factor, until):
+        asked.append(until)
+        step = STEP / factor
+        times = np.arange(0.0, until + step / 2, step)
+        k = min(round(np.log2(factor)), len(others)) - 1
         return run(np.interp(times, TIMES, others[k]), times), None
 
     ours = run(force)
@@ -116,10 +116,10 @@ def test_the_last_sign_counts_as_the_first() -> None:
 def test_a_repetition_that_fails_clears_nothing_and_an_interruption_is_one() -> None:
     ours = run(WAVE - DEFECT)
     signs = signs_of(ours)
-    verdict = confirmed(ours, signs, lambda how: (ours, ArithmeticError("diverged")))
+    verdict = confirmed(ours, signs, lambda factor, until: (ours, ArithmeticError("diverged")))
     assert not verdict.believed
     with pytest.raises(KeyboardInterrupt):
-        confirmed(ours, signs, lambda how: (ours, KeyboardInterrupt()))
+        confirmed(ours, signs, lambda factor, until: (ours, KeyboardInterrupt()))
 
 
 def test_outputs_of_different_units_count_alike() -> None:
@@ -130,5 +130,5 @@ def test_outputs_of_different_units_count_alike() -> None:
         for s in (1.0, 5.0)
     )
     signs = Signs(texts=("x",), times=TIMES[-1:], columns=("large", "small"))
-    assert "differs by 80%" in str(confirmed(ours, signs, lambda how: (other, None)))
-    assert "within 0%" in str(confirmed(ours, signs, lambda how: (ours, None)))
+    assert "differs by 80%" in str(confirmed(ours, signs, lambda factor, until: (other, None)))
+    assert "within 0%" in str(confirmed(ours, signs, lambda factor, until: (ours, None)))

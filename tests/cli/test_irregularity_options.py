@@ -5,8 +5,9 @@ import pytest
 
 from railcosim.analysis.pair import Journey
 from railcosim.analysis.study_point import Ride
-from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.time_run import run_pair
 from railcosim.cli import compare, run_command, study_command
+from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.parameters import ArgumentError, ParameterError
 from railcosim.track.irregularity import read_profile, synthesise
@@ -68,9 +69,7 @@ def test_python_refuses_it_before_anything_is_loaded(short) -> None:
     profile = read_profile(short)
     with pytest.raises(ParameterError, match="the run needs 6 m"):
         Ride(speed=60.0, profile=profile, stop=0.1)
-    plan = Plan(
-        vehicle=short, track=short, parameters={}, scheme=jacobi(), step=1e-4, stop=0.1,
-        journey=Journey(speed=60.0, held=True, profile=profile),
-    )  # fmt: skip
+    journey = Journey(speed=60.0, held=True, profile=profile)
+    course = Course(scheme=jacobi(), step=1e-4, stop=0.1)
     with pytest.raises(ParameterError, match="the run needs 6 m"):
-        run_pair(plan, lambda done, total: None)
+        run_pair(short, short, {}, journey, course, lambda done, total: None)

@@ -6,7 +6,8 @@ import pytest
 from railcosim.analysis.frequency import coupled, response
 from railcosim.analysis.pair import FORCES, Journey
 from railcosim.analysis.ride import ride
-from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.time_run import run_pair
+from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.track.irregularity import QUALITIES, Profile
 
@@ -24,13 +25,13 @@ def run(exported):
     x = np.linspace(0.0, SPEED * STOP, 3000)
     z = DEPTH * np.exp(-(((x - AT) / WIDTH) ** 2) / 2)
     profile = Profile(name="dip", x=x, left=z, right=z)
-    plan = Plan(
-        vehicle=exported.folder / "Vehicle.fmu", track=exported.folder / "TrackWithContact.fmu",
-        parameters={"contact.nonlinear": False, "contact.stiffness": K_H},
-        journey=Journey(speed=SPEED, held=True, profile=profile),
-        scheme=jacobi(degree=2), step=STEP, stop=STOP,
+    dataset, stopped = run_pair(
+        exported.folder / "Vehicle.fmu", exported.folder / "TrackWithContact.fmu",
+        {"contact.nonlinear": False, "contact.stiffness": K_H},
+        Journey(speed=SPEED, held=True, profile=profile),
+        Course(scheme=jacobi(degree=2), step=STEP, stop=STOP),
+        lambda done, total: None,
     )  # fmt: skip
-    dataset, stopped = run_pair(plan, lambda done, total: None)
     assert stopped is None
     return dataset
 

@@ -9,8 +9,9 @@ import pytest
 from railcosim.analysis.against_monolithic import frequency_errors, newmark_forces
 from railcosim.analysis.frequency import linear_models
 from railcosim.analysis.pair import FORCES, WHEELS, Journey, open_pair
-from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.time_run import run_pair
 from railcosim.master.connections import CouplingError
+from railcosim.master.course import Course
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.receptance import frequency_response
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
@@ -23,18 +24,16 @@ SPEED = 250 / 3.6
 ROOT = Path(__file__).parents[2]
 
 
-def plan(folder: Path, scheme, *, step: float, stop: float, profile, k_H=1e9, owner="track"):
-    names = {"track": ("Vehicle", "TrackWithContact"), "vehicle": ("VehicleWithContact", "Track")}
-    vehicle, track = names[owner]
-    return Plan(
-        vehicle=folder / f"{vehicle}.fmu",
-        track=folder / f"{track}.fmu",
-        parameters={"contact.nonlinear": False, "contact.stiffness": k_H},
-        journey=Journey(speed=SPEED, held=True, profile=profile),
-        scheme=scheme,
-        step=step,
-        stop=stop,
-    )
+LINEAR = {"contact.nonlinear": False, "contact.stiffness": 1e9}
+FMUS = {"track": ("Vehicle", "TrackWithContact"), "vehicle": ("VehicleWithContact", "Track")}
+
+
+def files(folder: Path, owner="track"):
+    return [folder / f"{name}.fmu" for name in FMUS[owner]]
+
+
+def quiet(done, total):
+    """No progress bar."""
 
 
 @pytest.mark.parametrize(
@@ -46,15 +45,13 @@ def plan(folder: Path, scheme, *, step: float, stop: float, profile, k_H=1e9, ow
 )
 def test_contact_force_against_newmark(exported, models, scheme, limit) -> None:
     """0.1 ms, 1 GN/m, contact in the track: relative RMS of the force's dynamic part."""
-    run = plan(
-        exported.folder, scheme, step=1e-4, stop=0.15,
-        profile=synthesise("german-low", SPEED * 0.15),
-    )  # fmt: skip
-    dataset, stopped = run_pair(run, lambda done, total: None)
+    journey = Journey(speed=SPEED, held=True, profile=synthesise("german-low", SPEED * 0.15))
+    course = Course(scheme=scheme, step=1e-4, stop=0.15)
+    dataset, stopped = run_pair(*files(exported.folder), LINEAR, journey, course, quiet)
     assert stopped is None
     ours = np.stack([dataset[name].values for name in FORCES], axis=1)
     mono = assemble(exported.vehicle, exported.track, models.positions)
-    theirs = newmark_forces(mono, models.positions, 1e9, run, lambda done, total: None)
+    theirs = newmark_forces(mono, models.positions, 1e9, journey, course, quiet)
     assert relative_rms(ours, theirs, np.full(8, exported.vehicle.wheel_load)) < limit
 
 
@@ -62,10 +59,10 @@ def test_contact_force_against_newmark(exported, models, scheme, limit) -> None:
 @pytest.mark.parametrize("nonlinear", [True, False])
 def test_starts_at_rest(exported, owner, nonlinear) -> None:
     """At rest on a flat track nothing moves, whoever owns the contact, and the weight is borne."""
-    run = plan(exported.folder, jacobi(), step=1e-4, stop=1e-3, profile=flat(), owner=owner)
+    pair_files = files(exported.folder, owner)
     parameters = {"contact.nonlinear": nonlinear, "contact.stiffness": 1e9}
     journey = Journey(speed=SPEED, held=True, profile=flat())
-    with open_pair(run.vehicle, run.track, parameters, journey) as pair:
+    with open_pair(*pair_files, parameters, journey) as pair:
         pair.system.exchange()
         first = pair.system.outputs.copy()
         force = first[[k for k, n in enumerate(pair.system.names) if n.endswith("force_z")]]
@@ -73,7 +70,8 @@ def test_starts_at_rest(exported, owner, nonlinear) -> None:
         assert force.sum() == pytest.approx(8 * exported.vehicle.wheel_load, abs=1.0)
         # Wheels stand at different places of their bay, so their loads are not quite equal.
         assert np.abs(force / exported.vehicle.wheel_load - 1).max() < 0.01
-    dataset, stopped = run_pair(run, lambda done, total: None)
+    course = Course(scheme=jacobi(), step=1e-4, stop=1e-3)
+    dataset, stopped = run_pair(*pair_files, LINEAR, journey, course, quiet)
     assert stopped is None
     # Ten steps at rest: what the balance left over, amplified by the contact in the vehicle.
     assert np.abs(dataset["wheelset[1].left.wheel_z"].diff("time")).max() < 1e-10
@@ -99,12 +97,13 @@ def test_no_rest_is_no_start(exported, owner) -> None:
     The limit is the same number for forces in units of 100 kN: a hundred times it is 10 N, as an
     irregularity of 0.1 um at 0.1 GN/m, and would be taken for one; so twice it is refused.
     """
-    run = plan(exported.folder, jacobi(), step=1e-4, stop=1e-3, profile=flat(), owner=owner)
-    with open_pair(run.vehicle, run.track, run.parameters, run.journey, rough(5e-7)):
+    pair = *files(exported.folder, owner), LINEAR
+    journey = Journey(speed=SPEED, held=True, profile=flat())
+    with open_pair(*pair, journey, rough(5e-7)):
         pass
     with (
         pytest.raises(CouplingError, match=r"no static equilibrium .*2\.\d+e-06 m/s2"),
-        open_pair(run.vehicle, run.track, run.parameters, run.journey, rough(2e-6)),
+        open_pair(*pair, journey, rough(2e-6)),
     ):
         pass
 

@@ -3,15 +3,15 @@
 import os
 import subprocess
 import sys
-from functools import partial
 
 import numpy as np
 import pytest
 
 from railcosim.analysis.catalogue import FMUS, Owner, members
 from railcosim.analysis.pair import Journey
-from railcosim.analysis.time_run import Plan, run_pair
+from railcosim.analysis.time_run import run_pair
 from railcosim.analysis.verdict import confirmed, signs_of
+from railcosim.master.course import Course
 from railcosim.master.files import load
 from railcosim.track.irregularity import synthesise
 from railcosim.track.irregularity.defects import wheel_flat
@@ -24,16 +24,18 @@ SPEED = 250 / 3.6  # m/s
 def verdict(exported, owner, scheme, step, stop, **ride):
     """Of a run; None if it shows no sign."""
     vehicle, track = (exported.folder / f"{name}.fmu" for name in FMUS[owner])
-    plan = Plan(
-        vehicle=vehicle, track=track, parameters=ride.pop("parameters"), step=step, stop=stop,
-        journey=Journey(speed=SPEED, held=False, **ride), scheme=members()[scheme].scheme,
-    )  # fmt: skip
-    run, stopped = run_pair(plan, lambda done, total: None)
+    pair = vehicle, track, ride.pop("parameters"), Journey(speed=SPEED, held=False, **ride)
+    course = Course(scheme=members()[scheme].scheme, step=step, stop=stop)
+
+    def again(factor, until):
+        return run_pair(*pair, course.again(factor, until), lambda done, total: None)
+
+    run, stopped = again(1, stop)
     assert stopped is None
     signs = signs_of(run)
     if not signs.texts:
         return None
-    return confirmed(run, signs, partial(run_pair, plan, lambda done, total: None))
+    return confirmed(run, signs, again)
 
 
 @pytest.mark.parametrize(

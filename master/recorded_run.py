@@ -2,147 +2,29 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, closing
-from dataclasses import dataclass, replace
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
 from railcosim.master.bonds import find_bonds
-from railcosim.master.checkpoint import Checkpoints, resume
+from railcosim.master.checkpoint import resume
 from railcosim.master.component import ComponentError
 from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import CommunicationPoint, Divergence, cosimulate
+from railcosim.master.course import Course, count_steps
 from railcosim.master.energy import EnergyMeter
-from railcosim.master.pace import FixedStep, Pace
+from railcosim.master.memory import afford
 from railcosim.master.recording import Recorder, record
-from railcosim.master.schemes import Scheme
-from railcosim.master.step_control import StepControl
 from railcosim.master.system import System
 from railcosim.storage.interruption import finishing
 
-from .memory import TooLargeError, afford
-
 Stopped = Divergence | ComponentError | KeyboardInterrupt | None
 Progress = Callable[[float, float], None]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Keeping:
-    """What is kept of a run beyond its outputs.
-
-    Attributes
-    ----------
-    checkpoints : Checkpoints or None
-        Where and how often the run is written, so that it can be resumed.
-    resume : Path or None
-        The checkpoint that the run goes on from.
-    energy : bool
-        Whether the energy is recorded that the coupling creates at every interface.
-    """
-
-    checkpoints: Checkpoints | None = None
-    resume: Path | None = None
-    energy: bool = False
-
-    def __post_init__(self) -> None:
-        if self.energy and (self.checkpoints or self.resume):
-            raise ValueError(
-                "the energy of the interfaces is not kept in checkpoints: leave it out"
-            )
-
-
-OUTPUTS_ONLY = Keeping()
-MOST_STEPS = 10**9  # a day and a night of computing where a step is 0.1 ms
 COPIES = 3  # of the outputs at once: recorded, as a dataset, and as what is written
-SHORTEST = 1e-4  # of the longest step: below it, no coupling of ours has gained anything
-
-
-def count_steps(start: float, stop: float, step: float) -> int:
-    """How many communication steps of `step` (s) lead from `start` to `stop` (s).
-
-    Raises
-    ------
-    TooLargeError
-        If the time does not move on by a step, one step is longer than all, or they are more than
-        `MOST_STEPS`.
-    """
-    span = stop - start
-    if step > (1 + 1e-9) * span:  # a whole run of one step may be rounded
-        raise TooLargeError(f"a step of {step:g} s is longer than the run of {span:g} s")
-    if span / step > MOST_STEPS or stop - step == stop:
-        raise TooLargeError(
-            f"from {start:g} to {stop:g} s there are {span / step:.3g} steps of {step:g} s; at "
-            f"most {MOST_STEPS:.0e} are run, and a step must move the time on: take a longer step "
-            "or less time"
-        )
-    return math.ceil(span / step)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Repetition:
-    """How a run is made once more, with nothing kept but its outputs.
-
-    Attributes
-    ----------
-    factor : int
-        By which the step is divided.
-    until : float
-        Where it ends, s.
-    """
-
-    factor: int
-    until: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class Course:
-    """How a system is taken through time.
-
-    Attributes
-    ----------
-    scheme : Scheme
-        How it is coupled.
-    step : float
-        Communication step, s; the longest one if there is a tolerance.
-    start, stop : float
-        s.
-    tolerance : float or None
-        Relative and absolute error (in nominal values) that steps are chosen for; None for
-        steps of one length.
-    """
-
-    scheme: Scheme
-    step: float
-    stop: float
-    start: float = 0.0
-    tolerance: float | None = None
-
-    def __post_init__(self) -> None:
-        count_steps(self.start, self.stop, self.step)
-
-    def again(self, how: Repetition) -> Course:
-        """The same with a shorter step; steps that are chosen, for a smaller tolerance."""
-        tolerance = None if self.tolerance is None else self.tolerance / how.factor
-        return replace(self, step=self.step / how.factor, stop=how.until, tolerance=tolerance)
-
-    @property
-    def pace(self) -> Pace:
-        """The rule for the steps."""
-        if self.tolerance is None:
-            return FixedStep(self.step)
-        return StepControl(
-            order=self.scheme.order,
-            relative=self.tolerance,
-            absolute=self.tolerance,
-            largest=self.step,
-            smallest=SHORTEST * self.step,
-        )
 
 
 def recorded_run(
@@ -150,7 +32,6 @@ def recorded_run(
     course: Course,
     progress: Progress,
     about: Mapping[str, str | float],
-    keeping: Keeping = OUTPUTS_ONLY,
     against: tuple[str, ...] = (),
 ) -> tuple[xr.Dataset, Stopped]:
     """Run a system; also a run that stops early returns what was recorded, and why it stopped.
@@ -165,8 +46,6 @@ def recorded_run(
         Given the time and the end, s, now and then.
     about : mapping
         All else that the run is made with; becomes attributes of the result.
-    keeping : Keeping, optional
-        What is kept beyond outputs.
     against : tuple of str, optional
         Components that positive forces drive towards negative motion; see `master.bonds.Bond`.
 
@@ -177,6 +56,7 @@ def recorded_run(
     exception or None
         What stopped the run early.
     """
+    keeping = course.keeping
     steps = count_steps(course.start, course.stop, course.step)
     columns = 1 + len(system.variables)
     afford(

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.memory import TooLargeError, afford, available
-from railcosim.analysis.recorded_run import MOST_STEPS, count_steps
+from railcosim.master.course import MOST_STEPS, count_steps
+from railcosim.master.memory import TooLargeError, afford, available
 
 
 def test_what_is_there_can_be_had():
@@ -18,7 +18,7 @@ def test_the_least_limit_counts(tmp_path, monkeypatch):
     most, used = tmp_path / "max", tmp_path / "current"
     most.write_text("2000000\n")
     used.write_text("500000\n")
-    monkeypatch.setattr("railcosim.analysis.memory._LIMITS", {str(most): str(used)})
+    monkeypatch.setattr("railcosim.master.memory._LIMITS", {str(most): str(used)})
     assert available() == 1_500_000
     afford(1_500_000, "it", "")
     with pytest.raises(TooLargeError, match=r"it need 0.00151 GB of memory, and 0.0015 GB can be"):

@@ -5,18 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from railcosim.analysis.system_run import run_ssp
+from railcosim.analysis.ring import check_rings_of
 from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import Divergence
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
+from railcosim.master.system_run import run_ssp
 from railcosim.plots.outputs import MOST, outputs_chart
 from railcosim.track.decay import RingWarning
 
 from ..importers.documented import Documented
 from ..importers.job import make_job
-from ..master.plant import component, connection, make_fmu, pack, real, ssd, values
+from .plant import component, connection, make_fmu, pack, real, ssd, values
 
 DEGREE = 0
 
@@ -50,7 +51,9 @@ def test_pair_as_documented(exported, pair, make, scheme):
     job = make_job(exported, (0.0, 0.0, 0.0, 0.0))
     expected = Documented(scheme=scheme, feedthrough=True, exchanges=1).rows(job)
     with pytest.warns(RingWarning, match=r"ring of 30 m .*these are 18\.2 m apart"):
-        dataset, stopped = run_ssp(pair, make, quiet, time=job.steps * job.step)
+        dataset, stopped = run_ssp(
+            pair, make, quiet, time=job.steps * job.step, check=check_rings_of
+        )
     assert stopped is None
     found = np.array([dataset[name].values for name in dataset.data_vars]).T[1:]
     np.testing.assert_array_equal(found, expected)

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 
+from railcosim.master.course import OUTPUTS_ONLY, Course, Keeping
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.fmi.loaded_fmu import LoadedFmu
+from railcosim.master.recorded_run import Progress, Stopped, recorded_run
 from railcosim.master.schemes import Scheme
 from railcosim.master.ssp import LoadedSystem, initialise, open_ssp
 from railcosim.master.system import System
 
-from .contact import WHEELSETS
-from .pair import Load
-from .recorded_run import OUTPUTS_ONLY, Course, Keeping, Progress, Repetition, Stopped, recorded_run
-from .ring import check_ring_of
+Change = Callable[[Course], Course]
+"""In what a run that is made once more differs."""
 
-POSITIONS = {f"{w}.position" for w in WHEELSETS}
+
+def _nothing(fmus: Sequence[LoadedFmu]) -> None:
+    """No further check."""
 
 
 def run_ssp(
@@ -30,10 +32,11 @@ def run_ssp(
     *,
     step: float | None = None,
     time: float | None = None,
-    load: Load = FmuComponent.load,
+    load: Callable[..., LoadedFmu] = FmuComponent.load,
     keeping: Keeping = OUTPUTS_ONLY,
     tolerance: float | None = None,
-    again: Repetition | None = None,
+    change: Change = lambda course: course,
+    check: Callable[[Sequence[LoadedFmu]], None] = _nothing,
 ) -> tuple[xr.Dataset, Stopped]:
     """Run a system; also a run that stops early returns what was recorded, and why it stopped.
 
@@ -57,8 +60,10 @@ def run_ssp(
         What is kept beyond outputs.
     tolerance : float, optional
         For steps chosen by an error estimate; `step` is then the longest.
-    again : Repetition, optional
-        Make it once more, with a shorter step.
+    change : callable, optional
+        Gives the course that is taken, from that of the options and the file.
+    check : callable, optional
+        Given all FMUs, initialised; may raise, or warn.
 
     Returns
     -------
@@ -86,20 +91,17 @@ def run_ssp(
                 "in initialisation; the run begins with the last ones",
                 stacklevel=2,
             )
-        for fmu in loaded.fmus:
-            places = [x for v, x in zip(fmu.inputs, fmu.u, strict=True) if v.name in POSITIONS]
-            if places:
-                check_ring_of(fmu.description.path, np.array(places))
+        check(loaded.fmus)
         about: dict[str, str | float] = {"title": loaded.name}
         for fmu in loaded.fmus:
             for name, value in loaded.starts[fmu.name].items():
                 about[f"start {fmu.name}.{name}"] = float(value)
             for key, text in fmu.description.as_attributes().items():
                 about[f"{fmu.name} {key}"] = text
-        course = Course(scheme=scheme, step=step, start=start, stop=stop, tolerance=tolerance)
-        if again is not None:
-            course, keeping = course.again(again), OUTPUTS_ONLY
-        return recorded_run(system, course, progress, about, keeping)
+        course = Course(
+            scheme=scheme, step=step, start=start, stop=stop, tolerance=tolerance, keeping=keeping
+        )
+        return recorded_run(system, change(course), progress, about)
 
 
 def _experiment(
