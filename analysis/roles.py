@@ -15,7 +15,7 @@ SIGNS = {Owner.VEHICLE: f"{WHEELSETS[0]}.position", Owner.TRACK: f"{WHEELS[0]}.r
 """The output by which a vehicle, and a track, is known."""
 OTHERS = {
     ".toml": "parameters; railcosim export makes FMUs of them",
-    ".ssp": "a whole system; railcosim run takes it without options for FMUs",
+    ".ssp": "a whole system; railcosim run-system takes it",
 }
 
 

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from railcosim.analysis.response.frf import frequency_response
     from railcosim.analysis.response.map import response_map
     from railcosim.analysis.response.receptance import receptance, track_receptance
+    from railcosim.analysis.run import run
     from railcosim.analysis.schemes.advice import advise
+    from railcosim.analysis.schemes.choice import scheme
     from railcosim.analysis.schemes.grid_run import study
     from railcosim.analysis.schemes.limits import stability
     from railcosim.master.component import Variable
@@ -55,7 +57,9 @@ __all__ = [
     "open_result",
     "receptance",
     "response_map",
+    "run",
     "save_result",
+    "scheme",
     "schemes",
     "stability",
     "study",
@@ -79,7 +83,9 @@ _PLACES = {
     "open_result": "master.files:load",
     "receptance": "analysis.response.receptance:receptance",
     "response_map": "analysis.response.map:response_map",
+    "run": "analysis.run:run",
     "save_result": "master.files:save",
+    "scheme": "analysis.schemes.choice:scheme",
     "schemes": "analysis.catalogue:catalogue",
     "stability": "analysis.schemes.limits:stability",
     "study": "analysis.schemes.grid_run:study",

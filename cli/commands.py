@@ -43,7 +43,12 @@ COMMANDS = {
     "run": Place(
         "run_command",
         "run",
-        "Run a vehicle FMU and a track FMU coupled in time, or any system of FMUs in an SSP file.",
+        "Run a vehicle FMU and a track FMU coupled in time.",
+    ),
+    "run-system": Place(
+        "run_system_command",
+        "run_system",
+        "Run any system of FMUs, from an SSP file, coupled in time.",
     ),
     "frf": Place(
         "frf",

@@ -21,6 +21,7 @@ from railcosim.analysis.catalogue import FMUS, Owner
 from railcosim.analysis.frequency import linear_models
 from railcosim.analysis.pair import Journey
 from railcosim.analysis.ring import check_frequencies_of
+from railcosim.analysis.schemes.choice import choice_of, maker_of
 from railcosim.analysis.time_run import run_pair
 from railcosim.analysis.verdict import DISAGREE, NotBelievedError
 from railcosim.master.component import FloatArray
@@ -58,8 +59,6 @@ from .scheme_options import (
     ContactOption,
     InputsOption,
     SchemeOption,
-    choice_of,
-    maker_of,
 )
 from .uncoupled import compare_uncoupled
 

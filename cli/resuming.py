@@ -44,13 +44,16 @@ def check_agreement(context: typer.Context, path: Path) -> None:
 
 
 @contextmanager
-def told_how_to_resume(checkpoint: Path | None) -> Iterator[None]:
+def told_how_to_resume(context: typer.Context, checkpoint: Path | None) -> Iterator[None]:
     """A run that can be interrupted, and what is then said."""
     try:
         yield
     except KeyboardInterrupt:
         if checkpoint is not None and checkpoint.exists():
-            errors.print(f"railcosim run --resume {checkpoint} goes on from the last checkpoint")
+            command = context.info_name if context else "run"
+            errors.print(
+                f"railcosim {command} --resume {checkpoint} goes on from the last checkpoint"
+            )
         raise
 
 

@@ -92,7 +92,7 @@ MISTAKES = {
     "map --out m.nc --wavelengths 0.1:60:0.0001 --speeds 10:400:0.001": "599001 wavelengths at",
     # Files of another kind.
     f"{RUN} --vehicle-fmu wordy.toml": "wordy.toml: is no FMU but parameters; railcosim export",
-    f"{RUN} --vehicle-fmu Pair.ssp": "Pair.ssp: is no FMU but a whole system; railcosim run",
+    f"{RUN} --vehicle-fmu Pair.ssp": "Pair.ssp: is no FMU but a whole system; railcosim run-system",
     f"{RUN} --vehicle-fmu .": ".: is a folder; give an FMU",
     f"{RUN} --track-fmu missing.fmu": "missing.fmu: no such file",
     f"{RUN} --track-fmu binary.fmu": "binary.fmu: not a readable zip archive",

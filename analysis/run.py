@@ -1,0 +1,115 @@
+"""A coupled run of a vehicle and a track, from Python."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import xarray as xr
+
+from railcosim.master.course import Course
+from railcosim.master.recorded_run import Progress
+from railcosim.master.schemes import Scheme
+from railcosim.track.irregularity import Profile
+from railcosim.track.irregularity.named import irregularity as named
+
+from .contact import NONLINEAR, STIFFNESS, Parameters
+from .pair import Journey
+from .roles import owners
+from .schemes.choice import choice_of, usual_step
+from .schemes.choice import scheme as scheme_of
+from .time_run import run_pair
+from .verdict import NotBelievedError, confirmed, signs_of
+
+HERTZ: Parameters = {NONLINEAR: True}
+
+
+def run(
+    vehicle: Path,
+    track: Path,
+    *,
+    scheme: Scheme | str | None = None,
+    contact: float | Parameters = HERTZ,
+    step: float | None = None,
+    time: float = 1.0,
+    speed: float = 250 / 3.6,
+    irregularity: Profile | str | Path = "german-low",
+    held: bool = False,
+    tolerance: float | None = None,
+    progress: Progress = lambda done, total: None,
+) -> xr.Dataset:
+    """Run a vehicle FMU and a track FMU coupled in time, from the static equilibrium of both.
+
+    Parameters
+    ----------
+    vehicle, track : Path
+        FMUs. If neither owns the contact springs, the master does.
+    scheme : Scheme or str, optional
+        How to couple, or its name; the usual one of the owner of the contact if not given.
+    contact : float or mapping
+        Stiffness, N/m, or parameters of the contact; Hertz's law if not given.
+    step : float, optional
+        Communication step, s; the longest one with a tolerance.
+    time : float
+        How long, s.
+    speed : float
+        m/s.
+    irregularity : Profile, str or Path
+        Or the name of a class, or a CSV file.
+    held : bool
+        Hold the wheels and move the irregularity instead.
+    tolerance : float, optional
+        Choose steps by an error estimate.
+    progress : callable
+        Given the time and the end, s, now and then.
+
+    Returns
+    -------
+    Dataset
+        All outputs at all communication points; the verdict in the attributes.
+
+    Raises
+    ------
+    NotBelievedError
+        If the run shows signs of an unstable coupling and shorter steps do not confirm them.
+    Divergence, ComponentError
+        What stopped the run.
+
+    Notes
+    -----
+    What was recorded by a run that failed is the attribute ``dataset`` of the exception.
+    """
+    name = scheme if isinstance(scheme, str) else None
+    chosen, owner = choice_of(name, None, owners(vehicle, track))
+    if not isinstance(irregularity, Profile):
+        irregularity = named(irregularity, speed * time)
+    journey = Journey(speed=speed, held=held, profile=irregularity)
+    course = Course(
+        scheme=scheme_of(chosen) if scheme is None or isinstance(scheme, str) else scheme,
+        step=usual_step(chosen, owner) if step is None else step,
+        stop=time,
+        tolerance=tolerance,
+    )
+    pair = vehicle, track, contact_of(contact), journey
+    dataset, stopped = run_pair(*pair, course, progress)
+    signs = signs_of(dataset)
+    dataset.attrs["verdict"] = str(signs) or "no sign of an unstable coupling"
+    error: BaseException | None = stopped
+    if stopped is None and signs.texts:
+        verdict = confirmed(
+            dataset,
+            signs,
+            lambda factor, stop: run_pair(*pair, course.again(factor, stop), progress),
+        )
+        dataset.attrs["verdict"] = str(verdict)
+        error = None if verdict.believed else NotBelievedError(f"the run is {verdict}")
+    if error is not None:
+        error.dataset = dataset  # type: ignore[attr-defined]  # nothing recorded is lost
+        raise error
+    return dataset
+
+
+def contact_of(contact: float | Parameters) -> Parameters:
+    """Parameters of a contact, of a linear one of that stiffness (N/m)."""
+    if isinstance(contact, float | int):
+        return {NONLINEAR: False, STIFFNESS: float(contact)}
+    return contact
