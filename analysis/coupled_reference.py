@@ -23,8 +23,7 @@ from railcosim.master.component import FloatArray, Variable
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.state_space import IndexArray, StateSpace
 from railcosim.mechanics.law import NormalLaw
-
-from .contact import FORCES, WHEELS
+from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 
 STAGES = 6
 """Points an interval. The forces then are of sixth order in it, at its end of eleventh."""
@@ -81,12 +80,14 @@ def compression_model(vehicle: Path, track: Path, positions: FloatArray) -> Stat
     ----------
     vehicle, track : Path
         FMUs for Model Exchange that take the contact forces.
-    positions : ndarray, shape (4,)
+    positions : ndarray, shape (n_wheelsets,)
         Where the wheelsets are held, m.
     """
-    places = {f"wheelset[{i}].position": float(x) for i, x in enumerate(positions, 1)}
-    wheels = linear_model(vehicle, inputs=FORCES, outputs=[f"{w}.wheel_z" for w in WHEELS])
-    rails = linear_model(track, inputs=FORCES, outputs=[f"{w}.rail_z" for w in WHEELS], at=places)
+    layout = Layout(len(positions))
+    places = dict(zip(layout.of_axles("position"), positions.tolist(), strict=True))
+    forces = layout.names(FORCE)
+    wheels = linear_model(vehicle, inputs=forces, outputs=layout.names(WHEEL.motion))
+    rails = linear_model(track, inputs=forces, outputs=layout.names(RAIL.motion), at=places)
     return StateSpace(
         name="compressions",
         A=sp.block_diag([wheels.A, rails.A], format="csc"),
@@ -94,7 +95,7 @@ def compression_model(vehicle: Path, track: Path, positions: FloatArray) -> Stat
         C=np.hstack([wheels.C, -rails.C]),
         D=wheels.D - rails.D,
         inputs=wheels.inputs,
-        outputs=tuple(Variable(name=f"{w}.compression", unit="m") for w in WHEELS),
+        outputs=tuple(Variable(name=f"{w}.compression", unit="m") for w in layout.wheels),
     )
 
 

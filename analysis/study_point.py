@@ -18,13 +18,14 @@ from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.cosimulation import Cosimulation, Divergence, FallbackWarning, cosimulate
 from railcosim.master.schemes import Scheme
 from railcosim.master.system import System
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.reference.agreement import relative_rms
 from railcosim.storage.temporary import scratch
 from railcosim.track.decay import RingWarning
 from railcosim.track.irregularity import Profile
 
 from .catalogue import FMUS, Owner
-from .contact import FORCES, LAYOUT, WHEELSETS, law_of
+from .contact import law_of
 from .coupled_reference import ContactForces, compression_model, converged_forces
 from .pair import Journey, open_pair
 
@@ -148,8 +149,9 @@ def reference(ride: Ride, contact: Contact, vehicle: bytes, track: bytes) -> Con
             pair.system.exchange()
             names = [name.partition(".")[2] for name in pair.system.names]
             now = dict(zip(names, pair.system.outputs.tolist(), strict=True))
-        positions = np.array([now[f"{w}.position"] for w in WHEELSETS])
-        rest = LAYOUT.compression @ [now[name] for name in LAYOUT.motions]
+        layout = pair.layout
+        positions = np.array([now[name] for name in layout.of_axles("position")])
+        rest = layout.compression @ [now[name] for name in layout.motions]
         model = compression_model(cars, rails, positions)
         law = law_of(pair.parameters)
     heights = ride.profile.under(positions, ride.speed)
@@ -228,7 +230,9 @@ def _growth(error: FloatArray, motion: FloatArray) -> float:
 def _columns(system: System) -> list[int]:
     """Where the contact forces are among the outputs."""
     names = [variable.name for variable in system.variables]
-    return [names.index(force) for force in FORCES]
+    layout = Layout.among(names)
+    assert layout is not None  # a pair has wheels
+    return [names.index(force) for force in layout.names(FORCE)]
 
 
 class _PairsAtRest:

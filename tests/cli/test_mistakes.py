@@ -117,7 +117,7 @@ MISTAKES = {
     f"{SSP} --scheme gauss-seidel --first me": "no component 'me'; there are vehicle, track",
     f"{SSP} --scheme interface-jacobian": "--scheme interface-jacobian: solves the contact of our",
     "run --out r.nc Plant.ssp --step 0.1 --time 1 --scheme picard": "a cannot go back",
-    f"{FRF} --input wheelset[5].force_z": "excitation wheelset[5].force_z: must be irregularity_z",
+    f"{FRF} --input wheelset[0].force_z": "excitation wheelset[0].force_z: must be irregularity_z",
     f"{FRF} --input wheelset[1].rail_force_z --rigid-track": "has no effect with --rigid-track",
     f"{FRF} --input irregularity_z --uncoupled": "has no effect with --uncoupled",
     # Classes of track.
