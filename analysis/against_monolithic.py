@@ -105,7 +105,8 @@ def frequency_errors(
         ours, curve = (response(s, excitation, positions, 1.0) for s in (system, dense))
         direct = solved[:, :, column]
         references: dict[str, ComplexArray] = {
-            output: direct[:, mono.coordinate(name)] for output, name in _observed(mono, last).items()
+            output: direct[:, mono.coordinate(name)]
+            for output, name in _observed(mono, last).items()
         }
         rail_z = direct @ rails.toarray().T
         force = k_H * direct @ compression.T

@@ -22,7 +22,7 @@ from railcosim.mechanics.law import (
     coefficient_for,
     tangent_stiffness,
 )
-from railcosim.mechanics.ports import FORCE, Layout
+from railcosim.mechanics.ports import FORCE, MOST_WHEELSETS, Layout
 
 LAYOUT = Layout()
 WHEELSETS, WHEELS, FORCES = LAYOUT.axles, LAYOUT.wheels, LAYOUT.names(FORCE)

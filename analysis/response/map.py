@@ -16,6 +16,7 @@ from railcosim.analysis.plane import Transfer, plane, plane_dataset, transfer
 from railcosim.analysis.resonance import resonance
 from railcosim.analysis.ring import check_frequencies_of
 from railcosim.master.component import FloatArray
+from railcosim.master.connections import CouplingError
 from railcosim.master.memory import afford
 
 from .frf import Progress
@@ -104,9 +105,17 @@ def response_map(
     ------
     TooLargeError
         If there is no memory for that many points; see `afford_map`.
+    CouplingError
+        If the vehicle is no car body on two bogies of two wheelsets.
     """
     afford_map(wavelength.size, speed.size)
     models = linear_models(vehicle, track, progress)
+    known = {v.name for v in models.vehicle.outputs}
+    if not known.issuperset(BODIES) or len(models.positions) != len(LEFT):
+        raise CouplingError(
+            f"{vehicle}: a map shows one car body on two bogies of two wheelsets each; this has "
+            f"{len(models.positions)} wheelsets, or other bodies"
+        )
     k_H, least, most = contact_stiffness, speed[0] / wavelength[-1], speed[-1] / wavelength[0]
     check_frequencies_of(track, float(most))
     ends = least * (1 - MARGIN), most * (1 + MARGIN)
