@@ -16,7 +16,6 @@ from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.mechanics.ports import MOST_WHEELSETS, Layout
 from railcosim.track.decay import NEAREST, PROMISED, PROMISED_TO, RingWarning
 
-
 TOOL, RING = "railcosim", "Ring"
 POSITIONS = set(Layout(MOST_WHEELSETS).of_axles("position"))
 CURE = "export the track with more [mesh] cells"
