@@ -38,6 +38,12 @@ MISTAKES = {
     "export --out e --runtime python --platforms all": "leave out the rest",
     "export --out e --platforms linux63": "unknown platform 'linux63'; known are linux64",
     "export --out e --runtime rust": "--runtime",
+    "export --out e --wheelsets 65": "--wheelsets 65: must be from 1 to 64",
+    "export --out e --wheelsets 3 --positions 5,2": "are 2, but --wheelsets is 3",
+    "export --out e --wheelsets 2 --positions 2,5": "--positions 2,5: must be from the front",
+    "export --out e --wheelsets 2 --positions 5,nan": "must be from the front",
+    "export --out e --wheelsets 2 --positions 5,b": "must be numbers in m, with commas",
+    "export --out e --one-rail": "--positions and --one-rail: need --wheelsets",
     "export --out ''": "the argument behind --out is empty",
     "run '' --out r.nc": "the argument behind run is empty",
     # Numbers that are none, or too large or small for anything.
