@@ -134,5 +134,5 @@ def _fractions(E: ComplexArray, G: ComplexArray, C: ComplexArray) -> PartialFrac
         square=E.imag**2,
         slope=2.0 * products.real,
         level=-2.0 * (products * E.conj()[:, None]).real,
-        column=np.arange(len(C) * G.shape[1]).reshape(len(C), -1),
+        column=np.arange(len(C) * G.shape[1]).reshape(len(C), G.shape[1]),
     )

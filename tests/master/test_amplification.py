@@ -17,6 +17,7 @@ from railcosim.master.schemes.nepce import nepce
 from railcosim.master.schemes.variants import VARIANTS
 from railcosim.master.stability.amplification import SAME
 from railcosim.master.stability.amplifier import Amplifier
+from railcosim.master.stability.determinant import Determinant
 from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
 
@@ -99,6 +100,17 @@ def test_several_steps_at_once_are_each_by_itself() -> None:
     steps = np.array([1e-4, 1e-3, 1e-2])
     singly = np.array([amplifier.at(h).real_ends() for h in steps])
     assert amplifier.at(steps).real_ends() == pytest.approx(singly, rel=1e-9)  # rounding
+
+
+def test_modes_that_nobody_meets_leave_those_of_the_memory() -> None:
+    n = 2
+    alone = Determinant(
+        np.diag([0.5, 2.0]), np.zeros((n, 0)), np.zeros((0, n)), np.zeros((0, 0)),
+        np.array([0.9j]), np.zeros((1, 0), complex), np.zeros((0, 1), complex),
+    )  # fmt: skip
+    assert alone.outside(1.0) == 1
+    assert alone.zero_outside(1.0) == 2.0
+    assert alone.zero_outside(3.0) == 0.0
 
 
 def test_something_grows_with_long_steps_and_nothing_with_short_ones() -> None:
