@@ -35,8 +35,8 @@ class Assembly(StrEnum):
 
 
 def frequency_response(
-    vehicle: Path,
-    track: Path,
+    vehicle: str | Path,
+    track: str | Path,
     frequency: FloatArray,
     *,
     excitation: str = "wheelset[4].force_z",
@@ -49,7 +49,7 @@ def frequency_response(
 
     Parameters
     ----------
-    vehicle, track : Path
+    vehicle, track : str or Path
         FMUs that take contact forces.
     frequency : array, shape (n,)
         Hz.
@@ -79,9 +79,10 @@ def frequency_response(
     check_excitation(excitation)
     omega, k_H = 2 * np.pi * frequency, contact_stiffness
     rigid = assembly is Assembly.RIGID_TRACK
-    models = linear_models(vehicle, None if rigid else track, progress)
+    rails = Path(track)
+    models = linear_models(Path(vehicle), None if rigid else rails, progress)
     if not rigid:
-        check_frequencies_of(track, float(frequency.max()))
+        check_frequencies_of(rails, float(frequency.max()))
     systems = {
         Assembly.COUPLED: lambda: coupled(models, omega, k_H),
         Assembly.APART: lambda: apart(models, omega),

@@ -80,8 +80,8 @@ class ResponseMap:
 
 
 def response_map(
-    vehicle: Path,
-    track: Path,
+    vehicle: str | Path,
+    track: str | Path,
     wavelength: FloatArray,
     speed: FloatArray,
     *,
@@ -92,7 +92,7 @@ def response_map(
 
     Parameters
     ----------
-    vehicle, track : Path
+    vehicle, track : str or Path
         FMUs that take contact forces.
     wavelength, speed : array
         Increasing, m and m/s.
@@ -109,7 +109,8 @@ def response_map(
         If the vehicle is no car body on two bogies of two wheelsets.
     """
     afford_map(wavelength.size, speed.size)
-    models = linear_models(vehicle, track, progress)
+    rails = Path(track)
+    models = linear_models(Path(vehicle), rails, progress)
     known = {v.name for v in models.vehicle.outputs}
     if not known.issuperset(BODIES) or len(models.positions) != len(LEFT):
         raise CouplingError(
@@ -117,7 +118,7 @@ def response_map(
             f"{len(models.positions)} wheelsets, or other bodies"
         )
     k_H, least, most = contact_stiffness, speed[0] / wavelength[-1], speed[-1] / wavelength[0]
-    check_frequencies_of(track, float(most))
+    check_frequencies_of(rails, float(most))
     ends = least * (1 - MARGIN), most * (1 + MARGIN)
     on_track = [o for o in OUTPUTS if o.startswith("vehicle.")]
     tables = {
