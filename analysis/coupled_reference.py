@@ -40,6 +40,7 @@ ITERATIONS = 30
 """Newton takes three; wheels that come down on the rail may take some more."""
 
 Heights = Callable[[float], FloatArray]
+Progress = Callable[[float, float], None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +101,12 @@ def compression_model(vehicle: Path, track: Path, positions: FloatArray) -> Stat
 
 
 def converged_forces(
-    model: StateSpace, law: NormalLaw, rest: FloatArray, heights: Heights, stop: float
+    model: StateSpace,
+    law: NormalLaw,
+    rest: FloatArray,
+    heights: Heights,
+    stop: float,
+    progress: Progress = lambda done, total: None,
 ) -> ContactForces:
     """Solve for the contact forces from rest, with ever shorter intervals.
 
@@ -116,6 +122,8 @@ def converged_forces(
         Time (s) to how far the rail's surface is below its nominal height at each contact (m).
     stop : float
         Until when, s.
+    progress : callable, optional
+        Told what is done and the total, as if all halvings were needed; may raise to stop it.
 
     Returns
     -------
@@ -134,10 +142,18 @@ def converged_forces(
        sec. IV.5: collocation at Radau's points.
     """
     count = int(np.ceil(stop / FIRST - 1e-9))  # rounding in stop is no interval
-    coarse = _forces(model, law, rest, heights, stop / count, count)
+    most = count * (2 ** (HALVINGS + 1) - 1)
+    made = 0
+
+    def tell() -> None:
+        nonlocal made
+        made += 1
+        progress(made, most)
+
+    coarse = _forces(model, law, rest, heights, stop / count, count, tell)
     for _ in range(HALVINGS):
         count *= 2
-        fine = _forces(model, law, rest, heights, stop / count, count)
+        fine = _forces(model, law, rest, heights, stop / count, count, tell)
         times = ((np.arange(count)[:, None] + _NODES) * fine.interval).ravel()
         size = np.sqrt(np.mean((fine.at(times) - fine.rest) ** 2))
         change = np.sqrt(np.mean((fine.at(times) - coarse.at(times)) ** 2))
@@ -157,6 +173,7 @@ def _forces(
     heights: Heights,
     interval: float,
     count: int,
+    tell: Callable[[], None],
 ) -> ContactForces:
     """Solve interval by interval."""
     if np.any(model.D):
@@ -167,6 +184,7 @@ def _forces(
     x, F = np.zeros(n), np.zeros(STAGES * n_contacts)
     resting, values = np.tile(rest, STAGES), np.empty((count, STAGES, n_contacts))
     for k in range(count):
+        tell()
         times = interval * (k + _NODES)
         sunk = np.concatenate([heights(t) - level for t in times])
         F = _balance(law, np.tile(at_rest, STAGES), resting + seen @ x - sunk, gain, F)
