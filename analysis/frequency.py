@@ -22,6 +22,7 @@ from railcosim.master.memory import afford
 from railcosim.mechanics.ports import FORCE, MOST_WHEELSETS, Layout
 
 from .contact import layout_of
+from .response.standing import standing
 from .ring import check_ring_of
 
 # For FMUs without Model Exchange. Both wheels of a wheelset together, then against each other: each
@@ -77,7 +78,9 @@ class Models:
         return Layout(len(self.positions)).wheels
 
 
-def linear_models(vehicle: Path, track: Path | None, progress: Progress) -> Models:
+def linear_models(
+    vehicle: Path, track: Path | None, progress: Progress, position: float | None = None
+) -> Models:
     """Linearise a vehicle FMU and a track FMU that take contact forces.
 
     Parameters
@@ -89,8 +92,10 @@ def linear_models(vehicle: Path, track: Path | None, progress: Progress) -> Mode
         The same; None leaves the track out.
     progress : callable
         Told what is done and the total.
+    position : float, optional
+        Where the last wheelset stands, m; where the vehicle starts if not given.
     """
-    positions = wheelset_positions(vehicle)
+    positions = wheelset_positions(vehicle, position)
     share = 1.0 if track is None else VEHICLE_SHARE
     cars, sha256 = linear_vehicle(vehicle, lambda a, b: progress(share * a / b, 1.0))
     attributes = {"vehicle_fmu": sha256}
@@ -103,9 +108,11 @@ def linear_models(vehicle: Path, track: Path | None, progress: Progress) -> Mode
     return Models(cars, rails, positions, attributes)
 
 
-def wheelset_positions(vehicle: Path) -> FloatArray:
-    """Where the wheelsets of a vehicle FMU stand at first, from the front, m."""
+def wheelset_positions(vehicle: Path, position: float | None = None) -> FloatArray:
+    """Where the wheelsets of a vehicle FMU stand at first, from the front, m; see `standing`."""
+    parameters = standing(vehicle, position).get("parameters", {})
     with FmuComponent.load(vehicle, name="vehicle") as cars:
+        cars.set_parameters(parameters)
         cars.enter_initialization(0.0)
         cars.exit_initialization()
         values = dict(zip((v.name for v in cars.outputs), cars.get_outputs(), strict=True))

@@ -86,6 +86,7 @@ def response_map(
     speed: FloatArray,
     *,
     contact_stiffness: float = 1e9,
+    position: float | None = None,
     progress: Progress = lambda done, total: None,
 ) -> ResponseMap:
     """Responses to irregularity which every wheelset meets with its lag, and critical speeds.
@@ -98,6 +99,8 @@ def response_map(
         Increasing, m and m/s.
     contact_stiffness : float
         k_H, N/m.
+    position : float, optional
+        Where the last wheelset stands, m; where the vehicle starts if not given.
     progress : callable
         Told what is done and the total.
 
@@ -110,7 +113,7 @@ def response_map(
     """
     afford_map(wavelength.size, speed.size)
     rails = Path(track)
-    models = linear_models(Path(vehicle), rails, progress)
+    models = linear_models(Path(vehicle), rails, progress, position)
     known = {v.name for v in models.vehicle.outputs}
     if not known.issuperset(BODIES) or len(models.positions) != len(LEFT):
         raise CouplingError(
@@ -125,7 +128,14 @@ def response_map(
         "flexible": transfer(lambda w: coupled(models, w, k_H), OUTPUTS, *ends),
         "rigid": transfer(lambda w: on_rigid_track(models, w, k_H), on_track, *ends),
     }
-    result = _dataset(tables, models, wavelength, speed, contact_stiffness=k_H)
+    result = _dataset(
+        tables,
+        models,
+        wavelength,
+        speed,
+        contact_stiffness=k_H,
+        wheelset_positions=models.positions,
+    )
     critical = [
         CriticalSpeed(point, kind, _size(table, models, point))
         for kind, table in tables.items()
