@@ -24,8 +24,8 @@ HERTZ: Parameters = {NONLINEAR: True}
 
 
 def run(
-    vehicle: str | Path,
-    track: str | Path,
+    vehicle: Path,
+    track: Path,
     *,
     scheme: Scheme | str | None = None,
     contact: float | Parameters = HERTZ,
@@ -41,7 +41,7 @@ def run(
 
     Parameters
     ----------
-    vehicle, track : str or Path
+    vehicle, track : Path
         FMUs. If neither owns the contact springs, the master does.
     scheme : Scheme or str, optional
         How to couple, or its name; the usual one of the owner of the contact if not given.
@@ -78,9 +78,8 @@ def run(
     -----
     What was recorded by a run that failed is the attribute ``dataset`` of the exception.
     """
-    pair = Path(vehicle), Path(track)
     name = scheme if isinstance(scheme, str) else None
-    chosen, owner = choice_of(name, None, owners(*pair))
+    chosen, owner = choice_of(name, None, owners(vehicle, track))
     if not isinstance(irregularity, Profile):
         irregularity = named(irregularity, speed * time)
     journey = Journey(speed=speed, held=held, profile=irregularity)
@@ -90,8 +89,8 @@ def run(
         stop=time,
         tolerance=tolerance,
     )
-    made = *pair, contact_of(contact), journey
-    dataset, stopped = run_pair(*made, course, progress)
+    pair = vehicle, track, contact_of(contact), journey
+    dataset, stopped = run_pair(*pair, course, progress)
     signs = signs_of(dataset)
     dataset.attrs["verdict"] = str(signs) or "no sign of an unstable coupling"
     error: BaseException | None = stopped
@@ -99,7 +98,7 @@ def run(
         verdict = confirmed(
             dataset,
             signs,
-            lambda factor, stop: run_pair(*made, course.again(factor, stop), progress),
+            lambda factor, stop: run_pair(*pair, course.again(factor, stop), progress),
         )
         dataset.attrs["verdict"] = str(verdict)
         error = None if verdict.believed else NotBelievedError(f"the run is {verdict}")

@@ -85,7 +85,7 @@ def interface(body: ModalBody, start: Start, *, with_contact: bool) -> list[Scal
     table += [*bodies(body, names(heights)), *axleboxes(body, names(heights), law)]
     table += [input_hold(), *trip, *heights]
     if stays or with_contact:
-        table.append(internal_step(with_contact=with_contact))
+        table.append(internal_step())
     # Whose wheels they are tells the law, also where another owns the contact.
     return [*table, *(law if stays or with_contact else [told_coefficient(start.contact)])]
 

@@ -306,12 +306,12 @@ def input_hold() -> Scalar:
     )
 
 
-def internal_step(*, with_contact: bool) -> Scalar:
+def internal_step() -> Scalar:
     """Of the stepping inside.
 
-    A contact of one's own needs 0.05 ms. Forces from outside allow 0.1 ms: at 250 km/h a wheel then
-    passes a tenth of an element at a time, which costs 1e-4 of the swing of the rail's deflection
-    (measured against 6 microseconds), a thirtieth of what coupling costs at that step.
+    At 250 km/h a wheel passes a tenth of an element in 0.1 ms, which costs 1e-4 of the swing of the
+    rail's deflection (measured against 6 microseconds), a thirtieth of what coupling costs at that
+    step. A contact inside costs 1e-3 of the swing of its force.
     """
     return Scalar(
         name="internal_step",
@@ -320,7 +320,7 @@ def internal_step(*, with_contact: bool) -> Scalar:
         display_unit="ms",
         causality="parameter",
         variability="fixed",
-        start=5e-5 if with_contact else 1e-4,
+        start=1e-4,
         minimum=1e-7,
         nominal=1e-4,
         description="longest internal step while wheels move or a contact force is solved for",

@@ -15,15 +15,11 @@ FloatArray = NDArray[np.float64]
 
 
 class ContactLaw(Protocol):
-    """Forces of contacts against what presses them, one row a contact, one column a direction.
+    """Forces of contacts against what presses them, one row a contact, one column a direction."""
 
-    Attributes
-    ----------
-    directions : int
-        k, how many directions it knows.
-    """
-
-    directions: ClassVar[int]
+    @property
+    def directions(self) -> int:
+        """How many directions it knows, k."""
 
     def force(self, compression: FloatArray) -> FloatArray:
         """Forces (N) of compressions (m), both of shape (n_contacts, k)."""

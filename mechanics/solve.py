@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -69,3 +72,61 @@ def solve_compression(
 def forces(law: ContactLaw, compression: FloatArray) -> FloatArray:
     """Forces of a law at all ports, from compressions of shape (n,), N."""
     return law.force(compression.reshape(-1, law.directions)).ravel()
+
+
+NODES, WEIGHTS = (np.polynomial.legendre.leggauss(3)[k] for k in (0, 1))
+"""Of Gauss's rule on -1 .. 1: exact for a line times a parabola."""
+
+
+@dataclass(frozen=True)
+class OverStep:
+    """A law over a step, as a law of twice as many directions.
+
+    Compressions on average over the step and at its end, to mean and slope of the line in time that
+    is nearest to the law's force along the parabola through them and those at the beginning.
+
+    Attributes
+    ----------
+    law : ContactLaw
+        In k directions.
+    begin : array, shape (contacts, k)
+        Compressions at the beginning, m.
+    """
+
+    law: ContactLaw
+    begin: FloatArray
+
+    @property
+    def directions(self) -> int:
+        """Mean and slope of each."""
+        return 2 * self.law.directions
+
+    def force(self, compression: FloatArray) -> FloatArray:
+        """Means, then slopes, shape (contacts, 2 k)."""
+        found = np.zeros_like(compression).reshape(len(compression), 2, -1)
+        for x, weight, pressed, _ in self._along(compression):
+            f = weight * self.law.force(pressed)
+            found += np.stack([f, 3 * x * f], axis=1)
+        return found.reshape(compression.shape)
+
+    def tangent(self, compression: FloatArray) -> FloatArray:
+        """Their derivatives, shape (contacts, 2 k, 2 k)."""
+        n, k = len(compression), self.law.directions
+        found = np.zeros((n, 2, k, 2, k))
+        for x, weight, pressed, by in self._along(compression):
+            tangent = weight * self.law.tangent(pressed)
+            for part, share in enumerate((1.0, 3 * x)):
+                for at, how in enumerate(by):
+                    found[:, part, :, at, :] += share * how * tangent
+        return found.reshape(n, 2 * k, 2 * k)
+
+    def _along(
+        self, compression: FloatArray
+    ) -> Iterator[tuple[float, float, FloatArray, tuple[float, float]]]:
+        """Place, weight, compression there, and how much of those on average and at the end."""
+        mean, end = np.split(compression, 2, axis=1)
+        for x, weight in zip(NODES, WEIGHTS / 2, strict=True):
+            bow = (3 * x**2 - 1) / 2
+            begins, ends = (bow - x) / 2, (bow + x) / 2
+            pressed = begins * self.begin + (1 - bow) * mean + ends * end
+            yield x, weight, pressed, (1 - bow, ends)

@@ -40,40 +40,31 @@ class Drive:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """s1 = E s0 + P0 g0 + P1 g1 + Q q for s' = lambda s + g; r1 = ... + R0 g0 + R1 g1 for r'' = g.
+    """phi_0 .. phi_4 of the poles times a step h, shape (5, n).
 
-    In a step h, g goes from g0 to g1 along a line, with a bulge of q in the middle; or it is held
-    at the mean of both.
+    For s' = lambda s + u1 + u2 theta + u3 theta^2 / 2, theta = t / h, the state after the step is
+    phi_0 s0 + h (phi_1 u1 + phi_2 u2 + phi_3 u3). On average over it, it is the same of the next
+    phis. For rigid-body coordinates, r'' = g, h phi_k becomes h^2 / (k + 1)!.
     """
 
     h: float
-    E: ComplexArray
-    P0: ComplexArray
-    P1: ComplexArray
-    Q: ComplexArray
-    R0: float
-    R1: float
+    phi: ComplexArray
 
 
-def coefficients(poles: ComplexArray, h: float, *, held: bool = False) -> Coefficients:
-    """Exact coefficients of one step, of forces along a line or held at their mean.
+def coefficients(poles: ComplexArray, h: float) -> Coefficients:
+    """Exact coefficients of a step h.
 
     References
     ----------
     Hochbruck, M. & Ostermann, A. (2010), Exponential integrators, Acta Numerica 19, 209-286.
     """
     z = poles * h
-    E = np.exp(z)
     small = np.abs(z) < SMALL
     safe = np.where(small, 1.0, z)
-    phi1: ComplexArray = np.where(small, _series(z, 1), np.expm1(safe) / safe)
-    phi2: ComplexArray = np.where(small, _series(z, 2), (phi1 - 1) / safe)
-    phi3: ComplexArray = np.where(small, _series(z, 3), (phi2 - 0.5) / safe)
-    end, share = (phi1 / 2, 1 / 4) if held else (phi2, 1 / 6)
-    return Coefficients(
-        h=h, E=E, P0=h * (phi1 - end), P1=h * end, Q=4 * h * (phi2 - 2 * phi3),
-        R0=h**2 * (1 / 2 - share), R1=h**2 * share,
-    )  # fmt: skip
+    phi = [np.exp(z), np.where(small, _series(z, 1), np.expm1(safe) / safe)]
+    for k in (2, 3, 4):
+        phi.append(np.where(small, _series(z, k), (phi[-1] - 1 / math.factorial(k - 1)) / safe))
+    return Coefficients(h, np.stack(phi))
 
 
 def _series(z: ComplexArray, k: int) -> ComplexArray:
@@ -84,24 +75,43 @@ def _series(z: ComplexArray, k: int) -> ComplexArray:
     return out / math.factorial(k)
 
 
-def free_step(c: Coefficients, state: State, start: Drive) -> State:
-    """The step with what `start` does to it."""
+def along(c: Coefficients, state: State, begin: Drive, middle: Drive, end: Drive) -> State:
+    """The state after a step of forces along the parabola through three."""
+    h = c.h
     return State(
-        c.E * state.s + c.P0 * start.s,
-        state.r + c.h * state.v + c.R0 * start.r,
-        state.v + (c.h / 2) * start.r,
+        _under(c, 0, state, begin, middle, end),
+        state.r + h * state.v + h**2 * (begin.r / 6 + middle.r / 3),
+        state.v + h / 6 * (begin.r + 4 * middle.r + end.r),
     )
 
 
-def add_end(c: Coefficients, state: State, end: Drive) -> None:
-    """Add, in place, what `end` does."""
-    state.s += c.P1 * end.s
-    state.r += c.R1 * end.r
-    state.v += (c.h / 2) * end.r
+def average(c: Coefficients, state: State, begin: Drive, middle: Drive, end: Drive) -> State:
+    """Displacements on average over that step; of the velocities nothing is said."""
+    h = c.h
+    return State(
+        _under(c, 1, state, begin, middle, end),
+        state.r + h / 2 * state.v + h**2 * (9 * begin.r + 12 * middle.r - end.r) / 120,
+        np.zeros_like(state.v),
+    )
 
 
-def add_bulge(c: Coefficients, state: State, bulge: Drive) -> None:
-    """Add, in place, the effect of a force 4 bulge theta (1 - theta), theta = t / h."""
-    state.s += c.Q * bulge.s
-    state.r += (c.h**2 / 3) * bulge.r
-    state.v += (2 * c.h / 3) * bulge.r
+def _under(
+    c: Coefficients, first: int, state: State, begin: Drive, middle: Drive, end: Drive
+) -> ComplexArray:
+    u1, u2 = begin.s, 4 * middle.s - 3 * begin.s - end.s
+    u3 = 4 * (begin.s + end.s - 2 * middle.s)
+    p0, p1, p2, p3 = c.phi[first : first + 4]
+    moved: ComplexArray = p0 * state.s + c.h * (p1 * u1 + p2 * u2 + p3 * u3)
+    return moved
+
+
+def add_line(c: Coefficients, state: State, mean: Drive, slope: Drive) -> None:
+    """Add, in place, what forces mean + slope (2 theta - 1) do in a step."""
+    state.s += c.h * (c.phi[1] * (mean.s - slope.s) + 2 * c.phi[2] * slope.s)
+    state.r += c.h**2 * (mean.r / 2 - slope.r / 6)
+    state.v += c.h * mean.r
+
+
+def rigid_weight(c: Coefficients, k: int) -> float:
+    """Displacement of a rigid-body coordinate by a force that h phi_k weighs for a mode, s^2."""
+    return c.h**2 / math.factorial(k + 1)

@@ -36,27 +36,30 @@ int body_create(Body *body, const Model *model)
     memset(body, 0, sizeof *body);
     body->model = model;
     body->kernels = kernels_for_this_processor();
-    body->memory = calloc(4 * all + element + 2 * model->modes + 6 * model->padded_rows +
-                          2 * pairs + 6 * c + 2 * model->modes, sizeof(double));
-    body->place = calloc(4 * model->wheelsets, sizeof *body->place);
-    if (body->memory == NULL || body->place == NULL)
+    const size_t sets = model->nodes > 0 && model->contact_sign != 0 ? 3 : 2;
+    body->memory = calloc(2 * sets * all + element + 2 * model->modes + 6 * model->padded_rows +
+                          2 * pairs + 8 * c + 2 * model->modes, sizeof(double));
+    body->places = calloc(5 * model->wheelsets, sizeof *body->places);
+    if (body->memory == NULL || body->places == NULL)
         return 0;
-    body->entered = body->place + model->wheelsets;
+    body->shapes.place = body->places;
+    body->between.place = body->places + 4 * model->wheelsets;
+    body->entered = body->places + model->wheelsets;
     body->middle = body->entered + model->wheelsets;
     body->end = body->middle + model->wheelsets;
     for (size_t k = 0; k < model->wheelsets; k++) {
-        body->place[k].position = NAN; /* nowhere yet */
+        body->shapes.place[k].position = body->between.place[k].position = NAN; /* nowhere yet */
         body->entered[k].node = SIZE_MAX;
     }
     double *at = body->memory;
-    Shapes *both[2] = {&body->shapes, &body->slope};
-    for (int k = 0; k < 2; k++) {
-        both[k]->out_re = take(&at, all);
-        both[k]->out_im = take(&at, all);
-        both[k]->in_re = both[k]->out_re; /* a track: the wave that runs the other way */
-        both[k]->in_im = both[k]->out_im;
-        both[k]->local_re = take(&at, c);
-        both[k]->local_im = take(&at, c);
+    Shapes *set[3] = {&body->shapes, &body->slope, &body->between};
+    for (size_t k = 0; k < sets; k++) {
+        set[k]->out_re = take(&at, all);
+        set[k]->out_im = take(&at, all);
+        set[k]->in_re = set[k]->out_re; /* a track: the wave that runs the other way */
+        set[k]->in_im = set[k]->out_im;
+        set[k]->local_re = take(&at, c);
+        set[k]->local_im = take(&at, c);
     }
     body->element = take(&at, element);
     body->flexibility = take(&at, 2 * model->modes);
@@ -80,7 +83,7 @@ int body_create(Body *body, const Model *model)
 
 void body_free(Body *body)
 {
-    free(body->place);
+    free(body->places);
     free(body->memory);
     memset(body, 0, sizeof *body);
 }

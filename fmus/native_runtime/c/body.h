@@ -8,13 +8,6 @@
 #include "kernels.h"
 #include "model.h"
 
-/* Mode shapes at the wheelsets: (padded_rows, width) each, and the local modes' at the contacts. */
-typedef struct {
-    double *out_re, *out_im;       /* as displacements */
-    const double *in_re, *in_im;   /* as forces receive them, before the segments' exchange */
-    double *local_re, *local_im;
-} Shapes;
-
 /* Where a wheelset stands: cell, first node of the element, and how far into it (0..1). */
 typedef struct {
     double position; /* m, as rounded */
@@ -22,11 +15,20 @@ typedef struct {
     double xi;
 } Place;
 
+/* Mode shapes at the wheelsets: (padded_rows, width) each, and the local modes' at the contacts. */
+typedef struct {
+    double *out_re, *out_im;       /* as displacements */
+    const double *in_re, *in_im;   /* as forces receive them, before the segments' exchange */
+    double *local_re, *local_im;
+    Place *place; /* of each wheelset, what they are for */
+} Shapes;
+
 typedef struct {
     const Model *model;
     const Kernels *kernels;
-    Shapes shapes, slope;       /* at the last position asked for; and their change */
-    Place *place;               /* of each wheelset, what `shapes` are for */
+    Shapes shapes, slope;       /* at the last position asked for; and a change of shapes */
+    Shapes between;             /* in the middle of a step, for contacts inside */
+    Place *places;              /* all that follow */
     Place *entered;             /* and in which element `element` is */
     Place *middle, *end;        /* scratch of body_roll */
     double *element;            /* (rows, ELEMENT_PARTS, width): the table where wheelsets are */
@@ -42,10 +44,14 @@ typedef struct {
 int body_create(Body *body, const Model *model); /* 0: no memory */
 void body_free(Body *body);
 
-/* Shapes at positions (m, any finite: the ring wraps), one a wheelset. */
+/* Shapes at positions (m, any finite: the ring wraps), one a wheelset; kept beside those that
+   body_shapes_between gives until it is asked again. */
 const Shapes *body_shapes(Body *body, const double *position);
-/* Their derivative along `change` of the positions last asked for. */
-const Shapes *body_slope(Body *body, const double *change);
+const Shapes *body_shapes_between(Body *body, const double *position);
+/* Both at once: of a step that passes `middle` on its way to `end`. */
+void body_pass(Body *body, const double *middle, const double *end);
+/* Derivative of shapes along `change` of the positions that they are for. */
+const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change);
 /* Shapes at the end of a step that passes `middle`, and the generalised forces there and, if `g0`
    is not NULL, under the shapes as they are now; of forces beyond the preload. */
 const Shapes *body_roll(Body *body, const double *force0, const double *middle,

@@ -20,6 +20,31 @@ double contact_stiffness(const ContactLaw *law, double compression)
     return compression > 0 ? 1.5 * law->C * sqrt(compression) : 0.0;
 }
 
+/* Nodes (0..1) and weights of Gauss's rule: exact for a line times a parabola. */
+static const double NODE[3] = {0.11270166537925831, 0.5, 0.88729833462074169};
+static const double WEIGHT[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+
+void contact_over_step(const ContactLaw *law, const double d[3], double force[2],
+                       double tangent[2][3])
+{
+    memset(force, 0, 2 * sizeof(double));
+    memset(tangent, 0, 6 * sizeof(double));
+    for (int j = 0; j < 3; j++) {
+        const double theta = NODE[j], bow = 6 * theta * (theta - 1) + 1, odd = 2 * theta - 1;
+        /* Of the parabola with the ends d[0] and d[2], and d[1] on average. */
+        const double by[3] = {-0.5 * odd + 0.5 * bow, 1 - bow, 0.5 * odd + 0.5 * bow};
+        const double compression = by[0] * d[0] + by[1] * d[1] + by[2] * d[2];
+        const double f = WEIGHT[j] * contact_force(law, compression);
+        const double k = WEIGHT[j] * contact_stiffness(law, compression);
+        force[0] += f;
+        force[1] += 3 * odd * f;
+        for (int i = 0; i < 3; i++) {
+            tangent[0][i] += k * by[i];
+            tangent[1][i] += 3 * odd * k * by[i];
+        }
+    }
+}
+
 int solve_linear(size_t n, double *A, double *b)
 {
     for (size_t k = 0; k < n; k++) {
@@ -82,6 +107,89 @@ int contact_solve(const ContactLaw *law, size_t n, const double *G, const double
         }
         if (size <= RELATIVE_TOLERANCE * largest)
             return 1;
+    }
+    return 0;
+}
+
+/* Compressions on average and at the end under forces: those without, and G. */
+static void compress(size_t n, const double *G, const double *free, const double *force,
+                     double *compression)
+{
+    const size_t pairs = n * n;
+    for (size_t k = 0; k < 2 * n; k++)
+        compression[k] = free[k];
+    for (size_t k = 0; k < n; k++)
+        for (size_t j = 0; j < n; j++) {
+            const double *at = G + k * n + j;
+            compression[k] += at[0] * force[j] + at[pairs] * force[n + j];
+            compression[n + k] += at[2 * pairs] * force[j] + at[3 * pairs] * force[n + j];
+        }
+}
+
+/* A = 1 - tangent G, for forces [means, slopes]. */
+static void soften(size_t n, const double *G, size_t k, double tangent[2][3], double *A)
+{
+    const size_t pairs = n * n;
+    for (size_t part = 0; part < 2; part++) {
+        double *row = A + (part * n + k) * 2 * n;
+        const double average = tangent[part][1], end = tangent[part][2];
+        for (size_t j = 0; j < n; j++) {
+            const double *at = G + k * n + j;
+            row[j] = -(average * at[0] + end * at[2 * pairs]);
+            row[n + j] = -(average * at[pairs] + end * at[3 * pairs]);
+        }
+        row[part * n + k] += 1;
+    }
+}
+
+int contact_change(const ContactLaw *law, size_t n, const double *G, const double *begin,
+                   const double *compression, const double *dbegin, const double *dfree,
+                   double *dforce, double *work)
+{
+    for (size_t k = 0; k < n; k++) {
+        const double d[3] = {begin[k], compression[k], compression[n + k]};
+        double force[2], tangent[2][3];
+        contact_over_step(law, d, force, tangent);
+        soften(n, G, k, tangent, work);
+        for (size_t part = 0; part < 2; part++)
+            dforce[part * n + k] = tangent[part][0] * dbegin[k] + tangent[part][1] * dfree[k] +
+                                   tangent[part][2] * dfree[n + k];
+    }
+    return solve_linear(2 * n, work, dforce);
+}
+
+int contact_balance(const ContactLaw *law, size_t n, const double *G, const double *begin,
+                    const double *free, double *force, double *compression, double *work)
+{
+    double *change = work + 4 * n * n;
+    for (size_t k = 0; k < n; k++) {
+        force[k] = contact_force(law, begin[k]);
+        force[n + k] = 0;
+    }
+    for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
+        double largest = 0, size = 0;
+        compress(n, G, free, force, compression);
+        for (size_t k = 0; k < n; k++) {
+            const double d[3] = {begin[k], compression[k], compression[n + k]};
+            double found[2], tangent[2][3];
+            contact_over_step(law, d, found, tangent);
+            soften(n, G, k, tangent, work);
+            change[k] = force[k] - found[0];
+            change[n + k] = force[n + k] - found[1];
+        }
+        if (!solve_linear(2 * n, work, change))
+            return 0;
+        for (size_t k = 0; k < 2 * n; k++) {
+            force[k] -= change[k];
+            size = fmax(size, fabs(change[k]));
+            largest = fmax(largest, fabs(force[k]));
+            if (!isfinite(force[k]))
+                return 0;
+        }
+        if (size <= RELATIVE_TOLERANCE * largest) {
+            compress(n, G, free, force, compression);
+            return 1;
+        }
     }
     return 0;
 }

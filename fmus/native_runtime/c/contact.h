@@ -18,6 +18,22 @@ double contact_stiffness(const ContactLaw *law, double compression);
 #define CONTACT_WORK(n) ((n) * ((n) + 3))
 int contact_solve(const ContactLaw *law, size_t n, const double *G, const double *gap,
                   double *delta, double *work);
+/* A contact over a step, from its compressions d at the beginning, on average and at the end: mean
+   and slope of the line that is nearest to its force along the parabola through them, and their
+   derivatives by d. */
+void contact_over_step(const ContactLaw *law, const double d[3], double force[2],
+                       double tangent[2][3]);
+/* Forces [means, slopes] of n contacts over a step. `begin` are their compressions; on average and
+   at the end these are `free`, [averages, ends], and what forces add: G has four parts, averages by
+   means and by slopes, ends by means and by slopes. 0: they did not settle. `work` has room for
+   BALANCE_WORK(n) numbers. */
+#define BALANCE_WORK(n) (2 * (n) * (2 * (n) + 1))
+int contact_balance(const ContactLaw *law, size_t n, const double *G, const double *begin,
+                    const double *free, double *force, double *compression, double *work);
+/* Derivative of the forces found, along changes of `begin` and `free`; 0: there is none. */
+int contact_change(const ContactLaw *law, size_t n, const double *G, const double *begin,
+                   const double *compression, const double *dbegin, const double *dfree,
+                   double *dforce, double *work);
 /* Solve A x = b of n unknowns in place (x in b) by elimination with pivoting; 0: singular or not
    finite. */
 int solve_linear(size_t n, double *A, double *b);

@@ -4,7 +4,7 @@
 #include <string.h>
 
 /* |z| below which the series beats the quotients: by 20 terms it is exact to rounding, and at 1
-   cancellation in phi_3 costs half a digit. */
+   cancellation in phi_4 costs a digit. */
 #define SERIES_BELOW 1.0
 #define TERMS 20
 
@@ -28,8 +28,8 @@ static Complex product(double b, Complex z, Complex a)
     return p;
 }
 
-/* phi_k(z) = sum z^j / (j + k)!, k = 1..3: Hochbruck & Ostermann (2010), Acta Numerica 19. */
-static void phi_functions(Complex z, Complex phi[4])
+/* phi_k(z) = sum z^j / (j + k)!, k = 1..4: Hochbruck & Ostermann (2010), Acta Numerica 19. */
+static void phi_functions(Complex z, Complex phi[PHIS])
 {
     const double size = exp(z.re);
     phi[0].re = size * cos(z.im);
@@ -38,15 +38,17 @@ static void phi_functions(Complex z, Complex phi[4])
         phi[1] = quotient(phi[0], 1, z);
         phi[2] = quotient(phi[1], 1, z);
         phi[3] = quotient(phi[2], 0.5, z);
+        phi[4] = quotient(phi[3], 1.0 / 6, z);
         return;
     }
     Complex sum = {1, 0};
     for (int j = TERMS; j > 0; j--) {
-        const Complex part = {z.re / (j + 3), z.im / (j + 3)};
+        const Complex part = {z.re / (j + 4), z.im / (j + 4)};
         sum = product(1, part, sum);
     }
-    phi[3].re = sum.re / 6;
-    phi[3].im = sum.im / 6;
+    phi[4].re = sum.re / 24;
+    phi[4].im = sum.im / 24;
+    phi[3] = product(1.0 / 6, z, phi[4]);
     phi[2] = product(0.5, z, phi[3]);
     phi[1] = product(1, z, phi[2]);
 }
@@ -54,24 +56,22 @@ static void phi_functions(Complex z, Complex phi[4])
 void coefficients_make(Coefficients *c, const Model *model, double h)
 {
     const size_t n = model->modes;
-    const int held = model->contact_sign != 0;
     for (size_t r = 0; r < n; r++) {
         const Complex z = {model->pole.re[r] * h, model->pole.im[r] * h};
-        Complex phi[4];
+        Complex phi[PHIS];
         phi_functions(z, phi);
-        c->E[r] = phi[0].re;
-        c->E[n + r] = phi[0].im;
-        const Complex end = {held ? phi[1].re / 2 : phi[2].re, held ? phi[1].im / 2 : phi[2].im};
-        c->P0[r] = h * (phi[1].re - end.re);
-        c->P0[n + r] = h * (phi[1].im - end.im);
-        c->P1[r] = h * end.re;
-        c->P1[n + r] = h * end.im;
-        c->Q[r] = 4 * h * (phi[2].re - 2 * phi[3].re);
-        c->Q[n + r] = 4 * h * (phi[2].im - 2 * phi[3].im);
+        for (int k = 0; k < PHIS; k++) {
+            c->phi[k][r] = phi[k].re;
+            c->phi[k][n + r] = phi[k].im;
+        }
     }
     c->h = h;
-    c->R0 = held ? h * h / 4 : h * h / 3;
-    c->R1 = held ? h * h / 4 : h * h / 6;
+}
+
+double rigid_weight(const Coefficients *c, int k)
+{
+    static const double FACTORIAL[] = {1, 1, 2, 6, 24, 120};
+    return c->h * c->h / FACTORIAL[k + 1];
 }
 
 /* Displacements and velocities of the rigid coordinates. */
@@ -95,60 +95,65 @@ static void move_rigid(const Model *m, double h, const double *x, double *next)
     }
 }
 
-void step_free(const Body *body, const Coefficients *c, const double *x, const double *g0,
-               double *next)
+/* Rigid coordinates after a step: integrals of the parabola. */
+static void rigid_along(const Model *m, double h, const double *x, const double *g0,
+                        const double *gm, const double *g1, double *next)
 {
-    const Model *m = body->model;
-    const size_t n = m->modes;
-    for (size_t k = 0; k <= m->segments; k++) {
-        const Segment *s = &m->segment[k];
-        const size_t to = s->to, im = n + to, in_im = m->drives + s->in;
-        body->kernels->combine(s->size, c->E + to, c->E + im, x + to, x + im, c->P0 + to,
-                               c->P0 + im, g0 + s->in, g0 + in_im, next + to, next + im);
-    }
-    move_rigid(m, c->h, x, next);
-    add_rigid(m, c->R0, c->h / 2, g0, next);
+    move_rigid(m, h, x, next);
+    add_rigid(m, h * h / 6, h / 6, g0, next);
+    add_rigid(m, h * h / 3, 2 * h / 3, gm, next);
+    add_rigid(m, 0, h / 6, g1, next);
 }
 
-void step_add_end(const Body *body, const Coefficients *c, const double *g1, double *next)
-{
-    const Model *m = body->model;
-    const size_t n = m->modes;
-    for (size_t k = 0; k <= m->segments; k++) {
-        const Segment *s = &m->segment[k];
-        const size_t to = s->to, im = n + to;
-        body->kernels->add(s->size, c->P1 + to, c->P1 + im, g1 + s->in, g1 + m->drives + s->in,
-                           next + to, next + im);
-    }
-    add_rigid(m, c->R1, c->h / 2, g1, next);
-}
-
-void step_add_bulge(const Body *body, const Coefficients *c, const double *q, double *next)
-{
-    const Model *m = body->model;
-    const size_t n = m->modes;
-    for (size_t k = 0; k <= m->segments; k++) {
-        const Segment *s = &m->segment[k];
-        const size_t to = s->to, im = n + to;
-        body->kernels->add(s->size, c->Q + to, c->Q + im, q + s->in, q + m->drives + s->in,
-                           next + to, next + im);
-    }
-    add_rigid(m, c->h * c->h / 3, 2 * c->h / 3, q, next);
-}
-
-void step_whole(const Body *body, const Coefficients *c, const double *x, const double *g0,
+void step_along(const Body *body, const Coefficients *c, const double *x, const double *g0,
                 const double *gm, const double *g1, double *next)
 {
     const Model *m = body->model;
-    const double a = c->h * c->h / 3, b = 2 * c->h / 3;
+    double *const *phi = c->phi;
     for (size_t k = 0; k <= m->segments; k++) {
         const Segment *s = &m->segment[k];
         const size_t to = s->to, in = s->in;
-        body->kernels->advance(s->size, m->modes, m->drives, c->E + to, c->P0 + to, c->P1 + to,
-                               c->Q + to, x + to, g0 + in, gm + in, g1 + in, next + to);
+        body->kernels->advance(s->size, m->modes, m->drives, c->h, phi[0] + to, phi[1] + to,
+                               phi[2] + to, phi[3] + to, x + to, g0 + in, gm + in, g1 + in,
+                               next + to);
     }
-    move_rigid(m, c->h, x, next);
-    add_rigid(m, c->R0 - 0.5 * a, 0.5 * c->h - 0.5 * b, g0, next);
-    add_rigid(m, c->R1 - 0.5 * a, 0.5 * c->h - 0.5 * b, g1, next);
-    add_rigid(m, a, b, gm, next);
+    rigid_along(m, c->h, x, g0, gm, g1, next);
+}
+
+void step_and_average(const Body *body, const Coefficients *c, const double *x, const double *g0,
+                      const double *gm, const double *g1, double *next, double *differs)
+{
+    const Model *m = body->model;
+    const double h = c->h;
+    double *const *phi = c->phi;
+    for (size_t k = 0; k <= m->segments; k++) {
+        const Segment *s = &m->segment[k];
+        const size_t to = s->to, in = s->in;
+        body->kernels->advance_both(s->size, m->modes, m->drives, h, phi[0] + to, phi[1] + to,
+                                    phi[2] + to, phi[3] + to, phi[4] + to, x + to, g0 + in,
+                                    gm + in, g1 + in, next + to, differs + to);
+    }
+    rigid_along(m, h, x, g0, gm, g1, next);
+    move_rigid(m, h / 2, x, differs);
+    add_rigid(m, 3 * h * h / 40, 0, g0, differs);
+    add_rigid(m, h * h / 10, 0, gm, differs);
+    add_rigid(m, -h * h / 120, 0, g1, differs);
+    for (size_t r = 2 * m->modes; r < m->states; r++)
+        differs[r] -= (x[r] + next[r]) / 6;
+}
+
+void step_add(const Body *body, const Coefficients *c, int average, const double *mean,
+              const double *slope, double *next)
+{
+    const Model *m = body->model;
+    double *const *phi = c->phi + average;
+    const double first = rigid_weight(c, 1 + average), second = rigid_weight(c, 2 + average);
+    for (size_t k = 0; k <= m->segments; k++) {
+        const Segment *s = &m->segment[k];
+        const size_t to = s->to, in = s->in;
+        body->kernels->add_line(s->size, m->modes, m->drives, c->h, phi[1] + to, phi[2] + to,
+                                mean + in, slope + in, next + to);
+    }
+    add_rigid(m, first, average ? 0 : c->h, mean, next);
+    add_rigid(m, 2 * second - first, 0, slope, next);
 }

@@ -37,23 +37,29 @@ typedef struct {
                     const double *restrict X_im, const double *restrict w_re,
                     const double *restrict w_im, const double *restrict S_re,
                     const double *restrict S_im, double G[4][4]);
-    /* y = a x + b u: complex, elementwise. */
-    void (*combine)(size_t n, const double *restrict a_re, const double *restrict a_im,
-                    const double *restrict x_re, const double *restrict x_im,
-                    const double *restrict b_re, const double *restrict b_im,
-                    const double *restrict u_re, const double *restrict u_im,
-                    double *restrict y_re, double *restrict y_im);
     /* y += a x: complex, elementwise. */
     void (*add)(size_t n, const double *restrict a_re, const double *restrict a_im,
                 const double *restrict x_re, const double *restrict x_im, double *restrict y_re,
                 double *restrict y_im);
-    /* y = E x + P0 g0 + P1 g1 + Q (gm - (g0 + g1) / 2): complex, elementwise. Imaginary parts of g
-       are `im_g` behind the real ones, of the others `im`. */
-    void (*advance)(size_t n, size_t im, size_t im_g, const double *restrict E,
-                    const double *restrict P0, const double *restrict P1,
-                    const double *restrict Q, const double *restrict x,
+    /* y = p0 x + p1 u1 + p2 u2 + p3 u3, where h times the parabola through g0, gm and g1 is
+       u1 + u2 theta + u3 theta^2 / 2: complex, elementwise. Imaginary parts of g are `im_g` behind
+       the real ones, of the others `im`. */
+    void (*advance)(size_t n, size_t im, size_t im_g, double h, const double *restrict p0,
+                    const double *restrict p1, const double *restrict p2,
+                    const double *restrict p3, const double *restrict x,
                     const double *restrict g0, const double *restrict gm,
                     const double *restrict g1, double *restrict y);
+    /* The same, and w = p1 x + p2 u1 + p3 u2 + p4 u3 - (x + y) / 6. */
+    void (*advance_both)(size_t n, size_t im, size_t im_g, double h, const double *restrict p0,
+                         const double *restrict p1, const double *restrict p2,
+                         const double *restrict p3, const double *restrict p4,
+                         const double *restrict x, const double *restrict g0,
+                         const double *restrict gm, const double *restrict g1,
+                         double *restrict y, double *restrict w);
+    /* y += h (p1 (mean - slope) + 2 p2 slope). */
+    void (*add_line)(size_t n, size_t im, size_t im_g, double h, const double *restrict p1,
+                     const double *restrict p2, const double *restrict mean,
+                     const double *restrict slope, double *restrict y);
 } Kernels;
 
 /* The fastest that this processor runs. */

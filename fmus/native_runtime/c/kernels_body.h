@@ -165,19 +165,6 @@ TARGET static void NAME(respond)(size_t n, size_t stride, const double *restrict
         }
 }
 
-TARGET static void NAME(combine)(size_t n, const double *restrict a_re,
-                                 const double *restrict a_im, const double *restrict x_re,
-                                 const double *restrict x_im, const double *restrict b_re,
-                                 const double *restrict b_im, const double *restrict u_re,
-                                 const double *restrict u_im, double *restrict y_re,
-                                 double *restrict y_im)
-{
-    for (size_t r = 0; r < n; r++) {
-        y_re[r] = a_re[r] * x_re[r] - a_im[r] * x_im[r] + b_re[r] * u_re[r] - b_im[r] * u_im[r];
-        y_im[r] = a_re[r] * x_im[r] + a_im[r] * x_re[r] + b_re[r] * u_im[r] + b_im[r] * u_re[r];
-    }
-}
-
 TARGET static void NAME(add)(size_t n, const double *restrict a_re, const double *restrict a_im,
                              const double *restrict x_re, const double *restrict x_im,
                              double *restrict y_re, double *restrict y_im)
@@ -188,34 +175,90 @@ TARGET static void NAME(add)(size_t n, const double *restrict a_re, const double
     }
 }
 
-TARGET static void NAME(advance)(size_t n, size_t im, size_t im_g, const double *restrict E,
-                                 const double *restrict P0, const double *restrict P1,
-                                 const double *restrict Q, const double *restrict x,
-                                 const double *restrict g0, const double *restrict gm,
-                                 const double *restrict g1, double *restrict y)
+/* Imaginary parts of generalised forces and of what belongs to modes; and the parabola
+   u1 + u2 theta + u3 theta^2 / 2 through g0, gm and g1, times h. */
+#define FORCES                                                                               \
+    const double *restrict g0_im = g0 + im_g, *restrict gm_im = gm + im_g;                   \
+    const double *restrict g1_im = g1 + im_g, *restrict x_im = x + im;                       \
+    const double *restrict p0_im = p0 + im, *restrict p1_im = p1 + im;                       \
+    const double *restrict p2_im = p2 + im, *restrict p3_im = p3 + im
+#define PARABOLA                                                                             \
+    const double u1 = h * g0[r], u1_im = h * g0_im[r];                                       \
+    const double u2 = h * (4 * gm[r] - 3 * g0[r] - g1[r]);                                   \
+    const double u2_im = h * (4 * gm_im[r] - 3 * g0_im[r] - g1_im[r]);                       \
+    const double u3 = 4 * h * (g0[r] + g1[r] - 2 * gm[r]);                                   \
+    const double u3_im = 4 * h * (g0_im[r] + g1_im[r] - 2 * gm_im[r])
+#define RE(a, b) (a[r] * b - a##_im[r] * b##_im)
+#define IM(a, b) (a[r] * b##_im + a##_im[r] * b)
+
+TARGET static void NAME(advance)(size_t n, size_t im, size_t im_g, double h,
+                                 const double *restrict p0, const double *restrict p1,
+                                 const double *restrict p2, const double *restrict p3,
+                                 const double *restrict x, const double *restrict g0,
+                                 const double *restrict gm, const double *restrict g1,
+                                 double *restrict y)
 {
-    const double *restrict E_im = E + im, *restrict P0_im = P0 + im, *restrict P1_im = P1 + im;
-    const double *restrict Q_im = Q + im, *restrict x_im = x + im, *restrict g0_im = g0 + im_g;
-    const double *restrict gm_im = gm + im_g, *restrict g1_im = g1 + im_g;
+    FORCES;
     double *restrict y_im = y + im;
     for (size_t r = 0; r < n; r++) {
-        const double re = gm[r] - 0.5 * (g0[r] + g1[r]);
-        const double bulge = gm_im[r] - 0.5 * (g0_im[r] + g1_im[r]);
-        y[r] = E[r] * x[r] - E_im[r] * x_im[r] + P0[r] * g0[r] - P0_im[r] * g0_im[r] +
-               (P1[r] * g1[r] - P1_im[r] * g1_im[r]) + (Q[r] * re - Q_im[r] * bulge);
-        y_im[r] = E[r] * x_im[r] + E_im[r] * x[r] + P0[r] * g0_im[r] + P0_im[r] * g0[r] +
-                  (P1[r] * g1_im[r] + P1_im[r] * g1[r]) + (Q[r] * bulge + Q_im[r] * re);
+        PARABOLA;
+        const double s = x[r], s_im = x_im[r];
+        y[r] = RE(p0, s) + RE(p1, u1) + RE(p2, u2) + RE(p3, u3);
+        y_im[r] = IM(p0, s) + IM(p1, u1) + IM(p2, u2) + IM(p3, u3);
+    }
+}
+
+TARGET static void NAME(advance_both)(size_t n, size_t im, size_t im_g, double h,
+                                      const double *restrict p0, const double *restrict p1,
+                                      const double *restrict p2, const double *restrict p3,
+                                      const double *restrict p4, const double *restrict x,
+                                      const double *restrict g0, const double *restrict gm,
+                                      const double *restrict g1, double *restrict y,
+                                      double *restrict w)
+{
+    FORCES;
+    const double *restrict p4_im = p4 + im, sixth = 1.0 / 6;
+    double *restrict y_im = y + im, *restrict w_im = w + im;
+    for (size_t r = 0; r < n; r++) {
+        PARABOLA;
+        const double s = x[r], s_im = x_im[r];
+        const double re = RE(p0, s) + RE(p1, u1) + RE(p2, u2) + RE(p3, u3);
+        const double turned = IM(p0, s) + IM(p1, u1) + IM(p2, u2) + IM(p3, u3);
+        y[r] = re;
+        y_im[r] = turned;
+        w[r] = RE(p1, s) + RE(p2, u1) + RE(p3, u2) + RE(p4, u3) - sixth * (s + re);
+        w_im[r] = IM(p1, s) + IM(p2, u1) + IM(p3, u2) + IM(p4, u3) - sixth * (s_im + turned);
+    }
+}
+
+TARGET static void NAME(add_line)(size_t n, size_t im, size_t im_g, double h,
+                                  const double *restrict p1, const double *restrict p2,
+                                  const double *restrict mean, const double *restrict slope,
+                                  double *restrict y)
+{
+    const double *restrict p1_im = p1 + im, *restrict p2_im = p2 + im;
+    const double *restrict mean_im = mean + im_g, *restrict slope_im = slope + im_g;
+    double *restrict y_im = y + im;
+    for (size_t r = 0; r < n; r++) {
+        const double u1 = h * (mean[r] - slope[r]), u1_im = h * (mean_im[r] - slope_im[r]);
+        const double u2 = 2 * h * slope[r], u2_im = 2 * h * slope_im[r];
+        y[r] += RE(p1, u1) + RE(p2, u2);
+        y_im[r] += IM(p1, u1) + IM(p2, u2);
     }
 }
 
 static const Kernels NAME(kernels) = {
     NAME(enter), NAME(evaluate), NAME(mix), NAME(drive), NAME(observe),
-    NAME(respond), NAME(combine), NAME(add), NAME(advance),
+    NAME(respond), NAME(add), NAME(advance), NAME(advance_both), NAME(add_line),
 };
 
 #undef ADD_TO_SUMS
+#undef FORCES
+#undef IM
 #undef MEET
+#undef PARABOLA
 #undef PARTS
+#undef RE
 #undef ROWS
 #undef SUMS
 #undef TAKE_SUM

@@ -112,7 +112,7 @@ static void outputs_change(Instance *i, const Direction *d, const uint32_t *refs
         motion_rate(motion, now, i->x, motion->rate);
         motion_rate_change(motion, now, i->x, change, d->dx, motion->drate);
         const Shapes *shapes = body_shapes(&motion->body, now->position);
-        const Shapes *slope = body_slope(&motion->body, change->position);
+        const Shapes *slope = body_slope(&motion->body, shapes, change->position);
         motion_observe_change(motion, shapes, slope, i->x, d->dx, i->z);
         motion_observe_change(motion, shapes, slope, motion->rate, motion->drate, i->vz);
     } else {

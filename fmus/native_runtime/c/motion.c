@@ -23,21 +23,28 @@ int motion_create(Motion *motion, const Model *model)
 {
     memset(motion, 0, sizeof *motion);
     const size_t g = 2 * model->drives + model->rigid, x = model->states, c = model->contacts;
-    const size_t each = 8 * model->modes, u = inputs_size(model);
+    const size_t each = 2 * model->modes, u = inputs_size(model);
     const size_t pairs = model->contact_sign != 0 ? c * c : 0;
-    const size_t solving = model->contact_sign != 0 ? CONTACT_WORK(c) : 0;
-    double **of_g[] = {&motion->g0, &motion->gm, &motion->g1, &motion->more,
-                       &motion->dg, &motion->q,  &motion->dq};
-    double **of_x[] = {&motion->rate, &motion->drate, &motion->dx};
+    const size_t solving = model->contact_sign != 0 ? BALANCE_WORK(c) : 0; /* CONTACT_WORK is less */
+    double **of_g[] = {&motion->g0, &motion->gm, &motion->g1, &motion->d0,
+                       &motion->dm, &motion->d1, &motion->more};
+    double **of_x[] = {&motion->rate, &motion->drate, &motion->dx, &motion->part, &motion->dpart};
     double **of_c[] = {&motion->force,     &motion->dforce,    &motion->driven, &motion->none,
                        &motion->beyond[0], &motion->beyond[1], &motion->beyond[2],
                        &motion->z,         &motion->dz,        &motion->moved,
-                       &motion->gap,       &motion->delta};
-    Inputs *of_u[] = {&motion->now, &motion->dnow, &motion->middle};
+                       &motion->begin,     &motion->dbegin,    &motion->inside, &motion->dinside,
+                       &motion->seen[0],   &motion->seen[1],   &motion->seen[2],
+                       &motion->dseen[0],  &motion->dseen[1],  &motion->dseen[2]};
+    double **of_2c[] = {&motion->over, &motion->dover, &motion->free, &motion->dfree,
+                        &motion->pressed};
+    Inputs *of_u[] = {&motion->now,  &motion->middle,  &motion->end,
+                      &motion->dnow, &motion->dmiddle, &motion->dend};
     const size_t gs = sizeof of_g / sizeof *of_g, xs = sizeof of_x / sizeof *of_x;
     const size_t cs = sizeof of_c / sizeof *of_c, us = sizeof of_u / sizeof *of_u;
-    motion->memory = calloc(gs * g + xs * x + cs * c + us * u + model->wheelsets + pairs +
-                            solving + KEPT_STEPS * each, sizeof(double));
+    const size_t twos = sizeof of_2c / sizeof *of_2c;
+    motion->memory = calloc(gs * g + xs * x + (cs + 2 * twos) * c + us * u + model->wheelsets +
+                            4 * pairs + solving + KEPT_STEPS * PHIS * each,
+                            sizeof(double));
     if (motion->memory == NULL || !body_create(&motion->body, model)) {
         motion_free(motion);
         return 0;
@@ -49,17 +56,17 @@ int motion_create(Motion *motion, const Model *model)
         *of_x[k] = take(&at, x);
     for (size_t k = 0; k < cs; k++)
         *of_c[k] = take(&at, c);
+    for (size_t k = 0; k < twos; k++)
+        *of_2c[k] = take(&at, 2 * c);
     for (size_t k = 0; k < us; k++)
         *of_u[k] = inputs_in(model, take(&at, u));
     motion->driven_at = take(&at, model->wheelsets);
     motion->driven[0] = NAN; /* nothing yet */
-    motion->G = take(&at, pairs);
+    motion->G = take(&at, 4 * pairs);
     motion->solving = take(&at, solving);
     for (int k = 0; k < KEPT_STEPS; k++) {
-        motion->kept[k].E = take(&at, each / 4);
-        motion->kept[k].P0 = take(&at, each / 4);
-        motion->kept[k].P1 = take(&at, each / 4);
-        motion->kept[k].Q = take(&at, each / 4);
+        for (int j = 0; j < PHIS; j++)
+            motion->kept[k].phi[j] = take(&at, each);
     }
     return 1;
 }
@@ -81,6 +88,14 @@ void path_at(const Model *model, const InputPath *path, double t, Inputs *now)
     for (size_t k = 0; k < inputs_size(model); k++)
         now->position[k] = along(path->start.position[k], path->slope.position[k],
                                  path->curve.position[k], t);
+}
+
+void path_part(const Model *model, const InputPath *path, double h, double k, double parts,
+               Inputs *begin, Inputs *middle, Inputs *end)
+{
+    path_at(model, path, (k - 1) / parts * h, begin);
+    path_at(model, path, (k - 0.5) / parts * h, middle);
+    path_at(model, path, k / parts * h, end);
 }
 
 const Coefficients *motion_coefficients(Motion *motion, double h)
@@ -109,30 +124,30 @@ void motion_drive(Motion *motion, const Shapes *shapes, const double *force, dou
 }
 
 /* Whether g1 are of these forces, with wheelsets where the shapes are. */
-static int is_driven(const Motion *motion, const double *force)
+int motion_is_driven(const Motion *motion, const double *force)
 {
     const Model *m = motion->body.model;
     int same = 1;
     for (size_t k = 0; k < m->contacts; k++)
         same &= force[k] == motion->driven[k];
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++)
-        same &= motion->driven_at[k] == motion->body.place[k].position;
+        same &= motion->driven_at[k] == motion->body.shapes.place[k].position;
     return same;
 }
 
-static void note_driven(Motion *motion, const double *force)
+void motion_note_driven(Motion *motion, const double *force)
 {
     const Model *m = motion->body.model;
     memcpy(motion->driven, force, m->contacts * sizeof(double));
     for (size_t k = 0; k < m->wheelsets; k++)
-        motion->driven_at[k] = motion->body.place[k].position;
+        motion->driven_at[k] = motion->body.shapes.place[k].position;
 }
 
 const double *motion_driven(Motion *motion, const Shapes *shapes, const double *force)
 {
-    if (!is_driven(motion, force)) {
+    if (!motion_is_driven(motion, force)) {
         motion_drive(motion, shapes, force, motion->g1);
-        note_driven(motion, force);
+        motion_note_driven(motion, force);
     }
     return motion->g1;
 }
@@ -148,34 +163,6 @@ void motion_forces(Motion *motion, const Inputs *now, const double *x, double *f
     body_observe(&motion->body, body_shapes(&motion->body, now->position), x, motion->z);
     for (size_t k = 0; k < m->contacts; k++)
         force[k] = contact_force(&motion->law, sign * (motion->z[k] - now->load[k]));
-}
-
-int motion_forces_at_end(Motion *motion, const Coefficients *c, const Inputs *now, const double *x,
-                         double *force)
-{
-    const Model *m = motion->body.model;
-    const size_t n = m->contacts;
-    if (m->contact_sign == 0) {
-        memcpy(force, now->load, n * sizeof(double));
-        return 1;
-    }
-    double *G = motion->G, *gap = motion->gap;
-    const Shapes *shapes = body_shapes(&motion->body, now->position);
-    /* Displacement at the end of a step per force at its end. */
-    body_compliance(&motion->body, shapes, c->P1, c->R1, G);
-    body_observe(&motion->body, shapes, x, motion->z);
-    for (size_t k = 0; k < n; k++) {
-        gap[k] = m->contact_sign * (motion->z[k] - now->load[k]);
-        for (size_t j = 0; j < n; j++) {
-            G[k * n + j] *= -m->contact_sign;
-            gap[k] += G[k * n + j] * m->preloads[j];
-        }
-    }
-    if (!contact_solve(&motion->law, n, G, gap, motion->delta, motion->solving))
-        return 0;
-    for (size_t k = 0; k < n; k++)
-        force[k] = contact_force(&motion->law, motion->delta[k]);
-    return 1;
 }
 
 int motion_still(const Model *model, const InputPath *path)
@@ -204,44 +191,33 @@ int motion_bulges(const Motion *motion, const InputPath *path, int is_still)
     return curved;
 }
 
-void motion_gather(const Motion *motion, double a, const double *g, double *q)
-{
-    const size_t n = 2 * motion->body.model->drives + motion->body.model->rigid;
-    for (size_t r = 0; r < n; r++)
-        q[r] += a * g[r];
-}
-
 const char MOTION_TOO_MANY[] = "takes over 10 million internal steps; use a shorter step";
 const char MOTION_NO_CONTACT[] = "the contact forces could not be found: the wheel or rail motions "
                                  "set from outside are far off";
 
-/* Generalised forces at the ends and in the middle of a step between instants whose forces leave
-   the line between; `force` are those at its start, and then at its end. */
-static void drive_along(Motion *motion, const Inputs *middle, const Inputs *end, double *force)
+/* Generalised forces of forces from outside at the ends and in the middle of an internal step. */
+static void drive_along(Motion *motion, int bulges)
 {
     Body *body = &motion->body;
-    const int known = is_driven(motion, force);
+    const Model *m = body->model;
+    const double *start = motion->now.load, *end = motion->end.load;
     double *g0 = motion->g1, *const *beyond = motion->beyond;
+    const int known = motion_is_driven(motion, start);
     motion->g1 = motion->g0;
     motion->g0 = g0;
-    body_roll(body, beyond_preload(motion, force, beyond[0]), middle->position,
-              beyond_preload(motion, middle->load, beyond[1]), end->position,
-              beyond_preload(motion, end->load, beyond[2]), known ? NULL : g0, motion->gm,
-              motion->g1);
-    memcpy(force, end->load, body->model->contacts * sizeof(double));
-    note_driven(motion, force);
-}
-
-/* Generalised forces at the end of a step that so far went without them. */
-static int drive_end(Motion *motion, const Coefficients *c, const Inputs *end, const double *x,
-                     double *force)
-{
-    const Shapes *shapes = body_shapes(&motion->body, end->position);
-    if (!motion_forces_at_end(motion, c, end, x, force))
-        return 0;
-    motion_drive(motion, shapes, force, motion->g1);
-    note_driven(motion, force);
-    return 1;
+    if (bulges) {
+        body_roll(body, beyond_preload(motion, start, beyond[0]), motion->middle.position,
+                  beyond_preload(motion, motion->middle.load, beyond[1]), motion->end.position,
+                  beyond_preload(motion, end, beyond[2]), known ? NULL : g0, motion->gm,
+                  motion->g1);
+    } else {
+        if (!known)
+            motion_drive(motion, &body->shapes, start, g0);
+        motion_drive(motion, &body->shapes, end, motion->g1);
+        for (size_t r = 0; r < 2 * m->drives + m->rigid; r++)
+            motion->gm[r] = 0.5 * (g0[r] + motion->g1[r]);
+    }
+    motion_note_driven(motion, end);
 }
 
 const char *motion_step(Motion *motion, const InputPath *path, double h, const double *x,
@@ -249,29 +225,21 @@ const char *motion_step(Motion *motion, const InputPath *path, double h, const d
 {
     Body *body = &motion->body;
     const Model *m = body->model;
-    Inputs *now = &motion->now, *middle = &motion->middle;
     const int still = motion_still(m, path), bulges = motion_bulges(motion, path, still);
     const double parts = motion_internal_steps(motion, still, h);
     if (parts > MAX_INTERNAL_STEPS)
         return MOTION_TOO_MANY;
     const Coefficients *c = motion_coefficients(motion, h / parts);
-    path_at(m, path, 0, now);
-    const Shapes *shapes = body_shapes(body, now->position);
-    motion_forces(motion, now, x, motion->force);
-    if (!bulges)
-        motion_driven(motion, shapes, motion->force);
     for (double k = 1; k <= parts; k++) {
         double *to = fmod(parts - k, 2) == 0 ? next : motion->dx; /* the last one is `next` */
-        path_at(m, path, k / parts * h, now);
-        if (bulges) {
-            path_at(m, path, (k - 0.5) / parts * h, middle);
-            drive_along(motion, middle, now, motion->force);
-            step_whole(body, c, x, motion->g0, motion->gm, motion->g1, to);
-        } else {
-            step_free(body, c, x, motion->g1, to);
-            if (!drive_end(motion, c, now, to, motion->force))
+        path_part(m, path, h, k, parts, &motion->now, &motion->middle, &motion->end);
+        if (m->contact_sign != 0) {
+            if (!motion_contact_step(motion, c, x, to))
                 return MOTION_NO_CONTACT;
-            step_add_end(body, c, motion->g1, to);
+        } else {
+            body_shapes(body, motion->now.position);
+            drive_along(motion, bulges);
+            step_along(body, c, x, motion->g0, motion->gm, motion->g1, to);
         }
         x = to;
     }
@@ -281,7 +249,7 @@ const char *motion_step(Motion *motion, const InputPath *path, double h, const d
 int motion_rest(Motion *motion, const Inputs *now, const double *heights, double *x)
 {
     const Model *m = motion->body.model;
-    double *force = motion->force;
+    double *force = motion->force, *delta = motion->begin;
     if (m->nodes == 0) {
         memset(x, 0, m->states * sizeof(double));
         for (size_t k = 0; k < m->wheelsets; k++) {
@@ -298,11 +266,11 @@ int motion_rest(Motion *motion, const Inputs *now, const double *heights, double
     memcpy(force, now->load, m->contacts * sizeof(double));
     if (m->contact_sign != 0) {
         body_compliance(&motion->body, shapes, motion->body.flexibility, 0, motion->G);
-        if (!contact_solve(&motion->law, m->contacts, motion->G, now->load, motion->delta,
+        if (!contact_solve(&motion->law, m->contacts, motion->G, now->load, delta,
                            motion->solving))
             return 0;
         for (size_t k = 0; k < m->contacts; k++)
-            force[k] = contact_force(&motion->law, motion->delta[k]);
+            force[k] = contact_force(&motion->law, delta[k]);
     }
     body_at_rest(&motion->body, motion_driven(motion, shapes, force), x);
     return 1;

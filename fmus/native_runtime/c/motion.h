@@ -33,11 +33,15 @@ typedef struct {
     /* Generalised forces at the ends and in the middle of a step; g1 are those that `driven` gave
        with wheelsets at `driven_at`. */
     double *g0, *gm, *g1, *driven, *driven_at;
-    double *rate, *drate, *dx; /* scratch: as x */
-    /* Scratch of one number a contact, or G and what solving takes. */
-    double *force, *dforce, *beyond[3], *z, *dz, *moved, *gap, *delta, *none, *G, *solving;
-    double *more, *dg, *q, *dq; /* scratch of motion_change.c: as g */
-    Inputs now, dnow, middle;
+    double *rate, *drate, *dx, *part, *dpart; /* scratch: as x */
+    double *d0, *dm, *d1, *more; /* scratch: as g */
+    /* Scratch of one number a contact, of two, or what solving takes. */
+    double *force, *dforce, *beyond[3], *z, *dz, *moved, *begin, *dbegin, *inside, *dinside,
+        *none;
+    double *seen[3], *dseen[3];
+    double *over, *dover, *free, *dfree, *pressed;
+    double *G, *solving;
+    Inputs now, middle, end, dnow, dmiddle, dend;
     double *memory;
 } Motion;
 
@@ -68,20 +72,32 @@ const Coefficients *motion_coefficients(Motion *motion, double h);
 int motion_still(const Model *model, const InputPath *path);
 /* Into how many internal steps a step is cut: one that is exact where forces come from outside and
    no wheel moves; otherwise some over each of which the forces on the modes go along a parabola
-   or, where the body's own contacts make them, are held at their mean. */
+   or, where the body's own contacts make them, along a line. */
 double motion_internal_steps(const Motion *motion, int is_still, double h);
 /* Generalised forces of contact forces. */
 void motion_drive(Motion *motion, const Shapes *shapes, const double *force, double *g);
-/* Forces at the end of a step that so far went without them; 0: none were found. */
-int motion_forces_at_end(Motion *motion, const Coefficients *c, const Inputs *now, const double *x,
-                         double *force);
+/* Whether g1 are generalised forces of these, with wheelsets where the shapes are; and that they
+   now are. */
+int motion_is_driven(const Motion *motion, const double *force);
+void motion_note_driven(Motion *motion, const double *force);
 /* Whether forces on modes from outside leave the line over a step. */
 int motion_bulges(const Motion *motion, const InputPath *path, int is_still);
-/* q += a g, of generalised forces. */
-void motion_gather(const Motion *motion, double a, const double *g, double *q);
+/* Inputs at the beginning, in the middle and at the end of part k of `parts` of a step. */
+void path_part(const Model *model, const InputPath *path, double h, double k, double parts,
+               Inputs *begin, Inputs *middle, Inputs *end);
+
+/* --- steps of a body with contacts of its own, in motion_contact.c ----------------------------- */
+
+/* next = state after an internal step between motion->now, middle and end. 0: no forces found. */
+int motion_contact_step(Motion *motion, const Coefficients *c, const double *x, double *next);
+/* The same, and its derivative along dnow, dmiddle, dend and dx; x and dx are moved on. */
+int motion_contact_step_change(Motion *motion, const Coefficients *c, double *x, double *dx);
 
 /* --- derivatives along changes dx of the state and `change` of the inputs --------------------- */
 
+/* Derivative of generalised forces. */
+void motion_drive_change(Motion *motion, const Shapes *shapes, const Shapes *slope,
+                         const double *force, const double *dforce, double *dg);
 /* Derivative of the displacements (or velocities) at the contacts. */
 void motion_observe_change(const Motion *motion, const Shapes *shapes, const Shapes *slope,
                            const double *x, const double *dx, double *dz);

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* dg = drive of a change of the forces, and of forces on shapes that change. */
-static void drive_change(Motion *motion, const Shapes *shapes, const Shapes *slope,
+void motion_drive_change(Motion *motion, const Shapes *shapes, const Shapes *slope,
                          const double *force, const double *dforce, double *dg)
 {
     const Model *m = motion->body.model;
@@ -58,7 +58,7 @@ void motion_forces_change(Motion *motion, const Inputs *now, const double *x, co
     if (motion->body.model->contact_sign == 0)
         return;
     const Shapes *shapes = body_shapes(&motion->body, now->position);
-    const Shapes *slope = body_slope(&motion->body, change->position);
+    const Shapes *slope = body_slope(&motion->body, shapes, change->position);
     body_observe(&motion->body, shapes, x, motion->z);
     motion_observe_change(motion, shapes, slope, x, dx, motion->dz);
     balance_change(motion, NULL, motion->z, now->load, motion->dz, change->load, dforce);
@@ -71,9 +71,9 @@ void motion_rate_change(Motion *motion, const Inputs *now, const double *x, cons
     motion_forces(motion, now, x, force);
     motion_forces_change(motion, now, x, change, dx, dforce);
     const Shapes *shapes = body_shapes(&motion->body, now->position);
-    const Shapes *slope = body_slope(&motion->body, change->position);
-    drive_change(motion, shapes, slope, force, dforce, motion->dg);
-    body_rate(&motion->body, dx, motion->dg, drate);
+    const Shapes *slope = body_slope(&motion->body, shapes, change->position);
+    motion_drive_change(motion, shapes, slope, force, dforce, motion->d0);
+    body_rate(&motion->body, dx, motion->d0, drate);
 }
 
 void motion_rest_change(Motion *motion, const Inputs *now, const double *x, const Inputs *change,
@@ -88,80 +88,42 @@ void motion_rest_change(Motion *motion, const Inputs *now, const double *x, cons
     motion_forces(motion, now, x, force);
     memcpy(dforce, change->load, m->contacts * sizeof(double));
     const Shapes *shapes = body_shapes(&motion->body, now->position);
-    const Shapes *slope = body_slope(&motion->body, change->position);
+    const Shapes *slope = body_slope(&motion->body, shapes, change->position);
     if (m->contact_sign != 0) {
         body_compliance(&motion->body, shapes, motion->body.flexibility, 0, motion->G);
-        drive_change(motion, shapes, slope, force, motion->none, motion->dg);
-        body_at_rest(&motion->body, motion->dg, dx);
+        motion_drive_change(motion, shapes, slope, force, motion->none, motion->d0);
+        body_at_rest(&motion->body, motion->d0, dx);
         body_observe(&motion->body, shapes, x, motion->z);
         motion_observe_change(motion, shapes, slope, x, dx, motion->dz);
         balance_change(motion, motion->G, motion->z, now->load, motion->dz, change->load, dforce);
     }
-    drive_change(motion, shapes, slope, force, dforce, motion->dg);
-    body_at_rest(&motion->body, motion->dg, dx);
+    motion_drive_change(motion, shapes, slope, force, dforce, motion->d0);
+    body_at_rest(&motion->body, motion->d0, dx);
 }
 
-/* Forces and their change at the end of a step that so far went without them; `x` and `dx` are
-   moved on by them, and half of what they do to the modes is taken off the bulges. */
-static const char *end_change(Motion *motion, const Coefficients *c, const Inputs *now,
-                              const Inputs *change, double *x, double *dx, double *force,
-                              double *dforce)
-{
-    Body *body = &motion->body;
-    const Shapes *shapes = body_shapes(body, now->position);
-    const Shapes *slope = body_slope(body, change->position);
-    if (!motion_forces_at_end(motion, c, now, x, force))
-        return MOTION_NO_CONTACT;
-    motion_drive(motion, shapes, force, motion->dg);
-    step_add_end(body, c, motion->dg, x);
-    motion_gather(motion, -0.5, motion->dg, motion->q);
-    drive_change(motion, shapes, slope, force, motion->none, motion->dg);
-    step_add_end(body, c, motion->dg, dx);
-    motion_gather(motion, -0.5, motion->dg, motion->dq);
-    memcpy(dforce, change->load, body->model->contacts * sizeof(double));
-    if (body->model->contact_sign != 0) {
-        body_compliance(body, shapes, c->P1, c->R1, motion->G);
-        body_observe(body, shapes, x, motion->z);
-        motion_observe_change(motion, shapes, slope, x, dx, motion->dz);
-        balance_change(motion, motion->G, motion->z, now->load, motion->dz, change->load, dforce);
-    }
-    body_drive(body, shapes, dforce, motion->dg);
-    step_add_end(body, c, motion->dg, dx);
-    motion_gather(motion, -0.5, motion->dg, motion->dq);
-    return NULL;
-}
-
-/* Forces on modes and their change at the start of a step, which so far is free of all others. */
-static void start_change(Motion *motion, const Coefficients *c, const Inputs *now,
-                         const Inputs *change, double *x, double *dx, const double *force,
-                         const double *dforce)
-{
-    Body *body = &motion->body;
-    const size_t bytes = body->model->states * sizeof(double);
-    const size_t g_bytes = (2 * body->model->drives + body->model->rigid) * sizeof(double);
-    const Shapes *shapes = body_shapes(body, now->position);
-    const Shapes *slope = body_slope(body, change->position);
-    memset(motion->q, 0, g_bytes);
-    memset(motion->dq, 0, g_bytes);
-    motion_drive(motion, shapes, force, motion->dg);
-    motion_gather(motion, -0.5, motion->dg, motion->q);
-    step_free(body, c, x, motion->dg, motion->rate);
-    memcpy(x, motion->rate, bytes);
-    drive_change(motion, shapes, slope, force, dforce, motion->dg);
-    motion_gather(motion, -0.5, motion->dg, motion->dq);
-    step_free(body, c, dx, motion->dg, motion->rate);
-    memcpy(dx, motion->rate, bytes);
-}
-
-/* Forces from outside in the middle of a step, and their change. */
-static void middle_change(Motion *motion, const Inputs *now, const Inputs *change)
+/* Generalised forces of forces from outside, and their change. */
+static void drive_both(Motion *motion, const Inputs *now, const Inputs *change, double *g,
+                       double *dg)
 {
     const Shapes *shapes = body_shapes(&motion->body, now->position);
-    const Shapes *slope = body_slope(&motion->body, change->position);
-    motion_drive(motion, shapes, now->load, motion->dg);
-    motion_gather(motion, 1, motion->dg, motion->q);
-    drive_change(motion, shapes, slope, now->load, change->load, motion->dg);
-    motion_gather(motion, 1, motion->dg, motion->dq);
+    const Shapes *slope = body_slope(&motion->body, shapes, change->position);
+    motion_drive(motion, shapes, now->load, g);
+    motion_drive_change(motion, shapes, slope, now->load, change->load, dg);
+}
+
+/* An internal step under forces from outside. */
+static void step_change(Motion *motion, const Coefficients *c, double *x, double *dx)
+{
+    const Body *body = &motion->body;
+    const size_t bytes = body->model->states * sizeof(double);
+    motion->driven[0] = NAN; /* g1 is used for something else */
+    drive_both(motion, &motion->now, &motion->dnow, motion->g0, motion->d0);
+    drive_both(motion, &motion->middle, &motion->dmiddle, motion->gm, motion->dm);
+    drive_both(motion, &motion->end, &motion->dend, motion->g1, motion->d1);
+    step_along(body, c, x, motion->g0, motion->gm, motion->g1, motion->rate);
+    memcpy(x, motion->rate, bytes);
+    step_along(body, c, dx, motion->d0, motion->dm, motion->d1, motion->rate);
+    memcpy(dx, motion->rate, bytes);
 }
 
 const char *motion_step_change(Motion *motion, const InputPath *path, const InputPath *change,
@@ -169,33 +131,17 @@ const char *motion_step_change(Motion *motion, const InputPath *path, const Inpu
 {
     const Model *m = motion->body.model;
     const int still = motion_still(m, path) && motion_still(m, change);
-    const int bulges = motion_bulges(motion, path, still) || motion_bulges(motion, change, still);
     const double parts = motion_internal_steps(motion, still, h);
     if (parts > MAX_INTERNAL_STEPS)
         return MOTION_TOO_MANY;
     const Coefficients *c = motion_coefficients(motion, h / parts);
-    double *force = motion->force, *dforce = motion->dforce;
-    Inputs *now = &motion->now, *dnow = &motion->dnow;
-    path_at(m, path, 0, now);
-    path_at(m, change, 0, dnow);
-    motion_forces(motion, now, x, force);
-    motion_forces_change(motion, now, x, dnow, dx, dforce);
     for (double k = 1; k <= parts; k++) {
-        start_change(motion, c, now, dnow, x, dx, force, dforce);
-        if (bulges) {
-            path_at(m, path, (k - 0.5) / parts * h, now);
-            path_at(m, change, (k - 0.5) / parts * h, dnow);
-            middle_change(motion, now, dnow);
-        }
-        path_at(m, path, k / parts * h, now);
-        path_at(m, change, k / parts * h, dnow);
-        const char *failed = end_change(motion, c, now, dnow, x, dx, force, dforce);
-        if (failed != NULL)
-            return failed;
-        if (bulges) {
-            step_add_bulge(&motion->body, c, motion->q, x);
-            step_add_bulge(&motion->body, c, motion->dq, dx);
-        }
+        path_part(m, path, h, k, parts, &motion->now, &motion->middle, &motion->end);
+        path_part(m, change, h, k, parts, &motion->dnow, &motion->dmiddle, &motion->dend);
+        if (m->contact_sign == 0)
+            step_change(motion, c, x, dx);
+        else if (!motion_contact_step_change(motion, c, x, dx))
+            return MOTION_NO_CONTACT;
     }
     return NULL;
 }

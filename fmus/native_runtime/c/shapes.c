@@ -94,7 +94,8 @@ static void local_shapes(const Model *m, size_t wheelset, const Place *place,
 }
 
 /* Shapes of one wheelset, whose element is there, for modes `from` to `from` + `size`. */
-static void evaluate(Body *body, size_t wheelset, const Place *place, size_t from, size_t size)
+static void evaluate(Body *body, Shapes *shapes, size_t wheelset, const Place *place, size_t from,
+                     size_t size)
 {
     const Model *m = body->model;
     double w[4], dw[4];
@@ -102,38 +103,65 @@ static void evaluate(Body *body, size_t wheelset, const Place *place, size_t fro
     for (size_t d = 0; d < m->directions; d++) {
         const size_t row = wheelset * m->directions + d, to = row * m->width + from;
         body->kernels->evaluate(size, m->width, element_of(body, row) + from, w + 1,
-                                body->shapes.out_re + to, body->shapes.out_im + to);
+                                shapes->out_re + to, shapes->out_im + to);
     }
 }
 
 /* Take note of where shapes of a wheelset now are. */
-static void arrive(Body *body, size_t wheelset, const Place *place)
+static void arrive(const Model *m, Shapes *shapes, size_t wheelset, const Place *place)
 {
     const double local[2] = {1 - place->xi, place->xi};
-    local_shapes(body->model, wheelset, place, local, body->shapes.local_re,
-                 body->shapes.local_im);
-    body->place[wheelset] = *place;
+    local_shapes(m, wheelset, place, local, shapes->local_re, shapes->local_im);
+    shapes->place[wheelset] = *place;
 }
 
-const Shapes *body_shapes(Body *body, const double *position)
+static const Shapes *shapes_at(Body *body, Shapes *shapes, const double *position)
 {
     const Model *m = body->model;
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
         const Place place = locate(m, position[k]);
-        if (place.position == body->place[k].position)
+        if (place.position == shapes->place[k].position)
             continue;
         enter(body, k, &place);
-        evaluate(body, k, &place, 0, m->width);
-        arrive(body, k, &place);
+        evaluate(body, shapes, k, &place, 0, m->width);
+        arrive(m, shapes, k, &place);
     }
-    return &body->shapes;
+    return shapes;
 }
 
-const Shapes *body_slope(Body *body, const double *change)
+const Shapes *body_shapes(Body *body, const double *position)
+{
+    return shapes_at(body, &body->shapes, position);
+}
+
+const Shapes *body_shapes_between(Body *body, const double *position)
+{
+    return shapes_at(body, body->model->nodes > 0 ? &body->between : &body->shapes, position);
+}
+
+void body_pass(Body *body, const double *middle, const double *end)
 {
     const Model *m = body->model;
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
-        const Place *place = &body->place[k];
+        const Place between = locate(m, middle[k]), at = locate(m, end[k]);
+        if (!same_element(&between, &at) || between.position == at.position)
+            continue; /* one after the other, or but one */
+        enter(body, k, &at);
+        for (size_t from = 0; from < m->width; from += CHUNK) {
+            const size_t left = m->width - from, size = left < CHUNK ? left : CHUNK;
+            evaluate(body, &body->between, k, &between, from, size);
+            evaluate(body, &body->shapes, k, &at, from, size);
+        }
+        arrive(m, &body->between, k, &between);
+        arrive(m, &body->shapes, k, &at);
+    }
+}
+
+const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change)
+{
+    const Model *m = body->model;
+    for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
+        const Place *place = &shapes->place[k];
         double w[4], dw[4];
         enter(body, k, place);
         shape_functions(place->xi, m->element, w, dw);
@@ -172,7 +200,7 @@ static void roll_to_middle(Body *body, size_t from, size_t size, const double *f
 static void roll_to_end(Body *body, size_t from, size_t size, const double *f1, double *g1)
 {
     for (size_t k = 0; k < body->model->wheelsets; k++)
-        evaluate(body, k, &body->end[k], from, size);
+        evaluate(body, &body->shapes, k, &body->end[k], from, size);
     body_drive_modes(body, &body->shapes, from, size, f1, g1);
 }
 
@@ -216,7 +244,7 @@ const Shapes *body_roll(Body *body, const double *force0, const double *middle,
         }
     for (size_t k = 0; k < m->wheelsets; k++) {
         enter(body, k, &body->end[k]);
-        arrive(body, k, &body->end[k]);
+        arrive(m, &body->shapes, k, &body->end[k]);
     }
     for (int odd = 0; odd < 2 && !together; odd++)
         roll_to_end(body, begin[odd], begin[odd + 1] - begin[odd], f1[odd], g1);
