@@ -13,12 +13,13 @@ from railcosim.master.component import FloatArray
 from railcosim.master.course import Course
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.mechanics.law import LinearContact
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.reference.agreement import near, relative_rms
 from railcosim.reference.monolithic import Monolithic, frequency_response
 from railcosim.reference.newmark import newmark
 
 from .frequency import Models, coupled, response
-from .pair import FORCES, Journey
+from .pair import Journey
 
 Progress = Callable[[float, float], None]
 REFINEMENT = (
@@ -28,18 +29,10 @@ FINE = 6000  # frequencies on which antiresonances are looked for
 WEAK = 1e-3  # of the largest displacement (or force) at that frequency
 # Excitation and output to errors and whether the response is not weak, by frequency.
 Errors: TypeAlias = dict[str, dict[str, tuple[FloatArray, NDArray[np.bool_]]]]
-OBSERVED = {  # outputs of the coupled FMUs, and their rows among the monolithic unknowns
-    "vehicle.carbody.z": "carbody.z",
-    "vehicle.bogie[1].z": "bogie[1].z",
-    "vehicle.bogie[2].z": "bogie[2].z",
-    "vehicle.wheelset[1].left.wheel_z": "wheelset[1].z",
-    "vehicle.wheelset[4].left.wheel_z": "wheelset[4].z",
-}
 
 
 def time_error(
     run: xr.Dataset,
-    still: float,
     mono: Monolithic,
     positions: FloatArray,
     k_H: float,
@@ -53,11 +46,9 @@ def time_error(
     ----------
     run : Dataset
         Of the journey and the course, wheels held.
-    still : float
-        Force of a contact at rest, N.
     mono : Monolithic
         The same vehicle and track in one.
-    positions : array, shape (4,)
+    positions : array, shape (n_wheelsets,)
         Of the wheelsets, m.
     k_H : float
         Contact stiffness, N/m.
@@ -66,9 +57,10 @@ def time_error(
     progress : callable
         Told what is done and the total.
     """
-    ours = np.stack([run[name].values for name in FORCES], axis=1)
+    forces = Layout(len(positions)).names(FORCE)
+    ours = np.stack([run[name].values for name in forces], axis=1)
     reference = newmark_forces(mono, positions, k_H, journey, course, progress)
-    return relative_rms(ours, reference, np.full(len(FORCES), still))
+    return relative_rms(ours, reference, mono.load)
 
 
 def newmark_forces(
@@ -79,7 +71,7 @@ def newmark_forces(
     course: Course,
     progress: Progress,
 ) -> FloatArray:
-    """Contact forces (n, 8) of the monolithic system at the course's communication points."""
+    """Contact forces (n, n_contacts) of the monolithic system at the course's points."""
     heights = journey.profile.under(positions, journey.speed)
     steps = round(course.stop / course.step) * REFINEMENT
     forces = []
@@ -99,23 +91,26 @@ def frequency_errors(
     """Relative errors, NaN within 1 % of an antiresonance, and where the response is not weak."""
     fine = np.geomspace(frequency[0], frequency[-1], FINE)
     rails, positions = mono.rails(models.positions), models.positions
-    on_wheelset = np.asarray(mono.wheels[[3]].toarray().T)
-    on_rails = np.asarray(rails[[3, 7]].sum(axis=0))[:, None]
+    last = len(positions)
+    on_wheelset = np.asarray(mono.wheels[[last - 1]].toarray().T)
+    on_rails = np.asarray(rails[[last - 1, 2 * last - 1]].sum(axis=0))[:, None]
     solved = frequency_response(
         mono, 2 * np.pi * frequency, k_H, positions, np.hstack([on_wheelset, on_rails]), progress
     )
     compression = (mono.wheels - rails).toarray()
     found: Errors = {}
-    for column, excitation in enumerate(("wheelset[4].force_z", "wheelset[4].rail_force_z")):
+    for column, what in enumerate(("force_z", "rail_force_z")):
+        excitation = f"wheelset[{last}].{what}"
         system, dense = (coupled(models, 2 * np.pi * f, k_H) for f in (frequency, fine))
         ours, curve = (response(s, excitation, positions, 1.0) for s in (system, dense))
         direct = solved[:, :, column]
         references: dict[str, ComplexArray] = {
-            output: direct[:, mono.coordinate(name)] for output, name in OBSERVED.items()
+            output: direct[:, mono.coordinate(name)]
+            for output, name in _observed(mono, last).items()
         }
         rail_z = direct @ rails.toarray().T
         force = k_H * direct @ compression.T
-        for i in (1, 4):
+        for i in sorted({1, last}):
             references[f"track.wheelset[{i}].left.rail_z"] = rail_z[:, i - 1]
             references[f"wheelset[{i}].left.force"] = force[:, i - 1]
         found[excitation] = {}
@@ -127,6 +122,13 @@ def frequency_errors(
             strong = np.abs(expected) > WEAK * np.abs(like).max(axis=0)
             found[excitation][output] = (error, strong)
     return found
+
+
+def _observed(mono: Monolithic, last: int) -> dict[str, str]:
+    """Outputs of the coupled FMUs, and the monolithic coordinates that are the same."""
+    bodies = [c for c in mono.coordinates if c.endswith(".z") and not c.startswith("wheelset")]
+    wheels = {f"vehicle.wheelset[{i}].left.wheel_z": f"wheelset[{i}].z" for i in (1, last)}
+    return {**{f"vehicle.{name}": name for name in bodies}, **wheels}
 
 
 def is_force(output: str) -> bool:

@@ -1,4 +1,4 @@
-"""Processes that work on a study: on the local cores, or wherever dask's scheduler has some.
+"""Processes that work on a study wherever a dask scheduler has some; here it is `study_here`.
 
 Needs dask.distributed, the extra ``railcosim[study]``.
 """
@@ -6,7 +6,6 @@ Needs dask.distributed, the extra ``railcosim[study]``.
 from __future__ import annotations
 
 import logging
-import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -14,10 +13,9 @@ from importlib.metadata import version
 from typing import Any, TypeAlias, TypeVar
 
 import distributed
-from distributed import Worker, WorkerPlugin
 
 from .catalogue import FMUS, Owner
-from .parallel import CORES, TICK
+from .parallel import TICK
 from .study_point import Fmus, Measurement, Point, Ride, measure, reference
 
 PATIENCE = 10.0
@@ -29,28 +27,19 @@ T = TypeVar("T")
 Client: TypeAlias = Any
 Future: TypeAlias = Any
 _Client: Any = distributed.Client
-_LocalCluster: Any = distributed.LocalCluster
 
 
 class ClusterError(OSError):
     """No scheduler, no workers, or not the right ones; the message says what to do."""
 
 
-class _Deaf(WorkerPlugin):
-    """Ctrl-C reaches every process of a terminal; the command alone decides what it means."""
-
-    def setup(self, worker: Worker) -> None:
-        """In every worker, also one that replaces another."""
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
 @contextmanager
-def connect(address: str | None) -> Iterator[Client]:
-    """Connect to a scheduler, or to one made here with a process on every core.
+def connect(address: str) -> Iterator[Client]:
+    """Connect to a scheduler.
 
     Parameters
     ----------
-    address : str or None
+    address : str
         Such as ``tcp://host:8786``; whoever listens there can run any code on its workers.
 
     Raises
@@ -61,18 +50,6 @@ def connect(address: str | None) -> Iterator[Client]:
     # What goes wrong is said in one line, and not in dask's log of tracebacks as well.
     for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
-    if address is None:
-        # No limit of memory: dask would stop workers on machines that are small, or full of others.
-        with (
-            _LocalCluster(
-                n_workers=CORES, threads_per_worker=1, processes=True, memory_limit=0,
-                dashboard_address=None, silence_logs="CRITICAL",
-            ) as cluster,
-            _Client(cluster) as client,
-        ):  # fmt: skip
-            client.register_plugin(_Deaf())
-            yield client
-        return
     try:
         client = _Client(address, timeout=PATIENCE)
     except (OSError, ValueError) as error:

@@ -8,7 +8,8 @@ is the vehicle's, whose wheels they are.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
 
 from railcosim.master.component import Variable
 from railcosim.master.connections import CouplingError
@@ -21,10 +22,11 @@ from railcosim.mechanics.law import (
     coefficient_for,
     tangent_stiffness,
 )
-from railcosim.mechanics.ports import FORCE, Layout
+from railcosim.mechanics.ports import FORCE, MOST_WHEELSETS, Layout
 
 LAYOUT = Layout()
 WHEELSETS, WHEELS, FORCES = LAYOUT.axles, LAYOUT.wheels, LAYOUT.names(FORCE)
+"""Of the paper's vehicle. What takes any vehicle asks `layout_of`."""
 
 Parameters = Mapping[str, float | bool]
 """Of FMUs, by name; of the contact, also `TANGENT`."""
@@ -33,6 +35,49 @@ NONLINEAR, STIFFNESS = "contact.nonlinear", "contact.stiffness"
 HERTZ = "contact.hertz_coefficient"
 TANGENT = "contact.tangent"
 """Asks for Hertz's law whose tangent at the static load is this, N/m; `at_load` answers."""
+
+
+def layout_of(
+    vehicle: tuple[Path, Iterable[Variable]], *tracks: tuple[Path, Iterable[Variable]]
+) -> Layout:
+    """The wheels of a vehicle, which are those of the track under it.
+
+    Parameters
+    ----------
+    vehicle, *tracks : tuple
+        File and variables of an FMU.
+
+    Raises
+    ------
+    CouplingError
+        If there are none, or a track is made for others.
+    """
+    file, variables = vehicle
+    layout = Layout.among([v.name for v in variables])
+    if layout is None:
+        raise CouplingError(f"{file}: has no wheel; a vehicle needs wheelset[1].left.force_z")
+    for under, given in tracks:
+        other = Layout.among([v.name for v in given])
+        if other is None:
+            raise CouplingError(f"{under}: has no wheel; a track needs wheelset[1].left.force_z")
+        if other != layout:
+            raise CouplingError(
+                f"{under}: is made for {_counted(other)}, and {file} has {_counted(layout)}: "
+                "export the track for that vehicle"
+            )
+    return layout
+
+
+def standing_in(gaps: Collection[str]) -> Layout:
+    """The wheels of a coupled response, by its inputs ``wheelset[i].side.gap`` among others."""
+    known = set(gaps)
+    there = [f"{wheel}.gap" in known for wheel in Layout(MOST_WHEELSETS).wheels[:MOST_WHEELSETS]]
+    return Layout(sum(there))
+
+
+def _counted(layout: Layout) -> str:
+    rails = "" if len(layout.sides) > 1 else ", on one rail"
+    return f"{layout.wheelsets} wheelset{'s' if layout.wheelsets > 1 else ''}{rails}"
 
 
 def completed(parameters: Parameters, fmus: Sequence[LoadedFmu]) -> dict[str, float | bool]:
@@ -97,22 +142,24 @@ def stiffness_at(parameters: Parameters, load: float) -> float:
     return tangent_stiffness(law.C, load) if isinstance(law, HertzContact) else law.k_H
 
 
-def contact_law(law: NormalLaw, nominal: Mapping[str, float]) -> Law:
-    """Eight contacts as a component named ``contact``: motions of wheel and rail to forces.
+def contact_law(law: NormalLaw, layout: Layout, nominal: Mapping[str, float]) -> Law:
+    """All contacts as a component named ``contact``: motions of wheel and rail to forces.
 
     Parameters
     ----------
     law : NormalLaw
         Of every contact.
+    layout : Layout
+        Of the contacts.
     nominal : mapping
         Nominal values of the forces, N, by name.
     """
-    motions = [Variable(name=name, unit="m", nominal=1e-3) for name in LAYOUT.motions]
+    motions = [Variable(name=name, unit="m", nominal=1e-3) for name in layout.motions]
     forces = [
         Variable(
             name=name, unit="N", description="contact force, compression positive",
             nominal=nominal.get(name, 1e5),
         )
-        for name in FORCES
+        for name in layout.names(FORCE)
     ]  # fmt: skip
-    return Law("contact", law, motions, forces, LAYOUT.compression)
+    return Law("contact", law, motions, forces, layout.compression)

@@ -23,8 +23,7 @@ from railcosim.master.component import FloatArray, Variable
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.state_space import IndexArray, StateSpace
 from railcosim.mechanics.law import NormalLaw
-
-from .contact import FORCES, WHEELS
+from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 
 STAGES = 6
 """Points an interval. The forces then are of sixth order in it, at its end of eleventh."""
@@ -41,6 +40,7 @@ ITERATIONS = 30
 """Newton takes three; wheels that come down on the rail may take some more."""
 
 Heights = Callable[[float], FloatArray]
+Progress = Callable[[float, float], None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,12 +81,14 @@ def compression_model(vehicle: Path, track: Path, positions: FloatArray) -> Stat
     ----------
     vehicle, track : Path
         FMUs for Model Exchange that take the contact forces.
-    positions : ndarray, shape (4,)
+    positions : ndarray, shape (n_wheelsets,)
         Where the wheelsets are held, m.
     """
-    places = {f"wheelset[{i}].position": float(x) for i, x in enumerate(positions, 1)}
-    wheels = linear_model(vehicle, inputs=FORCES, outputs=[f"{w}.wheel_z" for w in WHEELS])
-    rails = linear_model(track, inputs=FORCES, outputs=[f"{w}.rail_z" for w in WHEELS], at=places)
+    layout = Layout(len(positions))
+    places = dict(zip(layout.of_axles("position"), positions.tolist(), strict=True))
+    forces = layout.names(FORCE)
+    wheels = linear_model(vehicle, inputs=forces, outputs=layout.names(WHEEL.motion))
+    rails = linear_model(track, inputs=forces, outputs=layout.names(RAIL.motion), at=places)
     return StateSpace(
         name="compressions",
         A=sp.block_diag([wheels.A, rails.A], format="csc"),
@@ -94,12 +96,17 @@ def compression_model(vehicle: Path, track: Path, positions: FloatArray) -> Stat
         C=np.hstack([wheels.C, -rails.C]),
         D=wheels.D - rails.D,
         inputs=wheels.inputs,
-        outputs=tuple(Variable(name=f"{w}.compression", unit="m") for w in WHEELS),
+        outputs=tuple(Variable(name=f"{w}.compression", unit="m") for w in layout.wheels),
     )
 
 
 def converged_forces(
-    model: StateSpace, law: NormalLaw, rest: FloatArray, heights: Heights, stop: float
+    model: StateSpace,
+    law: NormalLaw,
+    rest: FloatArray,
+    heights: Heights,
+    stop: float,
+    progress: Progress = lambda done, total: None,
 ) -> ContactForces:
     """Solve for the contact forces from rest, with ever shorter intervals.
 
@@ -115,6 +122,8 @@ def converged_forces(
         Time (s) to how far the rail's surface is below its nominal height at each contact (m).
     stop : float
         Until when, s.
+    progress : callable, optional
+        Told what is done and the total, as if all halvings were needed; may raise to stop it.
 
     Returns
     -------
@@ -133,10 +142,18 @@ def converged_forces(
        sec. IV.5: collocation at Radau's points.
     """
     count = int(np.ceil(stop / FIRST - 1e-9))  # rounding in stop is no interval
-    coarse = _forces(model, law, rest, heights, stop / count, count)
+    most = count * (2 ** (HALVINGS + 1) - 1)
+    made = 0
+
+    def tell() -> None:
+        nonlocal made
+        made += 1
+        progress(made, most)
+
+    coarse = _forces(model, law, rest, heights, stop / count, count, tell)
     for _ in range(HALVINGS):
         count *= 2
-        fine = _forces(model, law, rest, heights, stop / count, count)
+        fine = _forces(model, law, rest, heights, stop / count, count, tell)
         times = ((np.arange(count)[:, None] + _NODES) * fine.interval).ravel()
         size = np.sqrt(np.mean((fine.at(times) - fine.rest) ** 2))
         change = np.sqrt(np.mean((fine.at(times) - coarse.at(times)) ** 2))
@@ -156,6 +173,7 @@ def _forces(
     heights: Heights,
     interval: float,
     count: int,
+    tell: Callable[[], None],
 ) -> ContactForces:
     """Solve interval by interval."""
     if np.any(model.D):
@@ -166,6 +184,7 @@ def _forces(
     x, F = np.zeros(n), np.zeros(STAGES * n_contacts)
     resting, values = np.tile(rest, STAGES), np.empty((count, STAGES, n_contacts))
     for k in range(count):
+        tell()
         times = interval * (k + _NODES)
         sunk = np.concatenate([heights(t) - level for t in times])
         F = _balance(law, np.tile(at_rest, STAGES), resting + seen @ x - sunk, gain, F)

@@ -22,7 +22,7 @@ PAIR = "Pair.ssp"
 def export_pair(
     vehicle: Vehicle | Train,
     track: Track,
-    out: Path,
+    out: str | Path,
     progress: Callable[[str], None] = lambda text: None,
     *,
     runtime: Runtime = NATIVE,
@@ -47,12 +47,13 @@ def export_pair(
     CompilerMissing, CompilationFailed, CacheRefused, MixedExport
         See `railcosim.fmus.export.export`.
     """
+    folder = Path(out)
     runtime.prepare(progress)
     made = {content.name: content for content in contents(vehicle, track, progress)}
-    with packed(made.values(), out, progress, runtime=runtime) as files:
+    with packed(made.values(), folder, progress, runtime=runtime) as files:
         if runtime.fmi == 2:
             progress("wiring the pair")
-            _wire(made, files, out / PAIR)
+            _wire(made, files, folder / PAIR)
         return files
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,8 +19,10 @@ from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import FrequencyResponse, Response, frequency_response, lag
 from railcosim.master.linear.substructuring import Joint, couple
 from railcosim.master.memory import afford
+from railcosim.mechanics.ports import FORCE, MOST_WHEELSETS, Layout
 
-from .pair import FORCES, WHEELS, WHEELSETS
+from .contact import layout_of
+from .response.standing import standing
 from .ring import check_ring_of
 
 # For FMUs without Model Exchange. Both wheels of a wheelset together, then against each other: each
@@ -28,13 +30,20 @@ from .ring import check_ring_of
 # and until only the undamped modes of the track are left; one over the step is above the sum of the
 # highest pole of the track (6 kHz) and of what is asked for. The FMUs are linear, so the size of
 # the pulse (N) matters for rounding only.
-PULSES = Pulses(
-    amplitude=1e4, step=1e-4, steps=13_500, directions=np.kron([[1, 1], [1, -1]], np.eye(4))
-)
+WHATS = ("force_z", "rail_force_z", "irregularity_z")
 EXCITATIONS = {
     "irregularity_z",
-    *(f"{w}.{what}" for w in WHEELSETS for what in ("force_z", "rail_force_z", "irregularity_z")),
+    *(f"{w}.{what}" for w in Layout(MOST_WHEELSETS).axles for what in WHATS),
 }
+
+
+def pulses(wheelsets: int) -> Pulses:
+    """How FMUs of so many wheelsets without Model Exchange are linearised."""
+    ways = np.kron([[1, 1], [1, -1]], np.eye(wheelsets))
+    return Pulses(amplitude=1e4, step=1e-4, steps=13_500, directions=ways)
+
+
+PULSES = pulses(4)
 COPIES = (
     3  # of all responses at once: those of both parts, and at the joints while these are solved
 )
@@ -52,7 +61,7 @@ class Models:
         Contact forces to motion.
     track : LinearForm or None
         The same; None where a rigid track is all that is asked for.
-    positions : array, shape (4,)
+    positions : array, shape (n_wheelsets,)
         Wheelsets, m.
     attributes : dict
         What was linearised, for the results.
@@ -63,8 +72,15 @@ class Models:
     positions: FloatArray
     attributes: dict[str, str]
 
+    @property
+    def wheels(self) -> tuple[str, ...]:
+        """Names of all wheels."""
+        return Layout(len(self.positions)).wheels
 
-def linear_models(vehicle: Path, track: Path | None, progress: Progress) -> Models:
+
+def linear_models(
+    vehicle: Path, track: Path | None, progress: Progress, position: float | None = None
+) -> Models:
     """Linearise a vehicle FMU and a track FMU that take contact forces.
 
     Parameters
@@ -76,8 +92,10 @@ def linear_models(vehicle: Path, track: Path | None, progress: Progress) -> Mode
         The same; None leaves the track out.
     progress : callable
         Told what is done and the total.
+    position : float, optional
+        Where the last wheelset stands, m; where the vehicle starts if not given.
     """
-    positions = wheelset_positions(vehicle)
+    positions = wheelset_positions(vehicle, position)
     share = 1.0 if track is None else VEHICLE_SHARE
     cars, sha256 = linear_vehicle(vehicle, lambda a, b: progress(share * a / b, 1.0))
     attributes = {"vehicle_fmu": sha256}
@@ -90,57 +108,72 @@ def linear_models(vehicle: Path, track: Path | None, progress: Progress) -> Mode
     return Models(cars, rails, positions, attributes)
 
 
-def wheelset_positions(vehicle: Path) -> FloatArray:
-    """Where the wheelsets of a vehicle FMU stand at first, from the front, shape (4,), m."""
+def wheelset_positions(vehicle: Path, position: float | None = None) -> FloatArray:
+    """Where the wheelsets of a vehicle FMU stand at first, from the front, m; see `standing`."""
+    parameters = standing(vehicle, position).get("parameters", {})
     with FmuComponent.load(vehicle, name="vehicle") as cars:
+        cars.set_parameters(parameters)
         cars.enter_initialization(0.0)
         cars.exit_initialization()
         values = dict(zip((v.name for v in cars.outputs), cars.get_outputs(), strict=True))
-        return np.array([values[f"{w}.position"] for w in WHEELSETS])
+        layout = layout_of((vehicle, [*cars.inputs, *cars.outputs]))
+        return np.array([values[name] for name in layout.of_axles("position")])
 
 
 def linear_vehicle(fmu: Path, progress: Progress) -> tuple[LinearForm, str]:
     """Linear model of a vehicle FMU, hash of the file."""
-    about = _taking_forces(fmu)
-    still = {f"{w}.position" for w in WHEELSETS}
+    about, layout = _taking_forces(fmu)
+    still = set(layout.of_axles("position"))
     wanted = Wanted(
-        inputs=FORCES,
+        inputs=layout.names(FORCE),
         outputs=[v.name for v in about.outputs if v.name not in still],
         parameters={"speed": 0.0} if "speed" in about.parameters else {},
     )
-    return best_way(fmu, PULSES)(fmu, "vehicle", wanted, progress), about.sha256
+    return best_way(fmu, pulses(layout.wheelsets))(fmu, "vehicle", wanted, progress), about.sha256
 
 
 def linear_track(fmu: Path, positions: FloatArray, progress: Progress) -> tuple[LinearForm, str]:
-    """Linear model of a track FMU under wheelsets at positions (4,) in m, hash of the file."""
-    about = _taking_forces(fmu)
+    """Linear model of a track FMU under wheelsets at positions in m, hash of the file.
+
+    Raises
+    ------
+    CouplingError
+        If it takes no contact forces, or is made for another number of wheelsets.
+    """
+    about, layout = _taking_forces(fmu)
+    if layout.wheelsets != len(positions):
+        raise CouplingError(
+            f"{fmu}: is made for {layout.wheelsets} wheelsets, and there are {len(positions)}: "
+            "export the track for that vehicle"
+        )
     wanted = Wanted(
-        inputs=FORCES,
+        inputs=layout.names(FORCE),
         outputs=[v.name for v in about.outputs if v.name.endswith("rail_z")],
         at={
             name: float(x)
-            for name, x in zip((f"{w}.position" for w in WHEELSETS), positions, strict=True)
+            for name, x in zip(layout.of_axles("position"), positions, strict=True)
             if name in {v.name for v in about.inputs}
         },
     )
-    return best_way(fmu, PULSES)(fmu, "track", wanted, progress), about.sha256
+    return best_way(fmu, pulses(layout.wheelsets))(fmu, "track", wanted, progress), about.sha256
 
 
-def _taking_forces(fmu: Path) -> FmuDescription:
-    """What an FMU says of itself, if it takes contact forces."""
+def _taking_forces(fmu: Path) -> tuple[FmuDescription, Layout]:
+    """What an FMU says of itself, and its wheels, if it takes contact forces."""
     about = describe_file(fmu)
     names = {v.name for v in about.inputs}
-    missing = [name for name in FORCES if name not in names]
+    layout = Layout.among(names) or Layout(1)
+    missing = [name for name in layout.names(FORCE) if name not in names]
     if missing:
         raise CouplingError(
             f"{fmu}: has no input {missing[0]!r}; give an FMU that takes contact forces "
             "(Vehicle.fmu, Track.fmu), not one that owns the contact"
         )
-    return about
+    return about, layout
 
 
-def joints(k_H: float) -> list[Joint]:
-    """The eight contacts."""
+def joints(k_H: float, wheels: Sequence[str]) -> list[Joint]:
+    """Contacts of wheels by their names."""
     return [
         Joint(
             name=wheel,
@@ -150,18 +183,18 @@ def joints(k_H: float) -> list[Joint]:
             second_output=f"{wheel}.rail_z",
             stiffness=k_H,
         )
-        for wheel in WHEELS
+        for wheel in wheels
     ]
 
 
 def coupled(models: Models, omega: FloatArray, k_H: float) -> Response:
     """Vehicle on the track."""
-    return couple(*responses(models, omega), joints(k_H))
+    return couple(*responses(models, omega), joints(k_H, models.wheels))
 
 
 def on_rigid_track(models: Models, omega: FloatArray, k_H: float) -> Response:
     """Vehicle on its contact springs alone."""
-    return couple(frequency_response(models.vehicle, omega), None, joints(k_H))
+    return couple(frequency_response(models.vehicle, omega), None, joints(k_H, models.wheels))
 
 
 def apart(models: Models, omega: FloatArray) -> Response:
@@ -173,10 +206,11 @@ def responses(models: Models, omega: FloatArray) -> tuple[FrequencyResponse, Fre
     """Of vehicle and track, each by itself."""
     if models.track is None:
         raise CouplingError("the track was left out when the FMUs were linearised")
-    outputs = len(models.vehicle.outputs) + len(models.track.outputs) + len(WHEELS)
+    wheels = len(models.wheels)
+    outputs = len(models.vehicle.outputs) + len(models.track.outputs) + wheels
     afford(
-        COPIES * 16.0 * len(omega) * outputs * len(WHEELS),
-        f"{outputs} responses to {len(WHEELS)} inputs at {len(omega)} frequencies",
+        COPIES * 16.0 * len(omega) * outputs * wheels,
+        f"{outputs} responses to {wheels} inputs at {len(omega)} frequencies",
         "take fewer frequencies",
     )
     return frequency_response(models.vehicle, omega), frequency_response(models.track, omega)
@@ -186,8 +220,8 @@ def check_excitation(excitation: str) -> None:
     """Raise CouplingError if no system of ours has an excitation of that name; see `response`."""
     if excitation not in EXCITATIONS:
         raise CouplingError(
-            f"excitation {excitation}: must be irregularity_z, or one of wheelset[1] to "
-            f"wheelset[{len(WHEELSETS)}] with .force_z, .rail_force_z or .irregularity_z"
+            f"excitation {excitation}: must be irregularity_z, or a wheelset, wheelset[1] and so "
+            "on, with .force_z, .rail_force_z or .irregularity_z"
         )
 
 
@@ -204,7 +238,7 @@ def response(
         ``wheelset[i].force_z``: a unit force down on a wheelset. ``wheelset[i].rail_force_z``: a
         unit force down on EACH rail under it, the paper's. ``irregularity_z``: unit irregularity,
         which every wheelset meets later by its distance behind the first over the speed.
-    positions : array, shape (4,)
+    positions : array, shape (n_wheelsets,)
         Wheelsets, m.
     speed : float
         m/s, for the irregularity.
@@ -212,7 +246,8 @@ def response(
     check_excitation(excitation)
     inputs = set(system.inputs)
     wanted: dict[str, complex | ComplexArray] = {}
-    for w in WHEELSETS:
+    layout = Layout(len(positions))
+    for w in layout.axles:
         both = [f"{w}.left", f"{w}.right"]
         if excitation == f"{w}.force_z":
             # The FMU's contact forces lift; half of a force down goes to each wheel.
@@ -224,8 +259,8 @@ def response(
     if excitation == "irregularity_z":
         delays = (positions.max() - positions) / speed
         phases = lag(system.omega, np.tile(delays, 2))
-        wanted = {f"{wheel}.gap": phases[:, k] for k, wheel in enumerate(WHEELS)}
-    if not set(wanted) <= inputs:
+        wanted = {f"{wheel}.gap": phases[:, k] for k, wheel in enumerate(layout.wheels)}
+    if not wanted or not set(wanted) <= inputs:
         raise CouplingError(f"excitation {excitation}: there is no such input in {system.name}")
     amplitudes = [np.broadcast_to(v, system.omega.shape) for v in wanted.values()]
     return system.combined(list(wanted), np.stack(amplitudes, axis=1))

@@ -21,9 +21,10 @@ from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.state_space import ComplexArray, StateSpace
 from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
+from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 
 from .catalogue import Owner
-from .contact import FORCES, WHEELS
+from .contact import layout_of
 
 CONDENSED = 1e-6
 """Of the largest Hankel singular value, where modes of the track are left out. With 1e-4 some
@@ -98,20 +99,21 @@ def linear_parts(vehicle: Path, track: Path, progress: Progress) -> tuple[Part, 
     FmuError, CouplingError
         If an FMU cannot be linearised, or is not what it should be.
     """
-    cars = _of_contacts(linear_model(vehicle, name="vehicle"), vehicle, "wheel_z")
-    rails = _of_contacts(linear_model(track, name="track"), track, "rail_z")
+    whole, under = linear_model(vehicle, name="vehicle"), linear_model(track, name="track")
+    layout = layout_of((vehicle, whole.inputs), (track, under.inputs))
+    cars = _of_contacts(whole, vehicle, layout, WHEEL.motion)
+    rails = _of_contacts(under, track, layout, RAIL.motion)
     progress(0.2, 1.0)
-    n = len(WHEELS) // 2
-    one = np.eye(n)
-    ways = {"all wheels": np.eye(2 * n)}
-    if _alike(cars) and _alike(rails):
+    one = np.eye(layout.wheelsets)
+    ways = {"all wheels": np.eye(layout.contacts)}
+    if len(layout.sides) > 1 and _alike(cars) and _alike(rails):
         ways = {
             "both wheels alike": np.concatenate([one, one]),
             "wheels against each other": np.concatenate([one, -one]),
         }
     parts = []
     for i, (name, mix) in enumerate(ways.items()):
-        wheels = tuple(WHEELS[: mix.shape[1]])
+        wheels = layout.wheels[: mix.shape[1]]
         parts.append(
             Part(
                 name=name,
@@ -189,18 +191,18 @@ def _variables(wheels: Sequence[str], name: str) -> tuple[Variable, ...]:
     return tuple(Variable(name=f"{w}.{name}", unit=unit, nominal=nominal) for w in wheels)
 
 
-def _of_contacts(model: StateSpace, file: Path, motion: str) -> StateSpace:
+def _of_contacts(model: StateSpace, file: Path, layout: Layout, motion: str) -> StateSpace:
     """The same model, from the contact forces to the motions at the contacts."""
     inputs, outputs = ([v.name for v in side] for side in (model.inputs, model.outputs))
-    wanted = [f"{w}.{motion}" for w in WHEELS]
-    for kind, names, known in (("input", FORCES, inputs), ("output", wanted, outputs)):
+    forces, wanted = layout.names(FORCE), layout.names(motion)
+    for kind, names, known in (("input", forces, inputs), ("output", wanted, outputs)):
         for name in names:
             if name not in known:
                 raise CouplingError(
                     f"{file}: has no {kind} {name!r}; give an FMU that takes contact forces "
                     "(Vehicle.fmu, Track.fmu), not one that owns the contact"
                 )
-    j, i = [inputs.index(n) for n in FORCES], [outputs.index(n) for n in wanted]
+    j, i = [inputs.index(n) for n in forces], [outputs.index(n) for n in wanted]
     if model.D[np.ix_(i, j)].any():
         raise CouplingError(f"{file}: a force moves a contact at once, without any mass between")
     return replace(
@@ -212,7 +214,7 @@ def _of_contacts(model: StateSpace, file: Path, motion: str) -> StateSpace:
 def _alike(model: StateSpace) -> bool:
     """Whether nothing changes when left and right change places."""
     G = model.frequency_response(PROBES)
-    n = len(WHEELS) // 2
+    n = G.shape[1] // 2
     turned = np.roll(G, (n, n), axis=(1, 2))
     size = np.abs(G).max(axis=(1, 2))
     return bool((np.abs(G - turned).max(axis=(1, 2)) <= ALIKE * size).all())

@@ -19,6 +19,7 @@ from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.law import Law
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
+from railcosim.mechanics.ports import FORCE, IRREGULARITY, RAIL, Layout
 from railcosim.track.irregularity import Profile
 
 from .contact import (
@@ -33,6 +34,7 @@ from .contact import (
     completed,
     contact_law,
     law_of,
+    layout_of,
 )
 from .ring import check_ring_of
 
@@ -51,20 +53,24 @@ class Pair:
     """The two FMUs, and their system with the irregularity, ready to run.
 
     Where neither FMU owns the contact springs, the system has a `Law` named ``contact`` that does.
-    The parameters are those it was opened with and all that the contact law needs.
+    The parameters are those it was opened with and all that the contact law needs. The layout is
+    that of the wheels of both.
     """
 
     vehicle: LoadedFmu
     track: LoadedFmu
     system: System
     parameters: dict[str, float | bool]
+    layout: Layout
 
     @property
     def static_load(self) -> float:
         """Force at rest of the most loaded contact, N; of a pair that has not moved."""
         self.system.exchange()
         names = [name.partition(".")[2] for name in self.system.names]
-        return float(max(self.system.outputs[names.index(force)] for force in FORCES))
+        return float(
+            max(self.system.outputs[names.index(force)] for force in self.layout.names(FORCE))
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,29 +128,32 @@ def open_pair(
             fmu.enter_initialization(0.0)
         pool: Pool = {}
         _ask(cars, pool)
-        place = _positions(cars, pool)
+        layout = layout_of((vehicle, _variables(cars)), (track, _variables(rails)))
+        forces = layout.names(FORCE)
+        place = _positions(cars, layout, pool)
         check_ring_of(track, place)
-        irregularity = _irregularity(journey, place)
-        owned = any(v.name == FORCES[0] for fmu in (cars, rails) for v in fmu.outputs)
+        irregularity = _irregularity(journey, layout, place)
+        owned = any(v.name == forces[0] for fmu in (cars, rails) for v in fmu.outputs)
         nominal = {v.name: v.nominal for v in (*cars.inputs, *rails.inputs)}
-        law: list[Law] = [] if owned else [contact_law(law_of(first), nominal)]
+        law: list[Law] = [] if owned else [contact_law(law_of(first), layout, nominal)]
         components = [irregularity, cars, *law, rails]
-        needed = [*(f"{w}.position" for w in WHEELSETS), *FORCES]
+        needed = [*layout.of_axles("position"), *forces]
         system = System(components, connect_by_name(components, required=needed))
         heights = irregularity.get_outputs()
         pool.update(zip((v.name for v in irregularity.outputs), heights, strict=True))
-        _settle(cars, rails, law, pool)
+        settle = partial(_settle, layout, cars, rails, law, pool)
+        settle()
         complete = first
         if TANGENT in given:
-            complete = at_load(given, _static_load(cars, pool))
+            complete = at_load(given, _static_load(cars, layout, pool))
             _set(complete, cars, rails)
             for spring in law:
                 spring.law = law_of(complete)
-            _settle(cars, rails, law, pool)
+            settle()
         for fmu in (cars, rails):
             _tell(fmu, pool)
             fmu.exit_initialization()
-        yield Pair(cars, rails, system, complete)
+        yield Pair(cars, rails, system, complete, layout)
 
 
 def _set(parameters: Parameters, *fmus: LoadedFmu) -> None:
@@ -154,83 +163,92 @@ def _set(parameters: Parameters, *fmus: LoadedFmu) -> None:
         fmu.set_parameters({k: v for k, v in parameters.items() if k in known})
 
 
-def _static_load(vehicle: LoadedFmu, pool: Pool) -> float:
-    """The mean of the contact forces at rest, N: an eighth of the weight."""
-    load = float(np.mean([pool.get(name, 0.0) for name in FORCES]))
+def _variables(fmu: LoadedFmu) -> list[Variable]:
+    return [*fmu.inputs, *fmu.outputs]
+
+
+def _static_load(vehicle: LoadedFmu, layout: Layout, pool: Pool) -> float:
+    """The mean of the contact forces at rest, N."""
+    load = float(np.mean([pool.get(name, 0.0) for name in layout.names(FORCE)]))
     if load > 0.0:
         return load
     raise CouplingError(
         f"{vehicle.description.path}: its static load was not found (it has no "
-        f"{WHEELSETS[0]}.start_z, or nothing rests on the wheels), so no law has its tangent there;"
-        " give --contact-stiffness hertz or N/m"
+        f"{layout.axles[0]}.start_z, or nothing rests on the wheels), so no law has its tangent "
+        "there; give --contact-stiffness hertz or N/m"
     )
 
 
-def _irregularity(journey: Journey, place: FloatArray) -> Signal:
+def _irregularity(journey: Journey, layout: Layout, place: FloatArray) -> Signal:
     heights = journey.profile.under(place, journey.speed)
     variables = [
         Variable(
-            name=f"{wheel}.irregularity_z",
+            name=name,
             unit="m",
             description="rail surface under the wheel below its nominal height",
             nominal=1e-3,
         )
-        for wheel in WHEELS
+        for name in layout.names(IRREGULARITY)
     ]
     return Signal("irregularity", variables, heights, vectorised=True)
 
 
-def _positions(vehicle: LoadedFmu, pool: Pool) -> FloatArray:
-    missing = [w for w in WHEELSETS if f"{w}.position" not in pool]
+def _positions(vehicle: LoadedFmu, layout: Layout, pool: Pool) -> FloatArray:
+    names = layout.of_axles("position")
+    missing = [name for name in names if name not in pool]
     if missing:
         raise CouplingError(
-            f"{vehicle.description.path}: has no output {missing[0]}.position; a vehicle needs it"
+            f"{vehicle.description.path}: has no output {missing[0]}; a vehicle needs it"
         )
-    return np.array([pool[f"{w}.position"] for w in WHEELSETS])
+    return np.array([pool[name] for name in names])
 
 
-def _settle(vehicle: LoadedFmu, track: LoadedFmu, law: Sequence[Component], pool: Pool) -> None:
+def _settle(
+    layout: Layout, vehicle: LoadedFmu, track: LoadedFmu, law: Sequence[Component], pool: Pool
+) -> None:
     """Find the heights (and forces) for which vehicle and track are at rest together.
 
     The vehicle is at rest on wheelsets held at `start_z`; it needs no holding where the wheelsets'
     accelerations vanish. A vehicle without `start_z` starts as its maker wants.
     """
-    if f"{WHEELSETS[0]}.start_z" not in vehicle.description.parameters:
+    if layout.of_axles("start_z")[0] not in vehicle.description.parameters:
         return
+    forces, count = layout.names(FORCE), layout.wheelsets
     residual: Callable[[FloatArray], FloatArray]
-    if FORCES[0] in [v.name for v in track.inputs]:
+    if forces[0] in [v.name for v in track.inputs]:
         starts = {v.name: v.start for v in track.inputs}
-        force = np.array([starts[name] for name in FORCES])
-        _tell(track, {**pool, **dict(zip(FORCES, force, strict=True))})
+        force = np.array([starts[name] for name in forces])
+        _tell(track, {**pool, **dict(zip(forces, force, strict=True))})
         _ask(track, pool)
-        rail = np.array([pool[f"{w}.left.rail_z"] for w in WHEELSETS])
+        rail = np.array([pool[name] for name in layout.names(RAIL.motion)[:count]])
         guess = np.concatenate([1e3 * (rail + FIRST_COMPRESSION), force / 1e5])
-        residual = partial(_imbalance_at_forces, vehicle, track, law, pool)
+        residual = partial(_imbalance_at_forces, layout, vehicle, track, law, pool)
     else:
-        guess = np.full(4, 2.0)
-        residual = partial(_imbalance_at_heights, vehicle, track, pool)
+        guess = np.full(count, 2.0)
+        residual = partial(_imbalance_at_heights, layout, vehicle, track, pool)
     rest = residual(root(residual, guess, tol=1e-13).x)
     if not np.abs(rest).max() < STILL:
         raise CouplingError(
             "no static equilibrium of vehicle and track was found (largest remaining acceleration "
-            f"{np.abs(rest[:4]).max():g} m/s2): check contact stiffness and wheel loads"
+            f"{np.abs(rest[:count]).max():g} m/s2): check contact stiffness and wheel loads"
         )
 
 
 def _imbalance_at_heights(
-    vehicle: LoadedFmu, track: LoadedFmu, pool: Pool, heights: FloatArray
+    layout: Layout, vehicle: LoadedFmu, track: LoadedFmu, pool: Pool, heights: FloatArray
 ) -> FloatArray:
     """The track owns the contact: wheelset heights (mm) to wheelset accelerations (m/s2)."""
-    _place(vehicle, heights)
+    _place(vehicle, layout, heights)
     _ask(vehicle, pool)
     _tell(track, pool)
     _ask(track, pool)
     _tell(vehicle, pool)
     _ask(vehicle, pool)
-    return np.array([pool[f"{w}.az"] for w in WHEELSETS])
+    return np.array([pool[name] for name in layout.of_axles("az")])
 
 
 def _imbalance_at_forces(
+    layout: Layout,
     vehicle: LoadedFmu,
     track: LoadedFmu,
     law: Sequence[Component],
@@ -238,20 +256,21 @@ def _imbalance_at_forces(
     unknown: FloatArray,
 ) -> FloatArray:
     """Someone else owns it: heights (mm), forces (100 kN) to what is out of balance."""
-    force = 1e5 * unknown[4:]
-    pool.update(zip(FORCES, force, strict=True))
+    forces, count = layout.names(FORCE), layout.wheelsets
+    force = 1e5 * unknown[count:]
+    pool.update(zip(forces, force, strict=True))
     _tell(track, pool)
     _ask(track, pool)
-    _place(vehicle, unknown[:4])
+    _place(vehicle, layout, unknown[:count])
     for component in (vehicle, *law):
         _tell(component, pool)
         _ask(component, pool)
-    unequal = np.array([pool[name] for name in FORCES]) - force
-    return np.concatenate([[pool[f"{w}.az"] for w in WHEELSETS], unequal / 1e5])
+    unequal = np.array([pool[name] for name in forces]) - force
+    return np.concatenate([[pool[name] for name in layout.of_axles("az")], unequal / 1e5])
 
 
-def _place(vehicle: LoadedFmu, heights: FloatArray) -> None:
-    names = [f"{w}.start_z" for w in WHEELSETS]
+def _place(vehicle: LoadedFmu, layout: Layout, heights: FloatArray) -> None:
+    names = layout.of_axles("start_z")
     vehicle.set_parameters(dict(zip(names, (1e-3 * heights).tolist(), strict=True)))
 
 

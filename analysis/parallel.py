@@ -17,7 +17,7 @@ import numpy as np
 
 Progress: TypeAlias = Callable[[float, float], None]
 
-MOST = 256  # tasks of one set of workers
+MOST = 256  # tasks of one set of workers, if nobody says
 TICK = 0.2  # s between looks at the progress
 CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -58,13 +58,16 @@ class Workers:
     ----------
     progress : callable
         Told the seconds' worth done and the total; may raise to stop everything.
+    most : int, optional
+        How many tasks there may be.
     """
 
-    def __init__(self, progress: Progress) -> None:
+    def __init__(self, progress: Progress, most: int = MOST) -> None:
         # Started afresh: a forked copy of a process that has run numerical threads can hang.
         context = multiprocessing.get_context("spawn")
         self._progress = progress
-        self._shared = context.Array("d", MOST + 1, lock=False)
+        self._most = most
+        self._shared = context.Array("d", most + 1, lock=False)
         self._costs: list[float] = []
         self._pool = ProcessPoolExecutor(
             CORES, mp_context=context, initializer=_begin, initargs=(self._shared,)
@@ -78,7 +81,7 @@ class Workers:
 
     def __exit__(self, *error: object) -> None:
         """Let running tasks stop at their next word of progress."""
-        self._shared[MOST] = 1.0
+        self._shared[self._most] = 1.0
         self._pool.shutdown(cancel_futures=True)
 
     def completed(self, tasks: Iterable[Task], total: float) -> Iterator[tuple[str, Any]]:
@@ -110,8 +113,8 @@ class Workers:
         begin = len(self._costs)
         for task in tasks:
             k = len(self._costs)
-            if k == MOST:
-                raise ValueError(f"at most {MOST} tasks")
+            if k == self._most:
+                raise ValueError(f"at most {self._most} tasks")
             self._costs.append(task.cost)
             running[self._pool.submit(_work, k, task.function, task.arguments)] = task.name
             self._tell(begin, total)

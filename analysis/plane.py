@@ -14,7 +14,7 @@ from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import Response
 
-from .pair import WHEELSETS
+from .contact import standing_in
 
 System: TypeAlias = Callable[[FloatArray], Response]  # of omega (rad/s)
 
@@ -42,7 +42,7 @@ class Transfer:
     points: int
 
     def at(self, frequency: FloatArray) -> ComplexArray:
-        """Responses at frequencies (n,) in Hz, shape (n, n_outputs, 4)."""
+        """Responses at frequencies (n,) in Hz, shape (n, n_outputs, n_wheelsets)."""
         values: ComplexArray = self.spline(np.log(frequency))
         return values
 
@@ -100,11 +100,12 @@ def transfer(system: System, outputs: Sequence[str], lowest: float, highest: flo
 
 
 def _gaps(system: System, outputs: Sequence[str], log_frequency: FloatArray) -> ComplexArray:
-    """Responses to unit irregularity under both wheels of each wheelset, (n, n_outputs, 4)."""
+    """Responses to unit irregularity under both wheels of each, (n, n_outputs, n_wheelsets)."""
     solved = system(2 * np.pi * np.exp(log_frequency))
     sides = ("left", "right")
-    both = np.tile(np.eye(len(WHEELSETS)), (len(sides), 1))
-    values = solved.to([f"{w}.{side}.gap" for side in sides for w in WHEELSETS], both[None])
+    axles = standing_in(solved.inputs).axles
+    both = np.tile(np.eye(len(axles)), (len(sides), 1))
+    values = solved.to([f"{w}.{side}.gap" for side in sides for w in axles], both[None])
     wanted: ComplexArray = values[:, solved.rows(outputs)]
     return wanted
 
@@ -118,7 +119,7 @@ def plane(
     ----------
     table : Transfer
         Between the lowest and the highest of ``speed / wavelength``.
-    positions : array, shape (4,)
+    positions : array, shape (n_wheelsets,)
         Wheelsets, m.
     wavelength : array, shape (n_wavelength,)
         m.

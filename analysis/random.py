@@ -9,8 +9,7 @@ import numpy as np
 
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.receptance import Response, lag
-
-from .pair import WHEELS
+from railcosim.mechanics.ports import Layout
 
 Density: TypeAlias = Callable[[FloatArray], FloatArray]  # Omega (rad/m) to S, one-sided
 
@@ -28,7 +27,7 @@ def response_psd(
     ----------
     system : Response
         With an input ``wheelset[i].side.gap`` for every wheel.
-    positions : array, shape (4,)
+    positions : array, shape (n_wheelsets,)
         Wheelsets, m.
     speed : float
         m/s.
@@ -54,8 +53,9 @@ def response_psd(
     .. [1] J. H. Lin, W. S. Zhang, J. J. Li, Structural responses to arbitrarily coherent
        stationary random excitations, Computers & Structures 50 (1994) 629-633.
     """
+    wheels = Layout(len(positions)).wheels
     sides = np.repeat([0.5, -0.5], len(positions))  # half of the cross-level on each rail
-    sources = [(vertical, np.ones(len(WHEELS)))]
+    sources = [(vertical, np.ones(len(wheels)))]
     if cross_level is not None:
         sources.append((cross_level, sides))
     total = np.zeros((system.omega.size, len(system.outputs)))
@@ -63,7 +63,7 @@ def response_psd(
     for density, share in sources:
         amplitude = np.sqrt(density(system.omega / speed) * 2 * np.pi / speed)
         weights = amplitude[:, None] * phases * share
-        total += np.abs(system.combined([f"{w}.gap" for w in WHEELS], weights)) ** 2
+        total += np.abs(system.combined([f"{w}.gap" for w in wheels], weights)) ** 2
     return total
 
 

@@ -52,7 +52,11 @@ def ride(
     """
     omega = 2 * np.pi * frequency
     vehicle, track = responses(models, omega)
-    system = couple(_with_floor(vehicle, bogie_distance(models.positions) / 2), track, joints(k_H))
+    system = couple(
+        _with_floor(vehicle, bogie_distance(models.positions) / 2),
+        track,
+        joints(k_H, models.wheels),
+    )
     psd = response_psd(system, models.positions, speed, quality.vertical.density)
     columns = dict(zip(system.outputs, psd.T, strict=True))
     hertz = {"units": "Hz", "long_name": "frequency"}

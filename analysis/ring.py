@@ -13,12 +13,11 @@ from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.archive import FmuError, read_annotations
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
+from railcosim.mechanics.ports import MOST_WHEELSETS, Layout
 from railcosim.track.decay import NEAREST, PROMISED, PROMISED_TO, RingWarning
 
-from .contact import WHEELSETS
-
 TOOL, RING = "railcosim", "Ring"
-POSITIONS = {f"{w}.position" for w in WHEELSETS}
+POSITIONS = set(Layout(MOST_WHEELSETS).of_axles("position"))
 CURE = "export the track with more [mesh] cells"
 
 

@@ -7,11 +7,15 @@ from pathlib import Path
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.description import describe_file
+from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Port, wheelset_name
 
 from .catalogue import Owner
-from .contact import FORCES, WHEELS, WHEELSETS
 
-SIGNS = {Owner.VEHICLE: f"{WHEELSETS[0]}.position", Owner.TRACK: f"{WHEELS[0]}.rail_z"}
+FIRST = Port(1, SIDES[0])
+SIGNS = {
+    Owner.VEHICLE: f"{wheelset_name(FIRST.wheelset)}.position",
+    Owner.TRACK: FIRST.name(RAIL.motion),
+}
 """The output by which a vehicle, and a track, is known."""
 OTHERS = {
     ".toml": "parameters; railcosim export makes FMUs of them",
@@ -41,7 +45,7 @@ def owns_contact(path: Path, role: Owner) -> bool:
         found = [other.value for other, sign in SIGNS.items() if sign in outputs]
         known = f"it is a {found[0]}" if found else f"it has no output {SIGNS[role]}"
         raise CouplingError(f"{path}: cannot be the {role}: {known}")
-    return FORCES[0] in outputs
+    return FIRST.name(FORCE) in outputs
 
 
 def owners(vehicle: Path | None, track: Path | None) -> tuple[Owner, ...]:

@@ -24,8 +24,8 @@ HERTZ: Parameters = {NONLINEAR: True}
 
 
 def run(
-    vehicle: Path,
-    track: Path,
+    vehicle: str | Path,
+    track: str | Path,
     *,
     scheme: Scheme | str | None = None,
     contact: float | Parameters = HERTZ,
@@ -41,7 +41,7 @@ def run(
 
     Parameters
     ----------
-    vehicle, track : Path
+    vehicle, track : str or Path
         FMUs. If neither owns the contact springs, the master does.
     scheme : Scheme or str, optional
         How to couple, or its name; the usual one of the owner of the contact if not given.
@@ -78,8 +78,9 @@ def run(
     -----
     What was recorded by a run that failed is the attribute ``dataset`` of the exception.
     """
+    pair = Path(vehicle), Path(track)
     name = scheme if isinstance(scheme, str) else None
-    chosen, owner = choice_of(name, None, owners(vehicle, track))
+    chosen, owner = choice_of(name, None, owners(*pair))
     if not isinstance(irregularity, Profile):
         irregularity = named(irregularity, speed * time)
     journey = Journey(speed=speed, held=held, profile=irregularity)
@@ -89,8 +90,8 @@ def run(
         stop=time,
         tolerance=tolerance,
     )
-    pair = vehicle, track, contact_of(contact), journey
-    dataset, stopped = run_pair(*pair, course, progress)
+    made = *pair, contact_of(contact), journey
+    dataset, stopped = run_pair(*made, course, progress)
     signs = signs_of(dataset)
     dataset.attrs["verdict"] = str(signs) or "no sign of an unstable coupling"
     error: BaseException | None = stopped
@@ -98,7 +99,7 @@ def run(
         verdict = confirmed(
             dataset,
             signs,
-            lambda factor, stop: run_pair(*pair, course.again(factor, stop), progress),
+            lambda factor, stop: run_pair(*made, course.again(factor, stop), progress),
         )
         dataset.attrs["verdict"] = str(verdict)
         error = None if verdict.believed else NotBelievedError(f"the run is {verdict}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import numpy as np
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.interface_jacobian import InterfaceJacobian
+from railcosim.master.stability.amplification import Amplification
 from railcosim.master.stability.amplifier import Amplifier
 from railcosim.master.stability.windows import Probe, unstable_ranges
 from railcosim.track.irregularity import flat
@@ -28,6 +30,10 @@ SHORTEST, LONGEST = 2e-6, 1e-2
 """Range of steps that is searched, s."""
 
 Progress = Callable[[float, float], None]
+FAILURES = ComponentError, ArithmeticError, np.linalg.LinAlgError
+"""Of a scheme that cannot make a step."""
+TOGETHER = 64
+"""Steps whose determinants are found at once: more do not fit into a cache."""
 FINE = 1e-10
 """Tolerance of forces, relative: far below what a step does to them, far above rounding."""
 
@@ -43,7 +49,7 @@ class Window:
     is_fast : bool
         Whether something grows faster than `FAST`. Slow and fast windows may touch.
     growth : float
-        Rate (1/s) in the middle of a window with an end; infinite of one without.
+        Rate (1/s) near the middle of a window with an end; infinite of one without.
     """
 
     begin: float
@@ -138,6 +144,9 @@ class Coupling:
             system.restore_state(rest)
             self.amplifiers.append(Amplifier(system, scheme))
         scheme.start(self.amplifiers[0].system)
+        self._last: tuple[float, list[Amplification]] = 0.0, []
+        self._grades = dict[float, int]()
+        self._growing = 0.0, [0.0j for _ in self.amplifiers]
 
     @property
     def evaluations(self) -> int:
@@ -150,9 +159,15 @@ class Coupling:
 
     def _within(self, rate: float, h: float) -> bool:
         try:
-            return all(a.at(h).growing(rate) == 0 for a in self.amplifiers)
-        except (ComponentError, ArithmeticError, np.linalg.LinAlgError):
+            return all(a.growing(rate) == 0 for a in self._at(h))
+        except FAILURES:
             return False
+
+    def _at(self, h: float) -> list[Amplification]:
+        """What the step does, of each part; the last length asked for is kept."""
+        if self._last[0] != h:
+            self._last = h, [a.at(h) for a in self.amplifiers]
+        return self._last[1]
 
     def growth(self, h: float) -> float:
         """Rate (1/s) of the fastest-growing motion with steps of `h` (s); infinite if it fails.
@@ -160,8 +175,8 @@ class Coupling:
         Negative if all motions die away: then of the one that does so most slowly.
         """
         try:
-            return max(a.at(h).growth() for a in self.amplifiers)
-        except (ComponentError, ArithmeticError, np.linalg.LinAlgError):
+            return max(a.growth() for a in self._at(h))
+        except FAILURES:
             return math.inf
 
     def limit(self, longest: float = LONGEST) -> Limit:
@@ -175,26 +190,62 @@ class Coupling:
         probe = Probe(grade=self._grade, ends=self._ends)
         found = unstable_ranges(probe, SHORTEST, self._resonant, longest)
         windows = tuple(
-            Window(begin=b, end=e, is_fast=grade > 1, growth=self._growth_between(b, e))
-            for b, e, grade in found
+            Window(begin=b, end=e, is_fast=grade > 1, growth=self._growth_inside(h, e))
+            for b, e, grade, h in found
         )
         return Limit(windows=windows, evaluations=self.evaluations)
 
     def _grade(self, h: float) -> int:
-        """0 if nothing grows, 1 if something does, 2 if fast."""
-        if self._within(self.rate, h):
-            return 0
-        return 1 if self._within(self.rate - RATE + FAST, h) else 2
+        """0 if nothing grows, 1 if something does, 2 if fast; found once for each step."""
+        if h not in self._grades:
+            self._grades[h] = self._new_grade(h)
+        return self._grades[h]
 
-    def _growth_between(self, begin: float, end: float) -> float:
-        return math.inf if math.isinf(end) else self.growth(0.5 * (begin + end))
-
-    def _ends(self, h: float) -> FloatArray:
-        """See `Probe`; NaN if the scheme fails."""
+    def _new_grade(self, h: float) -> int:
+        fast = self.rate - RATE + FAST
         try:
-            return np.concatenate([a.at(h).real_ends() for a in self.amplifiers])
-        except (ComponentError, ArithmeticError, np.linalg.LinAlgError):
-            return np.full(2 * len(self.amplifiers), np.nan)
+            if self._grows_still(fast, h):
+                return 2
+            if self._within(self.rate, h):
+                return 0
+            if self._within(fast, h):
+                return 1
+            zeros = [a.determinant.zero_outside(math.exp(fast * h)) for a in self._at(h)]
+            self._growing = h, zeros
+        except FAILURES:
+            pass
+        return 2
+
+    def _grows_still(self, rate: float, h: float) -> bool:
+        """Whether what grew at the last step of fast growth is found to do so here, too."""
+        before, zeros = self._growing
+        for a, zero in zip(self._at(h), zeros, strict=True):
+            if zero:
+                # What the scheme drives turns alike in every step, modes do so in time.
+                start = np.array([zero, np.exp(np.log(zero) * (h / before))])
+                found = a.determinant.zero_outside(math.exp(rate * h), start)
+                if found:
+                    self._growing = h, [found if z is zero else 0.0j for z in zeros]
+                    return True
+        return False
+
+    def _growth_inside(self, h: float, end: float) -> float:
+        """Rate (1/s) in a window at one of its steps `h`."""
+        if math.isinf(end):
+            return math.inf
+        try:
+            return max(a.growth_above(self.rate) for a in self._at(h))
+        except FAILURES:
+            return math.inf
+
+    def _ends(self, steps: FloatArray) -> FloatArray:
+        """See `Probe`; NaN if the scheme fails."""
+        found = np.full((len(steps), 2 * len(self.amplifiers)), np.nan)
+        for i in range(0, len(steps), TOGETHER):
+            some = slice(i, i + TOGETHER)
+            with suppress(*FAILURES):
+                found[some] = np.hstack([a.at(steps[some]).real_ends() for a in self.amplifiers])
+        return found
 
 
 def limits(

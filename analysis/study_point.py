@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 import time
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,13 +18,14 @@ from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.cosimulation import Cosimulation, Divergence, FallbackWarning, cosimulate
 from railcosim.master.schemes import Scheme
 from railcosim.master.system import System
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.reference.agreement import relative_rms
 from railcosim.storage.temporary import scratch
 from railcosim.track.decay import RingWarning
 from railcosim.track.irregularity import Profile
 
 from .catalogue import FMUS, Owner
-from .contact import FORCES, LAYOUT, WHEELSETS, law_of
+from .contact import law_of
 from .coupled_reference import ContactForces, compression_model, converged_forces
 from .pair import Journey, open_pair
 
@@ -35,8 +36,15 @@ is measured, the coupling's."""
 KEPT = 6
 """Pairs that a process keeps open: of three owners, for two contacts."""
 
+OFTEN = 100  # points between words of progress
+
+Progress = Callable[[float, float], None]
 Fmus = Mapping[str, bytes]
 """Content of FMU files, by name such as ``TrackWithContact``."""
+
+
+def _quiet(done: float, total: float) -> None:
+    """Nobody listens."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +135,9 @@ class Measurement:
     stopped: str
 
 
-def reference(ride: Ride, contact: Contact, vehicle: bytes, track: bytes) -> ContactForces:
+def reference(
+    ride: Ride, contact: Contact, vehicle: bytes, track: bytes, progress: Progress = _quiet
+) -> ContactForces:
     """Converged contact forces.
 
     Parameters
@@ -138,6 +148,8 @@ def reference(ride: Ride, contact: Contact, vehicle: bytes, track: bytes) -> Con
         The contact law.
     vehicle, track : bytes
         The FMUs without contact.
+    progress : callable, optional
+        Told what is done and the total; may raise to stop it.
     """
     fmus = dict(zip(FMUS[Owner.MASTER], (vehicle, track), strict=True))
     with _files(fmus) as (cars, rails):
@@ -148,16 +160,22 @@ def reference(ride: Ride, contact: Contact, vehicle: bytes, track: bytes) -> Con
             pair.system.exchange()
             names = [name.partition(".")[2] for name in pair.system.names]
             now = dict(zip(names, pair.system.outputs.tolist(), strict=True))
-        positions = np.array([now[f"{w}.position"] for w in WHEELSETS])
-        rest = LAYOUT.compression @ [now[name] for name in LAYOUT.motions]
+        layout = pair.layout
+        positions = np.array([now[name] for name in layout.of_axles("position")])
+        rest = layout.compression @ [now[name] for name in layout.motions]
         model = compression_model(cars, rails, positions)
         law = law_of(pair.parameters)
     heights = ride.profile.under(positions, ride.speed)
-    return converged_forces(model, law, rest, heights, ride.stop)
+    return converged_forces(model, law, rest, heights, ride.stop, progress)
 
 
 def measure(
-    ride: Ride, point: Point, vehicle: bytes, track: bytes, forces: ContactForces
+    ride: Ride,
+    point: Point,
+    vehicle: bytes,
+    track: bytes,
+    forces: ContactForces,
+    progress: Progress = _quiet,
 ) -> Measurement:
     """Make one run.
 
@@ -171,6 +189,8 @@ def measure(
         The FMUs for the point's owner of the contact.
     forces : ContactForces
         From `reference`.
+    progress : callable, optional
+        Told the time and the end (s), now and then; may raise to stop the run.
     """
     fmus = dict(zip(FMUS[point.owner], (vehicle, track), strict=True))
     parameters = {**point.contact.parameters, "internal_step": INTERNAL_STEP}
@@ -178,13 +198,15 @@ def measure(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FallbackWarning)  # kept in the result
         run = cosimulate(system, point.scheme, point.step, ride.stop)
-    found = _watch(run, _columns(system), forces)
+    found = _watch(run, _columns(system), forces, progress)
     if found.stopped:  # an FMU that has refused a call may be of no use any more
         _AT_REST.forget()
     return found
 
 
-def _watch(run: Cosimulation, columns: list[int], reference: ContactForces) -> Measurement:
+def _watch(
+    run: Cosimulation, columns: list[int], reference: ContactForces, progress: Progress
+) -> Measurement:
     """Run to the end, or to where it fails."""
     times, found, reports, stopped = [], [], [], ""
     begun = time.perf_counter()
@@ -193,6 +215,8 @@ def _watch(run: Cosimulation, columns: list[int], reference: ContactForces) -> M
             times.append(point.time)
             found.append(point.outputs[columns])
             reports.append(point.report)
+            if len(times) % OFTEN == 0:
+                progress(point.time, run.stop)
     except (Divergence, ComponentError) as error:
         stopped = str(error)
     wall = time.perf_counter() - begun
@@ -228,7 +252,9 @@ def _growth(error: FloatArray, motion: FloatArray) -> float:
 def _columns(system: System) -> list[int]:
     """Where the contact forces are among the outputs."""
     names = [variable.name for variable in system.variables]
-    return [names.index(force) for force in FORCES]
+    layout = Layout.among(names)
+    assert layout is not None  # a pair has wheels
+    return [names.index(force) for force in layout.names(FORCE)]
 
 
 class _PairsAtRest:

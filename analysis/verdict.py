@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
 from railcosim.master.recorded_run import Stopped
-
-from .contact import FORCES
+from railcosim.mechanics.ports import FORCE, MOST_WHEELSETS, Layout
 
 PEAK = 3.0
 """Times the force at rest: bad joints and the limit value for wheel flats (350 kN) are beyond."""
@@ -36,6 +35,7 @@ more. It is above 1 between two runs that both are noise of the coupling."""
 MADE = 2.0
 """Likewise, where shorter steps show the sign too: signals of one size differ by twice it at most,
 so beyond that most of what moves was made by the coupling."""
+_FORCES = Layout(MOST_WHEELSETS).names(FORCE)
 WINDOW, STEPS = 0.1, 50
 """Length of what is compared at once: s, and steps. A contact's bounce lasts some ms."""
 HALVINGS, SHORTEST = 10, 5e-6
@@ -84,7 +84,7 @@ class Verdict:
 
 def signs_of(run: xr.Dataset) -> Signs:
     """Look for signs that a coupling is unstable; contact forces if there are, else all outputs."""
-    forces = tuple(name for name in FORCES if name in run)
+    forces = tuple(name for name in _FORCES if name in run)
     columns = forces or tuple(str(name) for name in run.data_vars)
     times, values = np.asarray(run["time"], dtype=float), _values(run, columns)
     texts: list[str] = []
@@ -212,7 +212,7 @@ def _difference(
         [np.interp(times, until, column) for column in _values(other, signs.columns).T], axis=1
     )
     # Contact forces make one whole: a wheel that hardly moves says nothing by itself.
-    axis = None if set(signs.columns) <= set(FORCES) else 0
+    axis = None if set(signs.columns) <= set(_FORCES) else 0
     found, begin = [(0.0, float(times[0]))], -np.inf
     for t in signs.times[signs.times <= times[-1]]:
         if t < begin + window:

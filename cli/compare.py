@@ -128,9 +128,7 @@ def compare(
             if stopped is not None:
                 raise stopped
     with progress("Newmark, monolithic") as update:
-        wrong = time_error(
-            run, cars.wheel_load, mono, models.positions, k_H, journey, course, update
-        )
+        wrong = time_error(run, mono, models.positions, k_H, journey, course, update)
     console.print(
         f"contact force in time, {course.scheme.describe()}, step {step:g} s: relative RMS error "
         f"{wrong:.2e} of its dynamic part"

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from enum import StrEnum
+from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from railcosim.analysis.export_pair import PAIR, export_pair
-from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime, Runtime
+from railcosim.fmus.content import contact_defaults
+from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime, Runtime, Start, export_track
 from railcosim.fmus.native_runtime.platforms import platforms_named
+from railcosim.mechanics.ports import MOST_WHEELSETS, SIDES
 from railcosim.storage.archive import digest_of
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
-from railcosim.vehicle.train import Train
+from railcosim.vehicle.train import Train, train_of
 
 from .fmus import tell_of_losses
 from .options import (
@@ -25,10 +31,13 @@ from .options import (
     console,
     errors,
     status,
+    track_for,
     track_of,
     vehicle_of,
 )
 from .results import folder_of
+
+APART = 2.5  # m, as the axles of a bogie
 
 
 class RuntimeName(StrEnum):
@@ -58,15 +67,68 @@ def export(
             metavar="LIST",
         ),
     ] = None,
+    wheelsets: Annotated[
+        int | None,
+        typer.Option(
+            "--wheelsets",
+            help=f"Tracks only, under so many wheelsets of a vehicle of yours, 1 to "
+            f"{MOST_WHEELSETS}. Static loads and contact are those of --vehicle.",
+        ),
+    ] = None,
+    positions: Annotated[
+        str | None,
+        typer.Option(
+            "--positions",
+            help=f"Where they stand at first, m, from the front, such as 18.5,16,2.8,0.3. If not "
+            f"given, {APART:g} m apart.",
+            metavar="LIST",
+        ),
+    ] = None,
+    one_rail: Annotated[
+        bool, typer.Option("--one-rail", help="With --wheelsets: only the left rail is loaded.")
+    ] = False,
 ) -> None:
     """Write Vehicle, Track, VehicleWithContact, TrackWithContact as FMUs, and Pair.ssp."""
     chosen = runtime_of(runtime, fmi, platforms)
-    folder_of("--out", out)
+    if wheelsets is None and (positions is not None or one_rail):
+        raise UsageError("--positions and --one-rail: need --wheelsets, how many there are")
     cars = vehicle_of(vehicle, vehicles)
-    for path in exported(cars, track_of(track, cars), out, chosen).values():
+    if wheelsets is not None:
+        places = positions_of(wheelsets, positions)
+        rails = track_for(track, places[0] - places[-1])
+        folder_of("--out", out)
+        files = exported_tracks(cars, rails, places, one_rail, out, chosen)
+    else:
+        folder_of("--out", out)
+        files = exported(cars, track_of(track, cars), out, chosen)
+    for path in files.values():
         console.print(f"{path}  {path.stat().st_size / 1e6:.1f} MB")
-    if chosen.fmi == 2:
+    if wheelsets is None and chosen.fmi == 2:
         console.print(f"{out / PAIR}  wires Vehicle and TrackWithContact")
+
+
+def positions_of(wheelsets: int, text: str | None) -> list[float]:
+    """Positions of wheelsets from the front, m; the last above a railseat if not given.
+
+    Raises
+    ------
+    UsageError
+        Saying what is wrong with them.
+    """
+    if not 1 <= wheelsets <= MOST_WHEELSETS:
+        raise UsageError(f"--wheelsets {wheelsets}: must be from 1 to {MOST_WHEELSETS}")
+    if text is None:
+        last = Track().fastening.spacing / 2
+        return [last + APART * (wheelsets - i) for i in range(1, wheelsets + 1)]
+    try:
+        places = [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise UsageError(f"--positions {text}: must be numbers in m, with commas") from error
+    if len(places) != wheelsets:
+        raise UsageError(f"--positions {text}: are {len(places)}, but --wheelsets is {wheelsets}")
+    if not all(map(math.isfinite, places)) or any(a <= b for a, b in pairwise(places)):
+        raise UsageError(f"--positions {text}: must be from the front, so each less than the last")
+    return places
 
 
 def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:
@@ -85,10 +147,36 @@ def exported(
     vehicle: Vehicle | Train, track: Track, out: Path, runtime: Runtime = NATIVE
 ) -> dict[str, Path]:
     """Export into a folder, with a status line."""
+    return _told(track, out, partial(export_pair, vehicle, track, out, runtime=runtime))
+
+
+def exported_tracks(
+    vehicle: Vehicle | Train,
+    track: Track,
+    places: list[float],
+    one_rail: bool,
+    out: Path,
+    runtime: Runtime,
+) -> dict[str, Path]:
+    """The same of tracks under other wheelsets, with the static load and contact of a vehicle."""
+    sides = SIDES[:1] if one_rail else SIDES
+    start = Start(
+        loads=[train_of(vehicle).wheel_load] * (len(sides) * len(places)),
+        positions=places,
+        contact=contact_defaults(vehicle),
+    )
+    make = partial(export_track, track, start, out, sides=sides, runtime=runtime)
+    return _told(track, out, make)
+
+
+def _told(
+    track: Track, out: Path, make: Callable[[Callable[[str], None]], dict[str, Path]]
+) -> dict[str, Path]:
+    """Say what is done, and what was there before."""
     tell_of_losses(track)
     before = {path.name: digest_of(path) for path in out.glob("*.fmu")}
     with status("exporting FMUs") as tell:
-        files = export_pair(vehicle, track, out, tell, runtime=runtime)
+        files = make(tell)
     written = {path.name: digest_of(path) for path in files.values()}
     if replaced := [n for n, now in written.items() if before.get(n, now) != now]:
         errors.print(f"note: {', '.join(replaced)} in {out}: replaced; they were other FMUs")

@@ -16,6 +16,7 @@ from .options import (
     Frequencies,
     Out,
     PlotFile,
+    PositionOption,
     Speed,
     TrackFmu,
     UsageError,
@@ -45,6 +46,7 @@ def frf(
         ),
     ] = "wheelset[4].force_z",
     speed: Speed = 250.0,
+    position: PositionOption = None,
     uncoupled: Annotated[
         bool, typer.Option("--uncoupled", help="Vehicle and track without each other.")
     ] = False,
@@ -74,6 +76,7 @@ def frf(
         result = frequency_response(
             vehicle, track, frequency,
             excitation=excitation, contact_stiffness=k_H, speed=v, progress=update,
+            position=position,
             assembly=Assembly.APART if uncoupled else assembly,
         )  # fmt: skip
     keep(result, out, f"{frequency.size} frequencies", plot, response_chart)

@@ -28,6 +28,7 @@ from .options import (
     ContactStiffness,
     Out,
     PlotFile,
+    PositionOption,
     TrackFmu,
     UsageError,
     VehicleFmu,
@@ -53,6 +54,7 @@ def map_command(
         str, typer.Option(help="start:stop:step in km/h, or start:stop:N@log.")
     ] = "10:400:1",
     contact_stiffness: ContactStiffness = "1e9",
+    position: PositionOption = None,
     plot: PlotFile = None,
     show: Annotated[
         str, typer.Option(help="Which response to draw, on flexible and on rigid track.")
@@ -74,7 +76,13 @@ def map_command(
         progress("linearising") as update,
     ):
         found = response_map(
-            vehicle, track, wavelength, speed, contact_stiffness=k_H, progress=update
+            vehicle,
+            track,
+            wavelength,
+            speed,
+            contact_stiffness=k_H,
+            position=position,
+            progress=update,
         )
     console.print(_table(found.critical))
     told = f"{wavelength.size} wavelengths, {speed.size} speeds"

@@ -115,10 +115,16 @@ def track_of(file: Path | None, vehicle: Vehicle | Train | None = None) -> Track
 
     Its cells are as many as the vehicle needs, and no fewer than usual, if the file does not say.
     """
+    span = 0.0 if vehicle is None else float(np.ptp(build_multibody(vehicle).wheelset_x))
+    return track_for(file, span)
+
+
+def track_for(file: Path | None, span: float) -> Track:
+    """The same for wheelsets so far apart, m."""
     track = Track() if file is None else read_toml(Track, file)
-    if vehicle is None or (file is not None and "cells" in tables_of(file).get("mesh", {})):
+    if span == 0.0 or (file is not None and "cells" in tables_of(file).get("mesh", {})):
         return track
-    return long_enough(track, float(np.ptp(build_multibody(vehicle).wheelset_x)))
+    return long_enough(track, span)
 
 
 def frequencies_of(text: str, limits: tuple[float, float] | None = None) -> FloatArray:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.modal import ModalBody
-from railcosim.mechanics.ports import Layout
+from railcosim.mechanics.ports import SIDES, Layout
 from railcosim.parameters import write_toml
 from railcosim.track.decay import check_ring, decay_along
 from railcosim.track.parameters import Track
@@ -126,7 +126,11 @@ def wheelset_x(body: ModalBody) -> FloatArray:
 
 
 def track_contents(
-    track: Track, start: Start, progress: Callable[[str], None] = lambda text: None
+    track: Track,
+    start: Start,
+    progress: Callable[[str], None] = lambda text: None,
+    *,
+    sides: tuple[str, ...] = SIDES,
 ) -> list[Content]:
     """Track and TrackWithContact for other people's wheelsets; see `contents`.
 
@@ -136,17 +140,25 @@ def track_contents(
         Parameters.
     start : Start
         Loads and positions of as many wheelsets as there are, from the front.
+    sides : tuple of str
+        Rails that are loaded; see `railcosim.mechanics.ports.Layout`.
     """
-    rails = track_under(track, start, progress)
+    rails = track_under(track, start, progress, sides=sides)
     return [_track(track, rails, start, with_contact=owned) for owned in (False, True)]
 
 
-def track_under(track: Track, start: Start, progress: Callable[[str], None]) -> ModalBody:
+def track_under(
+    track: Track,
+    start: Start,
+    progress: Callable[[str], None],
+    *,
+    sides: tuple[str, ...] = SIDES,
+) -> ModalBody:
     """The reduced track under so many wheelsets, if the ring is long enough for them."""
     progress("measuring the decay along the track")
     check_ring(track, float(np.ptp(start.positions)))
     progress("reducing the track")
-    return reduce_track(track).under(Layout(len(start.positions)))
+    return reduce_track(track).under(Layout(len(start.positions), sides))
 
 
 def _track(track: Track, rails: ModalBody, start: Start, *, with_contact: bool) -> Content:

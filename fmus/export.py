@@ -7,16 +7,21 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
+from railcosim.mechanics.ports import SIDES
 from railcosim.storage.archive import digest_of
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train
 
-from .content import Content, contents
+from .content import Content, contents, track_contents
+from .interface import Start
 from .native_fmu import NativeRuntime
 from .python_fmu import PythonRuntime
 
-__all__ = ["NATIVE", "NativeRuntime", "PythonRuntime", "Runtime", "export", "packed"]
+__all__ = [
+    "NATIVE", "NativeRuntime", "PythonRuntime", "Runtime", "Start", "export", "export_track",
+    "packed",
+]  # fmt: skip
 
 NATIVE = NativeRuntime()  # FMI 2.0, for this machine
 
@@ -74,6 +79,34 @@ def export(
     """
     runtime.prepare(progress)
     with packed(contents(vehicle, track, progress), out, progress, runtime=runtime) as files:
+        return files
+
+
+def export_track(
+    track: Track,
+    start: Start,
+    out: Path,
+    progress: Callable[[str], None] = lambda text: None,
+    *,
+    sides: tuple[str, ...] = SIDES,
+    runtime: Runtime = NATIVE,
+) -> dict[str, Path]:
+    """Write Track and TrackWithContact as FMUs for any 1 to 64 wheelsets; see `export`.
+
+    Parameters
+    ----------
+    track : Track
+        Parameters.
+    start : Start
+        Loads, positions and contact of the wheelsets, from the front.
+    out, progress, runtime
+        See `export`.
+    sides : tuple of str
+        Rails that are loaded: both, or the left one.
+    """
+    runtime.prepare(progress)
+    made = track_contents(track, start, progress, sides=sides)
+    with packed(made, out, progress, runtime=runtime) as files:
         return files
 
 

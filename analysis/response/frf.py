@@ -35,21 +35,22 @@ class Assembly(StrEnum):
 
 
 def frequency_response(
-    vehicle: Path,
-    track: Path,
+    vehicle: str | Path,
+    track: str | Path,
     frequency: FloatArray,
     *,
     excitation: str = "wheelset[4].force_z",
     contact_stiffness: float = 1e9,
     speed: float = SPEED,
     assembly: Assembly = Assembly.COUPLED,
+    position: float | None = None,
     progress: Progress = lambda done, total: None,
 ) -> xr.Dataset:
     """Linearise both FMUs and couple them in the frequency domain.
 
     Parameters
     ----------
-    vehicle, track : Path
+    vehicle, track : str or Path
         FMUs that take contact forces.
     frequency : array, shape (n,)
         Hz.
@@ -61,6 +62,8 @@ def frequency_response(
         m/s, for the lag with which wheelsets meet an irregularity.
     assembly : Assembly
         What responds.
+    position : float, optional
+        Where the last wheelset stands, m; where the vehicle starts if not given.
     progress : callable
         Told what is done and the total.
 
@@ -79,9 +82,10 @@ def frequency_response(
     check_excitation(excitation)
     omega, k_H = 2 * np.pi * frequency, contact_stiffness
     rigid = assembly is Assembly.RIGID_TRACK
-    models = linear_models(vehicle, None if rigid else track, progress)
+    rails = Path(track)
+    models = linear_models(Path(vehicle), None if rigid else rails, progress, position)
     if not rigid:
-        check_frequencies_of(track, float(frequency.max()))
+        check_frequencies_of(rails, float(frequency.max()))
     systems = {
         Assembly.COUPLED: lambda: coupled(models, omega, k_H),
         Assembly.APART: lambda: apart(models, omega),
@@ -92,7 +96,8 @@ def frequency_response(
     check_finite(frequency, values)
     return dataset(
         system, values, models, excitation,
-        contact_stiffness=k_H, speed=speed, title=f"{system.name}, response to {excitation}",
+        contact_stiffness=k_H, speed=speed, wheelset_positions=models.positions,
+        title=f"{system.name}, response to {excitation}",
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from railcosim.analysis.plane import Transfer, plane, plane_dataset, transfer
 from railcosim.analysis.resonance import resonance
 from railcosim.analysis.ring import check_frequencies_of
 from railcosim.master.component import FloatArray
+from railcosim.master.connections import CouplingError
 from railcosim.master.memory import afford
 
 from .frf import Progress
@@ -79,24 +80,27 @@ class ResponseMap:
 
 
 def response_map(
-    vehicle: Path,
-    track: Path,
+    vehicle: str | Path,
+    track: str | Path,
     wavelength: FloatArray,
     speed: FloatArray,
     *,
     contact_stiffness: float = 1e9,
+    position: float | None = None,
     progress: Progress = lambda done, total: None,
 ) -> ResponseMap:
     """Responses to irregularity which every wheelset meets with its lag, and critical speeds.
 
     Parameters
     ----------
-    vehicle, track : Path
+    vehicle, track : str or Path
         FMUs that take contact forces.
     wavelength, speed : array
         Increasing, m and m/s.
     contact_stiffness : float
         k_H, N/m.
+    position : float, optional
+        Where the last wheelset stands, m; where the vehicle starts if not given.
     progress : callable
         Told what is done and the total.
 
@@ -104,18 +108,34 @@ def response_map(
     ------
     TooLargeError
         If there is no memory for that many points; see `afford_map`.
+    CouplingError
+        If the vehicle is no car body on two bogies of two wheelsets.
     """
     afford_map(wavelength.size, speed.size)
-    models = linear_models(vehicle, track, progress)
+    rails = Path(track)
+    models = linear_models(Path(vehicle), rails, progress, position)
+    known = {v.name for v in models.vehicle.outputs}
+    if not known.issuperset(BODIES) or len(models.positions) != len(LEFT):
+        raise CouplingError(
+            f"{vehicle}: a map shows one car body on two bogies of two wheelsets each; this has "
+            f"{len(models.positions)} wheelsets, or other bodies"
+        )
     k_H, least, most = contact_stiffness, speed[0] / wavelength[-1], speed[-1] / wavelength[0]
-    check_frequencies_of(track, float(most))
+    check_frequencies_of(rails, float(most))
     ends = least * (1 - MARGIN), most * (1 + MARGIN)
     on_track = [o for o in OUTPUTS if o.startswith("vehicle.")]
     tables = {
         "flexible": transfer(lambda w: coupled(models, w, k_H), OUTPUTS, *ends),
         "rigid": transfer(lambda w: on_rigid_track(models, w, k_H), on_track, *ends),
     }
-    result = _dataset(tables, models, wavelength, speed, contact_stiffness=k_H)
+    result = _dataset(
+        tables,
+        models,
+        wavelength,
+        speed,
+        contact_stiffness=k_H,
+        wheelset_positions=models.positions,
+    )
     critical = [
         CriticalSpeed(point, kind, _size(table, models, point))
         for kind, table in tables.items()

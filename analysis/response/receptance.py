@@ -34,7 +34,7 @@ class Method(StrEnum):
 
 
 def receptance(
-    fmu: Path,
+    fmu: str | Path,
     input: str,
     output: str,
     frequency: FloatArray,
@@ -48,7 +48,7 @@ def receptance(
 
     Parameters
     ----------
-    fmu : Path
+    fmu : str or Path
         For Model Exchange, or one that can save its state.
     input, output : str
         Variables.
@@ -76,6 +76,7 @@ def receptance(
     ArithmeticError
         If the response is not known, or no finite number.
     """
+    fmu = Path(fmu)
     way = way_of(fmu, method, pulses)
     if way is pulses and frequency.max() > 0.5 / pulses.step:
         raise ArgumentError(

@@ -54,8 +54,8 @@ class Advice:
 
 
 def advise(
-    vehicle: Path,
-    track: Path,
+    vehicle: str | Path,
+    track: str | Path,
     accuracy: float = 1e-3,
     *,
     contact: float | Parameters = HERTZ,
@@ -68,7 +68,7 @@ def advise(
 
     Parameters
     ----------
-    vehicle, track : Path
+    vehicle, track : str or Path
         FMUs that take contact forces.
     accuracy : float
         Error allowed: RMS of the contact force's, relative.
@@ -89,11 +89,12 @@ def advise(
         If no scheme reaches it, or one cannot be predicted.
     """
     check_accuracy(accuracy)
+    pair = Path(vehicle), Path(track)
     names = predictable(schemes)
     density = quality(irregularity).vertical if isinstance(irregularity, str) else irregularity
-    source = excitation(density, speed, wheelset_positions(vehicle))
-    k_H = stiffness_of_pair(vehicle, track, contact)
-    parts = linear_parts(vehicle, track, lambda a, b: progress(LINEARISING * a / b, 1.0))
+    source = excitation(density, speed, wheelset_positions(pair[0]))
+    k_H = stiffness_of_pair(*pair, contact)
+    parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0))
     tasks = _tasks(parts, k_H, names, accuracy, source)
     total = sum(task.cost for task in tasks)
     with Workers(lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0)) as workers:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import xarray as xr
 
 from railcosim.analysis.study import Folder, Grid, settings_of
-from railcosim.analysis.study_point import Measurement, Point, Ride
+from railcosim.analysis.study_here import measured
+from railcosim.analysis.study_point import Fmus, Measurement, Point, Ride
 from railcosim.analysis.study_table import table_of
 
 Progress = Callable[[float, float], None]
@@ -64,7 +65,7 @@ def study(
     Raises
     ------
     NoDaskError
-        If dask is not installed.
+        If there is a scheduler, and dask is not installed.
     """
     points = grid.points()
     found = [(p, m) for p in points if (m := folder.find(p)) is not None]
@@ -99,17 +100,27 @@ def _run(
     failed: list[str],
 ) -> None:
     """Run points; what each gives is kept, and added to `found` or `failed` at once."""
+    contents = {name: path.read_bytes() for name, path in fmus.items()}
+    for point, result in _measured(missing, ride, contents, scheduler, progress):
+        if isinstance(result, Measurement):
+            folder.keep(point, result)
+            found.append((point, result))
+        else:
+            failed.append(f"{point}: {' '.join(str(result).split())}")
+
+
+def _measured(
+    points: list[Point], ride: Ride, fmus: Fmus, scheduler: str | None, progress: Progress
+) -> Iterator[tuple[Point, Measurement | Exception]]:
+    """Results as they come, from here or from wherever the scheduler has workers."""
+    if scheduler is None:
+        yield from measured(ride, points, fmus, progress)
+        return
     try:
-        from railcosim.analysis.cluster import connect, measured  # noqa: PLC0415 - an extra
+        from railcosim.analysis import cluster  # noqa: PLC0415 - an extra
     except ImportError as error:
         raise NoDaskError(
-            f'railcosim study needs dask: pip install "railcosim[study]" ({error})'
+            f'--scheduler needs dask: pip install "railcosim[study]" ({error})'
         ) from error
-    contents = {name: path.read_bytes() for name, path in fmus.items()}
-    with connect(scheduler) as client:
-        for point, result in measured(client, ride, missing, contents, progress):
-            if isinstance(result, Measurement):
-                folder.keep(point, result)
-                found.append((point, result))
-            else:
-                failed.append(f"{point}: {' '.join(str(result).split())}")
+    with cluster.connect(scheduler) as client:
+        yield from cluster.measured(client, ride, points, fmus, progress)

@@ -53,8 +53,8 @@ class StabilityTable:
 
 
 def stability(
-    vehicle: Path,
-    track: Path,
+    vehicle: str | Path,
+    track: str | Path,
     contacts: Sequence[float | Parameters] = (0.1e9, 1e9, 8e9),
     schemes: Sequence[str] = USUAL,
     progress: Progress = lambda done, total: None,
@@ -63,7 +63,7 @@ def stability(
 
     Parameters
     ----------
-    vehicle, track : Path
+    vehicle, track : str or Path
         FMUs that take contact forces.
     contacts : sequence of float or mapping
         Stiffness k_H, N/m, or parameters of the contact, such as ``{"contact.nonlinear": True}``
@@ -79,8 +79,9 @@ def stability(
         If a scheme cannot be predicted.
     """
     names = predictable(schemes)
-    k_H = [stiffness_of_pair(vehicle, track, contact) for contact in contacts]
-    parts = linear_parts(vehicle, track, lambda a, b: progress(LINEARISING * a / b, 1.0))
+    pair = Path(vehicle), Path(track)
+    k_H = [stiffness_of_pair(*pair, contact) for contact in contacts]
+    parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0))
     found = _all_limits(
         parts, k_H, names, lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0)
     )

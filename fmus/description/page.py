@@ -94,7 +94,9 @@ def _depends(v: Scalar, table: Sequence[Scalar]) -> str:
 def result_plot(run: Run, table: Sequence[Scalar], layout: Layout) -> Drawing:
     """The reference run: what drives the left wheels, and how they answer."""
     known = {v.name: v for v in table}
-    ports = layout.ports[: len(COLOURS)][: layout.wheelsets]  # the first left wheels
+    first = layout.ports[0]
+    alike = [p for p in layout.ports if (p.side, p.direction) == (first.side, first.direction)]
+    ports = alike[: len(COLOURS)]
     driven = [q for q in SHOWN if ports[0].name(q) in run.inputs][:1]
     answers = [q for q in SHOWN if ports[0].name(q) in run.outputs][:2]
     columns = run.inputs | run.outputs

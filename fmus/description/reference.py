@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.ports import FORCE, IRREGULARITY, RAIL, WHEEL, Port
 
 from ..interface import Scalar
 from ..python_runtime.models import Model
@@ -42,10 +43,10 @@ class Wave:
 
 
 WAVES = {
-    "force_z": Wave(None, 0.2, 50.0),
-    "wheel_z": Wave(1.5e-3, 0.02, 50.0),  # about the deflection under the static load
-    "rail_z": Wave(-1e-4, 0.2, 50.0),  # about the compression under it
-    "irregularity_z": Wave(1e-5, 1.0, 120.0),
+    FORCE: Wave(None, 0.2, 50.0),
+    WHEEL.motion: Wave(1.5e-3, 0.02, 50.0),  # about the deflection under the static load
+    RAIL.motion: Wave(-1e-4, 0.2, 50.0),  # about the compression under it
+    IRREGULARITY: Wave(1e-5, 1.0, 120.0),
 }
 
 
@@ -109,10 +110,15 @@ def reference_run(body: ModalBody, table: Sequence[Scalar]) -> Run:
 def _input(v: Scalar, time: FloatArray, wheels: Mapping[str, int]) -> FloatArray:
     if v.port is None:
         return float(v.start or 0) + SPEED * time
-    wave, k = WAVES[v.quantity], wheels[v.port.wheel]
+    wave, k = _wave(v, v.port), wheels[v.port.wheel]
     mean = float(v.start or 0) if wave.mean is None else wave.mean
     swing: FloatArray = mean * (1 + wave.depth * np.sin(2 * np.pi * wave.frequency * time + k))
     return swing
+
+
+def _wave(v: Scalar, port: Port) -> Wave:
+    """The one of its quantity."""
+    return next(wave for pattern, wave in WAVES.items() if port.name(pattern) == v.name)
 
 
 def _formulas(known: Sequence[Scalar]) -> dict[str, str]:
@@ -122,7 +128,7 @@ def _formulas(known: Sequence[Scalar]) -> dict[str, str]:
         if v.port is None:
             formulas[quantity] = f"start value + {SPEED!r} t"
         elif quantity not in formulas:
-            wave = WAVES[quantity]
+            wave = _wave(v, v.port)
             mean = v.start if wave.mean is None else wave.mean
             formulas[quantity] = (
                 f"{mean!r} (1 + {wave.depth:g} sin(2 pi {wave.frequency:g} t + k)) {v.unit}"

@@ -122,19 +122,20 @@ class Modal:
             outputs=self.outputs,
         )
 
-    def sampled(self, h: float) -> tuple[ComplexArray, ComplexArray]:
+    def sampled(self, h: float | FloatArray) -> tuple[ComplexArray, ComplexArray]:
         """What a step `h` (s) does: to the modes, and what inputs and two derivatives add.
 
         Returns
         -------
-        E : array of complex, shape (n,)
+        E : array of complex, shape (..., n) for h of shape (...)
             Factor of every mode.
-        G : array of complex, shape (n, 3 n_inputs)
+        G : array of complex, shape (..., n, 3 n_inputs)
             For value, first and second derivative of the inputs at the beginning.
         """
-        phi = _phi(self.poles * h)
-        G = [h ** (j + 1) * phi[j + 1][:, None] * self.B for j in range(3)]
-        return phi[0], np.concatenate(G, axis=1)
+        step = np.asarray(h)[..., None]
+        phi = _phi(self.poles * step)
+        G = [(step ** (j + 1) * phi[j + 1])[..., None] * self.B for j in range(3)]
+        return phi[0], np.concatenate(G, axis=-1)
 
     def _only(self, which: NDArray[np.bool_]) -> Modal:
         return Modal(
@@ -216,17 +217,19 @@ def real_form(
 def _phi(z: ComplexArray) -> list[ComplexArray]:
     """phi_0 = exp(z), phi_j = (phi_{j-1} - 1/(j-1)!)/z up to j = 3."""
     near = np.abs(z) < 1.0
-    small, big = np.where(near, z, 0.0), np.where(near, 1.0, z)
-    found: list[ComplexArray] = [np.exp(z)]
-    factorial = 1.0
-    for j in range(1, 4):
-        ahead = (found[-1] - 1.0 / factorial) / big
-        factorial *= j
-        # Horner's rule for sum_k z^k j!/(k + j)!, over j!; 18 terms: 1/18! is below rounding.
-        series: ComplexArray = np.ones_like(z)
-        for k in range(18, 0, -1):
-            series = 1.0 + series * small / (k + j)
-        found.append(np.where(near, series / factorial, ahead))
+    found: list[ComplexArray] = [np.exp(z), *(np.empty_like(z) for _ in range(3))]
+    far, small = z[~near], z[near]
+    ahead = found[0][~near]
+    for j, term in ((1, 1.0), (2, 1.0), (3, 0.5)):
+        ahead = (ahead - term) / far
+        found[j][~near] = ahead
+    # Horner's rule for 3! phi_3 = sum_k z^k 3!/(k + 3)!; 18 terms: 1/18! is below rounding.
+    series: ComplexArray = np.ones_like(small)
+    for k in range(18, 0, -1):
+        series = 1.0 + series * small / (k + 3)
+    found[3][near] = series / 6.0
+    found[2][near] = 0.5 + small * found[3][near]
+    found[1][near] = 1.0 + small * found[2][near]
     return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +49,7 @@ class PartialFractions:
         """The sum at complex frequencies (n_s,) in 1/s, shape (n_s, n_outputs, n_inputs)."""
         columns = self.slope.shape[1]
         found = np.empty((len(s), columns), dtype=complex)
-        numerators = np.hstack([self.level, self.slope])
+        numerators = self._numerators
         for begin in range(0, len(s), FREQUENCIES):
             here = s[begin : begin + FREQUENCIES]
             total = np.zeros((2 * len(here), 2 * columns))
@@ -58,6 +59,10 @@ class PartialFractions:
             level, slope = np.split(total[: len(here)] + 1j * total[len(here) :], 2, axis=1)
             found[begin : begin + FREQUENCIES] = level + here[:, None] * slope
         return found[:, self.column]
+
+    @cached_property
+    def _numerators(self) -> FloatArray:
+        return np.hstack([self.level, self.slope])
 
     def _inverse(self, s: ComplexArray, part: slice) -> FloatArray:
         """One over the denominators: real parts (n_s, n), and imaginary parts below them."""
@@ -75,7 +80,7 @@ class PartialFractions:
 
 
 def partial_fractions(A: FloatArray, B: FloatArray, C: FloatArray) -> PartialFractions:
-    """Fractions of C (s - A)^-1 B, where A falls apart into blocks of two states.
+    """Fractions of C (s - A)^-1 B, where A falls apart into blocks of two; what is alike, once.
 
     Parameters
     ----------
@@ -109,7 +114,7 @@ def partial_fractions(A: FloatArray, B: FloatArray, C: FloatArray) -> PartialFra
 
 
 def of_modes(poles: ComplexArray, B: ComplexArray, C: ComplexArray) -> PartialFractions:
-    """Fractions of modes, one of each pair of conjugates.
+    """Fractions of modes, one of each pair of conjugates, all of them and all columns.
 
     Parameters
     ----------
@@ -117,12 +122,14 @@ def of_modes(poles: ComplexArray, B: ComplexArray, C: ComplexArray) -> PartialFr
         Poles, and the factors b and c of c b / (s - pole); those of the conjugate pole are
         conjugate, too. A real pole counts half in `C`.
     """
-    A = np.empty((len(poles), 2, 2))
-    A[:, 0, 0] = A[:, 1, 1] = poles.real
-    A[:, 1, 0] = poles.imag
-    A[:, 0, 1] = -poles.imag
-    seen = 2.0 * np.stack([C.T.real, -C.T.imag], axis=2)
-    return partial_fractions(A, np.stack([B.real, B.imag], axis=1), seen)
+    products = (C.T[:, :, None] * B[:, None, :]).reshape(len(poles), -1)
+    return PartialFractions(
+        centre=poles.real,
+        square=poles.imag**2,
+        slope=2.0 * products.real,
+        level=-2.0 * (products * poles.conj()[:, None]).real,
+        column=np.arange(products.shape[1]).reshape(len(C), B.shape[1]),
+    )
 
 
 @dataclass(frozen=True)

@@ -14,20 +14,21 @@ principle, so no resonance is too sharp and no matrix too large.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.modal import real_form
 from railcosim.master.linear.partial_fractions import PartialFractions, of_modes
 from railcosim.master.linear.state_space import ComplexArray, IndexArray
-from railcosim.master.stability.argument_principle import solve_triangular, windings
+from railcosim.master.stability.determinant import Determinant
 
+SAME = 1e-6
+"""Of a rate: one that is faster by less is that of the same motion."""
 RANK = 1e-12
 """Of the largest singular value of rows and columns of like size: smaller ones are rounding."""
 
@@ -41,8 +42,9 @@ class Amplification:
 
     Attributes
     ----------
-    h : float
-        The step, s.
+    h : float or array
+        The step, s. Of several steps, the maps have their shape before their own, and only
+        `real_ends` can be asked.
     N, R, Q, P, W, V : array
         The maps.
     E, G, C : array of complex, shapes (n,), (n, n_w) and (n_f, n)
@@ -53,7 +55,7 @@ class Amplification:
         Where in m the system's outputs are.
     """
 
-    h: float
+    h: Any
     N: FloatArray
     R: FloatArray
     Q: FloatArray
@@ -80,6 +82,17 @@ class Amplification:
         radius = self.spectral_radius()
         return math.log(radius) / self.h if radius else -math.inf
 
+    def growth_above(self, rate: float) -> float:
+        """The same, or `rate` (1/s) if that is more: without all eigenvalues."""
+        found, beyond = rate, rate
+        while self.growing(beyond):
+            zero = self.determinant.zero_outside(math.exp(beyond * self.h))
+            if not zero:
+                return self.growth()
+            found = math.log(abs(zero)) / self.h
+            beyond = found + SAME * abs(found)
+        return found
+
     def spectral_radius(self) -> float:
         """Largest eigenvalue of the map: growth a step."""
         return float(np.abs(self.eigenvalues()).max(initial=0.0))
@@ -92,59 +105,29 @@ class Amplification:
         rate : float
             In 1/s.
         """
-        radius = math.exp(rate * self.h)
-        own, turn = self._determinant()
-        outside = int((np.abs(own) > radius).sum())
-        if not self.Q.size or not self.E.size:
-            return outside
+        return self.determinant.outside(math.exp(rate * self.h))
 
-        def along(phi: FloatArray) -> ComplexArray:
-            sign, size = turn(radius * np.exp(1j * phi))
-            return np.asarray(size + 1j * np.angle(sign))
-
-        # As many more zeros than poles are outside as it turns backwards around the circle.
-        free = np.where(self.E.imag != 0.0, 2, 1)[np.abs(self.E) > radius].sum()
-        return outside + int(free) - windings(along, np.concatenate([own, self.E]), radius)
+    @cached_property
+    def determinant(self) -> Determinant:
+        """That of z - everything."""
+        one = self._least()
+        return Determinant(one.N, one.R, one.Q, one.P, one.E, one.G, one.C)
 
     def real_ends(self) -> FloatArray:
         """Numbers that change sign when a motion starts to grow that turns by whole or half turns.
 
         Returns
         -------
-        array, shape (2,)
+        array, shape (..., 2) for steps of shape (...)
             The determinant at z = 1 and at z = -1, but for factors that are never zero.
         """
         found = []
         for z in (1.0, -1.0):
-            L = 2.0 * ((self.C / (z - self.E)) @ self.G).real
-            zN = z * np.eye(len(self.N)) - self.N
+            L = 2.0 * ((self.C / (z - self.E)[..., None, :]) @ self.G).real
+            zN = z * np.eye(self.N.shape[-1]) - self.N
             H = self.Q @ np.linalg.solve(zN, self.R) + self.P
-            found.append(np.linalg.det(zN) * np.linalg.det(np.eye(len(L)) - L @ H))
-        return np.array(found)
-
-    def _determinant(self) -> tuple[ComplexArray, Callable[[ComplexArray], Any]]:
-        """Parts of det(z - everything) = det(z - N) det(z - modes) turn(z); turn is 1 at infinity.
-
-        Returns
-        -------
-        own : array of complex
-            Eigenvalues of N.
-        turn : callable
-            Sign and logarithm of the last factor.
-        """
-        one = self._least()
-        # Forces and motions differ by the stiffness: balanced, slow motions keep their digits.
-        balanced, _, _, scale, _ = scipy.linalg.lapack.dgebal(one.N, scale=1, permute=0)
-        T, U = scipy.linalg.schur(balanced, output="complex")
-        inputs, outputs = U.conj().T @ (one.R / scale[:, None]), (one.Q * scale) @ U
-
-        def turn(z: ComplexArray) -> Any:
-            H = outputs @ solve_triangular(T, inputs, z) + one.P
-            L = one._loop(z)
-            around = H @ L if len(one.Q) < len(one.C) else L @ H
-            return np.linalg.slogdet(np.eye(around.shape[1]) - around)
-
-        return np.diag(T), turn
+            found.append(np.linalg.det(zN) * np.linalg.det(np.eye(L.shape[-2]) - L @ H))
+        return np.stack(found, axis=-1)
 
     def _least(self) -> Amplification:
         """The same growth with as few numbers as it takes: what is fed and seen is often alike."""

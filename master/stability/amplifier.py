@@ -55,8 +55,8 @@ class Amplifier:
         self._same = not any(isinstance(c, LinearComponent) for c in system.components)
         self._observed: _Observed | None = None
 
-    def at(self, h: float) -> Amplification:
-        """Find what a step of length `h` (s) does.
+    def at(self, h: float | FloatArray) -> Amplification:
+        """Find what a step of length `h` (s) does; of several at once if all that moves is open.
 
         Raises
         ------
@@ -67,7 +67,7 @@ class Amplifier:
         """
         if self._observed is None or not self._same:
             self.system.restore_state(self._rest)
-            step = ObservedStep(self.system, self._scheme, _UNIT if self._same else h)
+            step = ObservedStep(self.system, self._scheme, _UNIT if self._same else float(h))
             self.evaluations = max(self.evaluations, step.evaluations)
             self._observed = _observe(step)
         return self._observed.at(h)
@@ -93,9 +93,9 @@ class _Observed:
     fed: list[list[Fed]]
     signals: FloatArray
 
-    def at(self, h: float) -> Amplification:
+    def at(self, h: float | FloatArray) -> Amplification:
         """With the components' answers within a step of `h` (s), and states that are no modes."""
-        one = self._in_units_of(h / self.h)
+        one = self._in_units_of(np.asarray(h) / self.h)
         parts = [
             sampled(c.model, h, asked, fed)
             for c, asked, fed in zip(self.moving, self.asked, self.fed, strict=True)
@@ -105,68 +105,76 @@ class _Observed:
         D = _blocks(part.D for part in parts)
         modes = [part for part, modal in zip(parts, is_modal, strict=True) if modal]
         states = [part for part, modal in zip(parts, is_modal, strict=True) if not modal]
-        seen = np.repeat(is_modal, [len(part.C) for part in parts]).astype(bool)
-        heard = np.repeat(is_modal, [part.G.shape[1] for part in parts]).astype(bool)
+        seen = np.repeat(is_modal, [part.C.shape[-2] for part in parts]).astype(bool)
+        heard = np.repeat(is_modal, [part.G.shape[-1] for part in parts]).astype(bool)
         A, B, C = (_blocks(getattr(part, name) for part in states) for name in ("E", "G", "C"))
         # w = P (D w + what states and modes bring) + ...: they agree within the step.
-        n, x = len(one.N), len(A)
-        bring = np.zeros((len(D), n + x))
-        bring[~seen, n:] = C
-        from_modes = np.eye(len(D))[:, seen]
-        agreed = np.linalg.inv(np.eye(len(one.P)) - one.P @ D)
-        padded = np.hstack([one.Q, np.zeros((len(one.Q), x))])
-        w_state = agreed @ (padded + one.P @ bring)
+        lead = np.shape(h)
+        n, x, f = len(self.N), A.shape[-1], D.shape[-2]
+        bring = np.zeros((*lead, f, n + x))
+        bring[..., ~seen, n:] = C
+        from_modes = np.broadcast_to(np.eye(f)[:, seen], (*lead, f, seen.sum()))
+        agreed = np.linalg.inv(np.eye(len(self.P)) - one.P @ D)
+        w_state = one.P @ bring
+        w_state[..., :n] += one.Q
+        w_state = agreed @ w_state
         w_modes = agreed @ (one.P @ from_modes)
         w_signal = agreed @ one.V
 
         def after(w: FloatArray, f: FloatArray, own: FloatArray) -> FloatArray:
-            return np.concatenate([own[:n] + one.R @ (D @ w + f), own[n:] + B @ w[~heard]])
+            return np.concatenate(
+                [own[..., :n, :] + one.R @ (D @ w + f), own[..., n:, :] + B @ w[..., ~heard, :]],
+                axis=-2,
+            )
 
         own = _blocks([one.N, A])
-        nothing = np.zeros((n + x, w_modes.shape[1]))
-        driven = np.concatenate([one.W, np.zeros((x, one.W.shape[1]))])
-        rows = heard & np.hstack([w_state, w_modes, w_signal]).any(axis=1)
+        signals = w_signal.shape[-1]
+        nothing = np.zeros((*lead, n + x, w_modes.shape[-1]))
+        driven = np.zeros((*lead, n + x, signals))
+        driven[..., :n, :] = one.W
+        together = np.concatenate([w_state, w_modes, w_signal], axis=-1).any(axis=-1)
+        rows = heard & np.logical_or.reduce(together, axis=tuple(range(len(lead))))
         kept = rows[heard]
         return Amplification(
             h=h,
             N=after(w_state, bring, own),
             R=after(w_modes, from_modes, nothing),
-            W=after(w_signal, np.zeros((len(D), one.W.shape[1])), driven),
-            Q=w_state[rows], P=w_modes[rows], V=w_signal[rows],
-            E=np.concatenate([np.zeros(0, complex), *(part.E for part in modes)]),
-            G=_blocks(part.G for part in modes)[:, kept].astype(complex),
+            W=after(w_signal, np.zeros((*lead, f, signals)), driven),
+            Q=w_state[..., rows, :], P=w_modes[..., rows, :], V=w_signal[..., rows, :],
+            E=np.concatenate([np.zeros((*lead, 0), complex), *(p.E for p in modes)], axis=-1),
+            G=_blocks(part.G for part in modes)[..., kept].astype(complex),
             C=_blocks(part.C for part in modes).astype(complex),
-            signals=h * self.signals,
+            signals=np.multiply.outer(h, self.signals),
             outputs=self.outputs,
         )  # fmt: skip
 
-    def _in_units_of(self, ratio: float) -> _Observed:
+    def _in_units_of(self, ratio: FloatArray) -> _Observed:
         """The same, with time counted in seconds for another step: rates and derivatives change."""
         rate = [
-            np.repeat([ratio if a.is_rate else 1.0 for a in asked], len(c.outputs))
+            np.repeat([float(a.is_rate) for a in asked], len(c.outputs))
             for c, asked in zip(self.moving, self.asked, strict=True)
         ]
         derivative = [
-            np.tile(np.repeat(ratio ** -np.arange(3.0), len(c.inputs)), len(fed))
+            np.tile(np.repeat(-np.arange(3.0), len(c.inputs)), len(fed))
             for c, fed in zip(self.moving, self.fed, strict=True)
         ]
-        f, w = np.concatenate([np.zeros(0), *rate]), np.concatenate([np.zeros(0), *derivative])
-        return replace(
-            self, R=self.R * f, P=w[:, None] * self.P * f, Q=w[:, None] * self.Q,
-            V=w[:, None] * self.V,
-        )  # fmt: skip
+        power = np.concatenate([np.zeros(0), *rate]), np.concatenate([np.zeros(0), *derivative])
+        f = (ratio[..., None] ** power[0])[..., None, :]
+        w = (ratio[..., None] ** power[1])[..., None]
+        return replace(self, R=self.R * f, P=w * self.P * f, Q=w * self.Q, V=w * self.V)
 
 
 def _blocks(parts: Iterable[Any]) -> Any:
     """Matrices along the diagonal; scipy's function takes ten times as long for two of them."""
     matrices = list(parts)
-    shape = sum(len(m) for m in matrices), sum(m.shape[1] for m in matrices)
-    whole = np.zeros(shape, dtype=np.result_type(float, *matrices))
+    lead = np.broadcast_shapes((), *(m.shape[:-2] for m in matrices))
+    shape = sum(m.shape[-2] for m in matrices), sum(m.shape[-1] for m in matrices)
+    M = np.zeros((*lead, *shape), dtype=np.result_type(float, *matrices))
     i = j = 0
     for m in matrices:
-        whole[i : i + len(m), j : j + m.shape[1]] = m
-        i, j = i + len(m), j + m.shape[1]
-    return whole
+        M[..., i : i + m.shape[-2], j : j + m.shape[-1]] = m
+        i, j = i + m.shape[-2], j + m.shape[-1]
+    return M
 
 
 def _observe(step: ObservedStep) -> _Observed:

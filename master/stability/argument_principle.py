@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.state_space import ComplexArray
 
-_TURN = 1.0
+_TURN = 1.5
 """Largest turn of the determinant between points of the circle, rad: half a turn would be lost."""
+_STEEP = 2.0
+"""The same, foretold by the slope at either end; a root opposite to it turns by half as much."""
 _NEAR = 1e-4
 """Of the distance between points, for a derivative by a difference."""
 _SEEN = 0.5
@@ -19,7 +22,7 @@ _SEEN = 0.5
 _USUAL = 65
 """Points of half the circle to begin with."""
 _ROUNDS = 60
-"""Halvings between points: then their distance is rounding, and a root is on the circle."""
+"""Times that points are set between others: then a root is on the circle, but for rounding."""
 
 
 def solve_triangular(T: ComplexArray, B: ComplexArray, z: ComplexArray) -> ComplexArray:
@@ -32,29 +35,68 @@ def solve_triangular(T: ComplexArray, B: ComplexArray, z: ComplexArray) -> Compl
     return x.transpose(1, 0, 2)
 
 
-def windings(turn: Callable[[FloatArray], ComplexArray], poles: ComplexArray, radius: float) -> int:
-    """How often a function, real on the real axis, turns around zero along a circle.
+class Turning(NamedTuple):
+    """A function along the upper half of a circle.
+
+    Attributes
+    ----------
+    number : int
+        How often it turns around zero along the whole circle.
+    phi : array
+        Angles at which it was looked at.
+    slope : array of complex
+        Derivative of its logarithm by the angle.
+    """
+
+    number: int
+    phi: FloatArray
+    slope: ComplexArray
+
+
+def windings(
+    turn: Callable[[FloatArray], ComplexArray], poles: ComplexArray, radius: float
+) -> Turning:
+    """Follow a function, real on the real axis, along a circle.
 
     `turn` gives its logarithm at angles, with any multiple of 2 pi i.
     """
     phi = _opposite(poles, radius)
-    value, slope = _with_slope(turn, phi)
+    value, slope = _with_slope(turn, phi, np.diff(phi, append=2.0 * phi[-1] - phi[-2]))
     for _ in range(_ROUNDS):
         # Roots and poles come in clusters, one for each wheel, and may turn it fully between two
         # points. But they are seen in the slope from as far as they are many times over.
-        length = np.diff(phi)
-        fast = length * np.maximum(np.abs(slope[1:]), np.abs(slope[:-1])) > _TURN
+        steep = np.abs(slope)
+        fast = np.diff(phi) * np.maximum(steep[1:], steep[:-1]) > _STEEP
         wide = np.flatnonzero(fast | (np.abs(_difference(value).imag) > _TURN))
         if not wide.size:
             break
-        middle = phi[wide] + 0.5 * length[wide]
-        new = _with_slope(turn, middle, 0.5 * length[wide])
-        phi, value, slope = (
-            np.insert(old, wide + 1, more)
-            for old, more in zip((phi, value, slope), (middle, *new), strict=True)
+        new, room = _between(phi[wide], phi[wide + 1], steep[wide], steep[wide + 1])
+        more = _with_slope(turn, new, room)
+        phi = np.concatenate([phi, new])
+        order = np.argsort(phi, kind="stable")
+        phi = phi[order]
+        value, slope = (
+            np.concatenate([old, its])[order] for old, its in zip((value, slope), more, strict=True)
         )
     total = float(_difference(value).imag.sum())
-    return round(total / math.pi)  # the lower half turns as much as the upper one
+    # The lower half turns as much as the upper one.
+    return Turning(number=round(total / math.pi), phi=phi, slope=slope)
+
+
+def _between(
+    begin: FloatArray, end: FloatArray, first: FloatArray, last: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Points in intervals, denser to steep ends, and the room about each."""
+    half = 0.5 * (end - begin)[:, None]
+    points, rooms = [(begin[:, None] + half).ravel()], [half.ravel()]
+    for place, steep, way in ((begin, first, 1.0), (end, last, -1.0)):
+        doublings = np.log2(1.0 + half[:, 0] * steep)
+        step = 1.0 / np.maximum(steep, 1e-300)[:, None]
+        away = step * (2.0 ** np.arange(1, 1 + int(doublings.max())) - 1.0)
+        inside = away < 0.75 * half
+        points.append((place[:, None] + way * away)[inside])
+        rooms.append(np.broadcast_to(step, away.shape)[inside])
+    return np.concatenate(points), np.concatenate(rooms)
 
 
 def _opposite(poles: ComplexArray, radius: float) -> FloatArray:
@@ -75,11 +117,9 @@ def _opposite(poles: ComplexArray, radius: float) -> FloatArray:
 
 
 def _with_slope(
-    turn: Callable[[FloatArray], ComplexArray], phi: FloatArray, room: FloatArray | None = None
+    turn: Callable[[FloatArray], ComplexArray], phi: FloatArray, room: FloatArray
 ) -> tuple[ComplexArray, ComplexArray]:
     """A logarithm and its derivative, from a difference that is short against the room there is."""
-    if room is None:
-        room = np.diff(phi, append=2.0 * phi[-1] - phi[-2])
     step = _NEAR * room
     both = turn(np.concatenate([phi, phi + step]))
     value, ahead = both[: len(phi)], both[len(phi) :]

@@ -49,6 +49,8 @@ class Sampled:
 
     Attributes
     ----------
+    All shapes begin with that of the steps.
+
     E : array, shape (n,) or (n, n)
         What the step does to the states; of modes a factor each, one of each conjugate pair.
     G : array, shape (n, n_w)
@@ -66,42 +68,48 @@ class Sampled:
 
 
 def sampled(
-    model: Modal | StateSpace, h: float, asked: Sequence[Asked], fed: Sequence[Fed]
+    model: Modal | StateSpace, h: float | FloatArray, asked: Sequence[Asked], fed: Sequence[Fed]
 ) -> Sampled:
-    """A model over a step of `h` (s)."""
+    """A model over a step of `h` (s), or over each of several."""
     make = _of_modes if isinstance(model, Modal) else _of_states
-    return make(model, h, asked, fed)  # type: ignore[arg-type]
+    return make(model, np.asarray(h), asked, fed)  # type: ignore[arg-type]
 
 
-def _of_modes(model: Modal, h: float, asked: Sequence[Asked], fed: Sequence[Fed]) -> Sampled:
+def _of_modes(model: Modal, h: FloatArray, asked: Sequence[Asked], fed: Sequence[Fed]) -> Sampled:
     """Each mode by itself."""
     poles = model.poles
     one = {length: model.sampled(length * h)[1] for length in {part.length for part in fed}}
 
-    def seen(after: float, is_rate: bool) -> ComplexArray:
-        shown: ComplexArray = model.C * np.exp(poles * (after * h))
+    def after(time: float) -> ComplexArray:
+        factor: ComplexArray = np.exp(poles * (time * h)[..., None])
+        return factor
+
+    def seen(when: float, is_rate: bool) -> ComplexArray:
+        shown: ComplexArray = model.C * after(when)[..., None, :]
         return shown * poles if is_rate else shown
 
     def answer(a: Asked, part: Fed) -> FloatArray:
         made: FloatArray = 2.0 * (seen(part.until(a.when), a.is_rate) @ one[part.length]).real
         return made
 
-    G = [np.exp(poles * (h * part.until(1.0)))[:, None] * one[part.length] for part in fed]
+    G = [after(part.until(1.0))[..., None] * one[part.length] for part in fed]
     return Sampled(
-        E=np.exp(poles * h),
-        G=np.concatenate(G, axis=1),
-        C=np.concatenate([seen(*a) for a in asked]),
-        D=_answers(answer, asked, fed, (len(model.C), (DEGREE + 1) * model.B.shape[1])),
+        E=after(1.0),
+        G=np.concatenate(G, axis=-1),
+        C=np.concatenate([seen(*a) for a in asked], axis=-2),
+        D=_answers(answer, asked, fed, (*h.shape, len(model.C), (DEGREE + 1) * model.B.shape[1])),
     )
 
 
-def _of_states(model: StateSpace, h: float, asked: Sequence[Asked], fed: Sequence[Fed]) -> Sampled:
+def _of_states(
+    model: StateSpace, h: FloatArray, asked: Sequence[Asked], fed: Sequence[Fed]
+) -> Sampled:
     """A few states, all together: they need not have modes."""
     A = model.A.toarray()
     times = {1.0, *(a.when for a in asked), *(part.length for part in fed)}
     times |= {part.until(when) for part in fed for when in (1.0, *(a.when for a in asked))}
     ordered = sorted(time for time in times if time >= 0.0)
-    free, driven = _exponentials(A, model.B, h * np.array(ordered))
+    free, driven = _exponentials(A, model.B, np.multiply.outer(ordered, h))
     E, one = dict(zip(ordered, free, strict=True)), dict(zip(ordered, driven, strict=True))
     shown = {False: model.C, True: model.C @ A}
 
@@ -111,9 +119,9 @@ def _of_states(model: StateSpace, h: float, asked: Sequence[Asked], fed: Sequenc
 
     return Sampled(
         E=E[1.0],
-        G=np.concatenate([E[part.until(1.0)] @ one[part.length] for part in fed], axis=1),
-        C=np.concatenate([shown[a.is_rate] @ E[a.when] for a in asked]),
-        D=_answers(answer, asked, fed, (len(model.C), (DEGREE + 1) * model.B.shape[1])),
+        G=np.concatenate([E[part.until(1.0)] @ one[part.length] for part in fed], axis=-1),
+        C=np.concatenate([shown[a.is_rate] @ E[a.when] for a in asked], axis=-2),
+        D=_answers(answer, asked, fed, (*h.shape, len(model.C), (DEGREE + 1) * model.B.shape[1])),
     )
 
 
@@ -121,7 +129,7 @@ def _answers(
     answer: Callable[[Asked, Fed], FloatArray],
     asked: Sequence[Asked],
     fed: Sequence[Fed],
-    shape: tuple[int, int],
+    shape: tuple[int, ...],
 ) -> FloatArray:
     """`Sampled.D`: nothing is seen of what comes later."""
     nothing = np.zeros(shape)
@@ -142,5 +150,5 @@ def _exponentials(A: FloatArray, B: FloatArray, times: FloatArray) -> tuple[Floa
     big[:n, :n], big[:n, n : n + m] = A, unit * B
     k = np.arange(n, n + DEGREE * m)
     big[k, k + m] = 1.0
-    top = scipy.linalg.expm(times[:, None, None] * big)[:, :n]
-    return top[:, :, :n], top[:, :, n:] / unit
+    top = scipy.linalg.expm(times[..., None, None] * big)[..., :n, :]
+    return top[..., :n], top[..., n:] / unit

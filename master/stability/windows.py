@@ -43,16 +43,17 @@ class Probe:
     grade : callable
         How fast things grow: 0 if nothing does, 1 slowly, 2 fast.
     ends : callable
-        Determinants that change sign when a real eigenvalue crosses the unit circle, shape (n,).
+        Determinants that change sign when a real eigenvalue crosses the unit circle, of several
+        steps, shape (n_steps, n).
     """
 
     grade: Callable[[float], int]
-    ends: Callable[[float], FloatArray]
+    ends: Callable[[FloatArray], FloatArray]
 
 
 def unstable_ranges(
     probe: Probe, shortest: float, resonant: float, longest: float
-) -> list[tuple[float, float, int]]:
+) -> list[tuple[float, float, int, float]]:
     """Find the ranges of steps at which something grows.
 
     Parameters
@@ -66,25 +67,33 @@ def unstable_ranges(
 
     Returns
     -------
-    list of (float, float, int)
-        Steps (s) between which something grows, and the grade, in order; ranges of different
-        grades may touch. The first begins at 0 if something grows at the shortest step, the last
-        is endless if something does at the longest.
+    list of (float, float, int, float)
+        Steps (s) between which something grows, the grade, and the step nearest to the middle at
+        which that was seen, in order; ranges of different grades may touch. The first begins at 0
+        if something grows at the shortest step, the last is endless if something does at the
+        longest.
     """
     looks = sorted(_looks(probe, shortest, resonant, longest))
     suspects = [h for run in _stable_runs(looks, resonant) for h in _suspects(probe.ends, run)]
     looks = sorted([*looks, *((h, probe.grade(h)) for h in suspects)])
     found = []
     begin = 0.0
-    for (below, was), (above, now) in pairwise(looks):
+    inside = list[float]()
+    for (below, was), (above, now) in pairwise([*looks, (math.inf, looks[-1][1])]):
+        inside.append(below)
         if was != now:
             before, after = _edge(probe, below, above, was)
             if was:
-                found.append((begin, after if now == 0 else before, was))
-            begin = before
+                end = after if now == 0 else before
+                found.append((begin, end, was, _nearest(inside, 0.5 * (begin + end))))
+            begin, inside = before, []
     if looks[-1][1]:
-        found.append((begin, math.inf, looks[-1][1]))
+        found.append((begin, math.inf, looks[-1][1], looks[-1][0]))
     return found
+
+
+def _nearest(steps: list[float], middle: float) -> float:
+    return min(steps, key=lambda h: abs(h - middle))
 
 
 def _looks(
@@ -115,12 +124,12 @@ def _stable_runs(looks: list[tuple[float, int]], resonant: float) -> Iterator[li
             yield [looks[best][0], around[0][0], around[-1][0]]
 
 
-def _suspects(ends: Callable[[float], FloatArray], run: list[float]) -> Iterator[float]:
+def _suspects(ends: Callable[[FloatArray], FloatArray], run: list[float]) -> Iterator[float]:
     """Steps in a run at which a determinant has another sign than at a stable one."""
     stable, first, last = run
-    usual = np.where(ends(stable) < 0.0, -1.0, 1.0)
+    usual = np.where(ends(np.array([stable]))[0] < 0.0, -1.0, 1.0)
     steps = np.geomspace(first, last, math.ceil(math.log(last / first) / math.log(FINE)) + 1)
-    values = np.array([ends(float(h)) for h in steps])
+    values = ends(steps)
     for k in range(len(usual)):
         row = usual[k] * values[:, k]
         yield from steps[row < 0.0].tolist()
@@ -130,8 +139,8 @@ def _suspects(ends: Callable[[float], FloatArray], run: list[float]) -> Iterator
             yield from _below_zero(partial(_one_of, ends, usual, k), around)
 
 
-def _one_of(ends: Callable[[float], FloatArray], usual: FloatArray, k: int, h: float) -> float:
-    return float((usual * ends(h))[k])
+def _one_of(ends: Callable[[FloatArray], FloatArray], usual: FloatArray, k: int, h: float) -> float:
+    return float((usual * ends(np.array([h]))[0])[k])
 
 
 def _below_zero(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from railcosim.analysis.response.frf import Assembly, frequency_response
 from railcosim.analysis.response.receptance import receptance, track_receptance
 from railcosim.parameters import ArgumentError
 
@@ -51,3 +52,26 @@ def test_a_vehicle_moves_alike_wherever_it_stands(exported):
         for x in (None, 7.0)
     )
     assert np.array_equal(here, there)
+
+
+def test_coupled_responses_are_alike_a_cell_farther_and_not_between_railseats(
+    exported, short_track
+):
+    pair = exported["Vehicle"], exported["Track"]
+    here = 0.3125  # a railseat, where the vehicle starts
+    outputs = ["carbody.z", "wheelset[4].left.wheel_z", "wheelset[1].left.rail_z"]
+    start, cell, between = (
+        np.array([frequency_response(*pair, FREQUENCY, position=x)[name] for name in outputs])
+        for x in (here, here + short_track.cell_length, here + short_track.fastening.spacing / 2)
+    )
+    assert np.allclose(cell, start, rtol=1e-7)  # a ring of equal cells
+    assert np.abs(between / start - 1).max() > 0.01
+
+
+def test_rail_under_a_moved_vehicle_is_that_of_the_finite_elements(exported, short_track):
+    apart = frequency_response(
+        exported["Vehicle"], exported["Track"], FREQUENCY, position=3.125,
+        excitation="wheelset[4].rail_force_z", assembly=Assembly.APART,
+    )  # fmt: skip
+    elements = track_receptance(short_track, FREQUENCY, position="midspan", ring=True)
+    assert np.allclose(apart[RAIL], elements["receptance"], rtol=WRONG)

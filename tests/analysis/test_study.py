@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 from railcosim.analysis.catalogue import FMUS, Owner, members
 from railcosim.analysis.coupled_reference import converged_forces
 from railcosim.analysis.study import Folder, Grid, StudyError, settings_of
+from railcosim.analysis.study_here import measured as measured_here
 from railcosim.analysis.study_point import Contact, Measurement, Ride, measure, reference
 from railcosim.analysis.study_table import DIMS, observed_order, save_table, table_of
 from railcosim.fmus.export import export
@@ -279,7 +280,31 @@ def test_observed_order(order) -> None:
     assert observed_order(table).item() == pytest.approx(order)
 
 
-# --- the cluster --------------------------------------------------------------------------------
+# --- here, and on a cluster ----------------------------------------------------------------------
+
+
+def test_here_every_point_is_measured_and_what_fails_is_said_of_its_point(ride, contents) -> None:
+    """In processes of their own, as in this one."""
+    good, bad = grid(["jacobi-constant"], [1e-4, 2e-4]).points()
+    told: list[tuple[float, float]] = []
+    results = measured_here(
+        ride, [good, replace(bad, step=-1.0)], contents, lambda *share: told.append(share)
+    )
+    found = {point.step: result for point, result in results}
+    assert isinstance(found[-1.0], ValueError)
+    assert told[-1] == (2.0, 2.0)
+    alone = reference(ride, STIFF, *(contents[name] for name in FMUS[Owner.MASTER]))
+    here = measure(ride, good, *(contents[name] for name in FMUS[good.owner]), alone)
+    # Other processes place arrays elsewhere, and sums are then rounded otherwise.
+    assert found[good.step].error == pytest.approx(here.error, rel=1e-6)
+
+
+def test_here_what_cannot_be_solved_is_said_of_all_points_that_need_it(ride, contents) -> None:
+    points = grid(["jacobi-constant"], [1e-4, 2e-4]).points()
+    broken = {**contents, "Vehicle": b"no FMU"}
+    found = list(measured_here(ride, points, broken, lambda done, total: None))
+    assert [point for point, _ in found] == points
+    assert all("not a readable zip archive" in str(result) for _, result in found)
 
 
 @pytest.fixture

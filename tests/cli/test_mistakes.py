@@ -38,6 +38,12 @@ MISTAKES = {
     "export --out e --runtime python --platforms all": "leave out the rest",
     "export --out e --platforms linux63": "unknown platform 'linux63'; known are linux64",
     "export --out e --runtime rust": "--runtime",
+    "export --out e --wheelsets 65": "--wheelsets 65: must be from 1 to 64",
+    "export --out e --wheelsets 3 --positions 5,2": "are 2, but --wheelsets is 3",
+    "export --out e --wheelsets 2 --positions 2,5": "--positions 2,5: must be from the front",
+    "export --out e --wheelsets 2 --positions 5,nan": "must be from the front",
+    "export --out e --wheelsets 2 --positions 5,b": "must be numbers in m, with commas",
+    "export --out e --one-rail": "--positions and --one-rail: need --wheelsets",
     "export --out ''": "the argument behind --out is empty",
     "run '' --out r.nc": "the argument behind run is empty",
     # Numbers that are none, or too large or small for anything.
@@ -117,7 +123,7 @@ MISTAKES = {
     f"{SSP} --scheme gauss-seidel --first me": "no component 'me'; there are vehicle, track",
     f"{SSP} --scheme interface-jacobian": "--scheme interface-jacobian: solves the contact of our",
     "run --out r.nc Plant.ssp --step 0.1 --time 1 --scheme picard": "a cannot go back",
-    f"{FRF} --input wheelset[5].force_z": "excitation wheelset[5].force_z: must be irregularity_z",
+    f"{FRF} --input wheelset[0].force_z": "excitation wheelset[0].force_z: must be irregularity_z",
     f"{FRF} --input wheelset[1].rail_force_z --rigid-track": "has no effect with --rigid-track",
     f"{FRF} --input irregularity_z --uncoupled": "has no effect with --uncoupled",
     # Classes of track.

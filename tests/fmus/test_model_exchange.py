@@ -287,6 +287,37 @@ def test_derivative_at_rest(importer, exported, name, linear):
     assert moved
 
 
+@pytest.mark.parametrize("name", RESTS)
+def test_a_wheel_in_the_air_feels_nothing(importer, name):
+    """No force, and none by what changes there; its neighbours' forces do change."""
+    fmu, (quantity, rest) = importer(name), RESTS[name]
+    lifted, resting = f"{WHEELS[1]}.{quantity}", f"{WHEELS[0]}.{quantity}"
+    apart = -5e-3 if quantity == "wheel_z" else 5e-3  # m; the rail follows by 1 mm at most
+    fmu.set({lifted: rest + apart})
+    force = fmu.get(FORCES)
+    assert force[1] == 0.0
+    assert (np.delete(force, 1) > 1e4).all()
+    assert not fmu.derivative(FORCES, {lifted: 1.0}).any()
+    found = fmu.derivative(FORCES, {resting: 1.0})
+    assert abs(found[0]) > 1e7  # N/m; of the track alone, 5e7
+    assert found[1] == 0.0
+
+
+def test_the_ring_closes(importer, short_track):
+    """The same under wheels that have gone around, forwards or backwards."""
+    fmu = importer("Track")
+    fmu.set({name: 1e4 * (k + 1) for k, name in enumerate(FORCES)})
+    rails = [f"{wheel}.rail_z" for wheel in WHEELS]
+    places = dict(zip(POSITIONS, (18.5, 16.0, 2.8, 0.3), strict=True))
+    found = []
+    for turns in (0, 1, -1, -3):
+        fmu.set({name: x + turns * 5.0 * short_track.mesh.cells for name, x in places.items()})
+        found.append(fmu.get(rails))
+    assert (found[0] > 0).all()
+    for other in found[1:]:  # rounding of positions, 1e-14 m, on shapes of 0.6 m
+        assert other == pytest.approx(found[0], rel=1e-10)
+
+
 def test_position_by_time(importer):
     vehicle = importer("Vehicle")
     vehicle.fmu.exitInitializationMode()

@@ -15,7 +15,9 @@ from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.schemes.nepce import nepce
 from railcosim.master.schemes.variants import VARIANTS
+from railcosim.master.stability.amplification import SAME
 from railcosim.master.stability.amplifier import Amplifier
+from railcosim.master.stability.determinant import Determinant
 from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
 
@@ -48,13 +50,17 @@ def beam(modes=30):
     return A, B, C
 
 
-def make_system(*, opened):
+def make_system(*, opened, wheel_too=False):
     """Masses on springs, met by a beam, the springs in the master."""
     m, c, k = 300.0, 2e3, 1e5
     A = np.kron(np.eye(N), [[0.0, 1.0], [-k / m, -c / m]])
     B, C = np.kron(np.eye(N), [[0.0], [-1.0 / m]]), np.kron(np.eye(N), [[1.0, 0.0]])
     D = np.zeros((N, N))
     wheel = LinearComponent("wheel", A=A, B=B, C=C, D=D, inputs=FORCE, outputs=WHEEL)
+    if wheel_too:
+        states = StateSpace(name="wheel", A=csc_array(A), B=B, C=C, D=D, inputs=tuple(FORCE),
+                            outputs=tuple(WHEEL))  # fmt: skip
+        wheel = Open("wheel", FORCE, WHEEL, states)
     A, B, C = beam()
     if opened:
         rail = Open("rail", FORCE, RAIL, modal("rail", A, B, C, D, tuple(FORCE), tuple(RAIL)))
@@ -85,6 +91,26 @@ def test_count_is_that_of_the_whole_matrix(name) -> None:
             edge = np.exp(rate * h)
             assert np.abs(eigenvalues - edge).min() > 1e-9  # else either number would be right
             assert one.growing(rate) == (eigenvalues > edge).sum()
+            # The fastest is told from others that are slower by more than SAME.
+            assert one.growth_above(rate) == pytest.approx(max(rate, one.growth()), rel=2 * SAME)
+
+
+def test_several_steps_at_once_are_each_by_itself() -> None:
+    amplifier = Amplifier(make_system(opened=True, wheel_too=True), SCHEMES["gauss-seidel 1"])
+    steps = np.array([1e-4, 1e-3, 1e-2])
+    singly = np.array([amplifier.at(h).real_ends() for h in steps])
+    assert amplifier.at(steps).real_ends() == pytest.approx(singly, rel=1e-9)  # rounding
+
+
+def test_modes_that_nobody_meets_leave_those_of_the_memory() -> None:
+    n = 2
+    alone = Determinant(
+        np.diag([0.5, 2.0]), np.zeros((n, 0)), np.zeros((0, n)), np.zeros((0, 0)),
+        np.array([0.9j]), np.zeros((1, 0), complex), np.zeros((0, 1), complex),
+    )  # fmt: skip
+    assert alone.outside(1.0) == 1
+    assert alone.zero_outside(1.0) == 2.0
+    assert alone.zero_outside(3.0) == 0.0
 
 
 def test_something_grows_with_long_steps_and_nothing_with_short_ones() -> None:

@@ -1,0 +1,85 @@
+"""The points of a study on the cores of this machine; on other machines' it is `cluster`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from .catalogue import FMUS, Owner
+from .coupled_reference import ContactForces
+from .parallel import Progress, Task, Workers
+from .study_point import Contact, Fmus, Measurement, Point, Ride, measure, reference
+
+
+def measured(
+    ride: Ride, points: Sequence[Point], fmus: Fmus, progress: Progress
+) -> Iterator[tuple[Point, Measurement | Exception]]:
+    """Give results as they come.
+
+    Parameters
+    ----------
+    ride, points, fmus
+        What to run.
+    progress : callable
+        Told the number of points done and of all; may raise to stop everything.
+
+    Raises
+    ------
+    WorkerLostError
+        If a process was killed.
+    """
+    contacts = {p.contact.label: p.contact for p in points}
+    bodies = [fmus[name] for name in FMUS[Owner.MASTER]]
+    before = [
+        Task(name=label, function=_reference, arguments=(ride, contact, *bodies), cost=0.0)
+        for label, contact in contacts.items()
+    ]
+    n = len(points)
+    with Workers(progress, most=len(before) + n) as workers:
+        forces = dict(workers.completed(before, n))
+        for point in points:  # what was not found is said of all points that need it
+            if isinstance(forces[point.contact.label], Exception):
+                yield point, forces[point.contact.label]
+        tasks = (
+            Task(
+                name=str(k),
+                function=_measure,
+                arguments=(
+                    ride, point, *(fmus[name] for name in FMUS[point.owner]),
+                    forces[point.contact.label],
+                ),
+                cost=1.0,
+            )
+            for k, point in enumerate(points)
+            if not isinstance(forces[point.contact.label], Exception)
+        )  # fmt: skip
+        for name, found in workers.completed(tasks, n):
+            yield points[int(name)], found
+
+
+def _reference(
+    ride: Ride, contact: Contact, vehicle: bytes, track: bytes, progress: Progress
+) -> ContactForces | Exception:
+    """The converged forces, or what came in their way."""
+    try:
+        return reference(ride, contact, vehicle, track, progress)
+    except InterruptedError:
+        raise
+    except Exception as error:  # whatever a worker met
+        return error
+
+
+def _measure(
+    ride: Ride,
+    point: Point,
+    vehicle: bytes,
+    track: bytes,
+    forces: ContactForces,
+    progress: Progress,
+) -> Measurement | Exception:
+    """A measurement, or what came in its way."""
+    try:
+        return measure(ride, point, vehicle, track, forces, progress)
+    except InterruptedError:
+        raise
+    except Exception as error:  # whatever a worker met
+        return error

@@ -1,0 +1,144 @@
+"""Wagon, locomotive and trains on the track: coupled FMUs against the monolithic system."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from railcosim.analysis.against_monolithic import frequency_errors, newmark_forces
+from railcosim.analysis.frequency import Models, linear_models
+from railcosim.analysis.pair import Journey
+from railcosim.analysis.time_run import run_pair
+from railcosim.fmus.export import export
+from railcosim.master.course import Course
+from railcosim.master.schemes.gauss_seidel import gauss_seidel
+from railcosim.mechanics.law import HertzContact, LinearContact
+from railcosim.mechanics.ports import FORCE, Layout
+from railcosim.reference.agreement import relative_rms
+from railcosim.reference.monolithic import Monolithic, assemble
+from railcosim.reference.newmark import equilibrium
+from railcosim.track.irregularity import synthesise
+from railcosim.track.parameters import Mesh, Track
+from railcosim.vehicle.files import read_stock
+from railcosim.vehicle.multibody import build_multibody
+from railcosim.vehicle.parameters import AxlePlace, CarBodyPlace, Coupler
+from railcosim.vehicle.train import Train, TrainVehicle
+
+# Rings shorter than is promised: coupled and monolithic have the same one.
+pytestmark = pytest.mark.filterwarnings("ignore::railcosim.track.decay.RingWarning")
+
+SPEED, K_H = 250 / 3.6, 1e9
+WAGON = read_stock(Path("wagon"))
+LOCOMOTIVE = read_stock(Path(__file__).parents[2] / "examples" / "locomotive.toml")
+# The car body's middle is ahead of the axles': wheels carry different loads.
+LOADED_IN_FRONT = replace(
+    WAGON, carbodies=(CarBodyPlace(x=0.8),), axles=(AxlePlace(x=4.5), AxlePlace(x=-4.5))
+)
+TWO = Train(
+    vehicles=(TrainVehicle(vehicle=WAGON), TrainVehicle(vehicle=LOADED_IN_FRONT, reversed=True)),
+    coupler=Coupler(stiffness=2e5, damping=1e4),
+)
+STOCK = {"wagon": (WAGON, 6), "locomotive": (LOCOMOTIVE, 6), "two coupled": (TWO, 8)}
+
+
+@dataclass(frozen=True)
+class Made:
+    """FMUs, their linear models and the monolithic system of the same."""
+
+    folder: Path
+    models: Models
+    mono: Monolithic
+
+
+def made(stock, cells, folder):
+    track = Track(mesh=Mesh(cells=cells, highest_slab_frequency=800, highest_frequency=3000))
+    export(stock, track, folder)
+    models = linear_models(folder / "Vehicle.fmu", folder / "Track.fmu", quiet)
+    return Made(folder, models, assemble(stock, track, models.positions))
+
+
+def quiet(done, total):
+    """No progress bar."""
+
+
+@pytest.fixture(scope="module", params=STOCK)
+def any_train(request, tmp_path_factory):
+    stock, cells = STOCK[request.param]
+    return made(stock, cells, tmp_path_factory.mktemp(request.param.replace(" ", "")))
+
+
+def worst(made, frequency):
+    """Largest relative error where a response is above a thousandth of the largest of its kind."""
+    errors = frequency_errors(made.models, made.mono, K_H, np.array(frequency), quiet)
+    return max(
+        float(np.nanmax(error, where=strong, initial=0.0))
+        for by_output in errors.values()
+        for error, strong in by_output.values()
+    )
+
+
+def coupled_run(made, parameters, stop):
+    """Forces of a run (n, n_contacts), and what was run."""
+    profile = replace(synthesise("german-low", SPEED * stop), fade=0.5)
+    journey = Journey(speed=SPEED, held=True, profile=profile)
+    course = Course(scheme=gauss_seidel(first="vehicle", degree=1), step=1e-4, stop=stop)
+    fmus = made.folder / "Vehicle.fmu", made.folder / "TrackWithContact.fmu"
+    run, stopped = run_pair(*fmus, parameters, journey, course, quiet)
+    assert stopped is None
+    names = Layout(len(made.models.positions)).names(FORCE)
+    return np.stack([run[name].values for name in names], axis=1), journey, course
+
+
+LINEAR = {"contact.nonlinear": False, "contact.stiffness": K_H}
+
+
+def test_frequency_responses(any_train) -> None:
+    """Modes fade out above 1800 Hz; far from there that costs 1e-3 of what is not weak."""
+    assert worst(any_train, [0.7, 2.3, 8.0, 37.0, 95.0, 240.0]) < 5e-3
+
+
+def test_forces_in_time(any_train) -> None:
+    """0.1 ms, contact in the track: as good as for the paper's vehicle; measured 1.6e-3."""
+    ours, journey, course = coupled_run(any_train, LINEAR, 0.03)
+    theirs = newmark_forces(any_train.mono, any_train.models.positions, K_H, journey, course, quiet)
+    assert theirs.shape == (301, 2 * len(any_train.models.positions))
+    assert np.abs(theirs - theirs[0]).max() > 100.0  # N
+    error = relative_rms(ours - ours[0], theirs - theirs[0], np.zeros(len(ours[0])))
+    assert error < 3e-3
+
+
+@pytest.mark.parametrize(
+    ("parameters", "law"),
+    [(LINEAR, LinearContact(k_H=K_H)), ({"contact.hertz_coefficient": 9e10}, HertzContact(C=9e10))],
+    ids=["linear", "Hertz"],
+)
+def test_forces_at_rest(any_train, parameters, law) -> None:
+    """Every wheel carries its own load; heights change them where three axles hold a bogie."""
+    ours, journey, _ = coupled_run(any_train, parameters, 1e-4)
+    mono, positions = any_train.mono, any_train.models.positions
+    heights = journey.profile.under(positions, SPEED)
+    _, theirs = equilibrium(mono, law, mono.rails(positions), heights(0.0))
+    # The reduced track deflects by 1 mm to 2e-4; ten springs of 3 MN/m make a few N of that.
+    assert ours[0] == pytest.approx(theirs, abs=5.0)
+    assert ours[0].sum() == pytest.approx(mono.load.sum(), abs=1.0)
+
+
+def test_loads_differ() -> None:
+    loads = build_multibody(TWO).wheel_load
+    assert loads[0] == pytest.approx(loads[1])
+    assert loads[3] / loads[2] > 1.3  # reversed: what was in front is behind
+
+
+@pytest.mark.slow  # a ring of 50 cells, and 10,000 unknowns at once
+def test_eight_vehicles(tmp_path) -> None:
+    """32 wheelsets of the paper's vehicle, coupled."""
+    one = TrainVehicle(vehicle=read_stock(Path("paper")))
+    train = Train(vehicles=8 * (one,), coupler=Coupler(stiffness=1e5, damping=5e3))
+    eight = made(train, 40, tmp_path)
+    assert worst(eight, [0.7, 37.0, 95.0]) < 5e-3
+    ours, journey, course = coupled_run(eight, LINEAR, 0.01)
+    theirs = newmark_forces(eight.mono, eight.models.positions, K_H, journey, course, quiet)
+    assert ours.shape == theirs.shape == (101, 64)
+    error = relative_rms(ours - ours[0], theirs - theirs[0], np.zeros(64))
+    assert error < 3e-3
