@@ -168,17 +168,30 @@ def _seen(shape: ComplexArray) -> Elements:
 def _vehicle_modes(body: ModalBody, known: Coordinates, name: str) -> Block:
     poles = body.poles
     into = body.at(known.wheelset_x).into.T
-    driven = [_forces(body, row) for row in (into.real if name == RE else into.imag)]
-    heights = body.layout.of_axles("start_z")
+
+    def part(values: ComplexArray) -> FloatArray:
+        return values.real if name == RE else values.imag
+
+    driven = [_forces(body, row) for row in part(into)]
+    # Where bodies above can follow any heights no suspension is stretched at rest.
+    rest = _heights(body, known.strained & (part(known.start_s) != 0))
+    rates = _heights(body, known.strained & (part(poles[:, None] * known.start_s) != 0))
     return Block(
         name=name,
         description=f"{PARTS[name]} parts of the modes",
         nominal=_rounded(FORCE_SIZE * np.abs(into / poles[:, None]).max()),
         derivatives=_oscillations(name, poles, driven),
-        # Where bodies above can follow any heights no suspension is stretched at rest.
-        at_rest=[tuple(heights[i] for i in row.nonzero()[0]) for row in known.strained],
-        derivatives_at_rest=driven,
+        at_rest=rest,
+        derivatives_at_rest=[
+            by_force + by_height for by_force, by_height in zip(driven, rates, strict=True)
+        ],
     )
+
+
+def _heights(body: ModalBody, felt: NDArray[np.bool_]) -> list[Names]:
+    """Start heights that count, for each row."""
+    heights = body.layout.of_axles("start_z")
+    return [tuple(heights[i] for i in np.flatnonzero(row)) for row in felt]
 
 
 def _oscillations(name: str, poles: ComplexArray, drivers: Sequence[Names]) -> list[Depends]:
@@ -191,14 +204,14 @@ def _oscillations(name: str, poles: ComplexArray, drivers: Sequence[Names]) -> l
 
 
 def _rigid_positions(body: ModalBody, known: Coordinates) -> Block:
-    start, heights = known.start_r, body.layout.of_axles("start_z")
+    start = known.start_r
     n = len(start)
     return Block(
         name=Z,
         description="rigid-body coordinates, normalised to a mass of 1",
         nominal=_rounded(HEIGHT * np.abs(start).max()),
         derivatives=[Depends((), {V: np.array([k])}) for k in range(n)],
-        at_rest=[tuple(heights[j] for j in np.flatnonzero(row)) for row in start],
+        at_rest=_heights(body, start != 0),
         derivatives_at_rest=[()] * n,
     )
 

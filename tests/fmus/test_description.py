@@ -29,14 +29,18 @@ from railcosim.fmus.python_runtime.models import Model
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.mechanics.stepping import State
+from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema"
 LOAD = Vehicle().wheel_load
-NAMES = ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"]
-STATEFUL = ["Vehicle", "Track"]
+OURS = ["Vehicle", "Track"]
+# Three wheelsets hold a bogie of it, so at rest its loads depend on their heights.
+LOCOMOTIVE = read_stock(Path(__file__).parents[2] / "examples" / "locomotive.toml")
+STATEFUL = [*OURS, "Locomotive"]
+NAMES = [*STATEFUL, *(f"{name}WithContact" for name in STATEFUL)]
 SOURCES = ["fmi2.c", "motion.c"]
 POSITIONS = [18.5125, 16.0125, 2.8125, 0.3125]
 BLOCKS = ["mode.re", "mode.im", "rigid.z", "rigid.v"]
@@ -55,7 +59,13 @@ class Subject:
 
     @property
     def table(self):
-        start = Start(loads=[LOAD] * 8, positions=POSITIONS, contact=contact_defaults(Vehicle()))
+        body, n = self.body, self.body.layout.wheelsets
+        loads = body.preload.tolist() if body.coordinates else [LOAD] * 8
+        start = Start(
+            loads=loads,
+            positions=POSITIONS if n == 4 else list(range(5 * n, 0, -5)),
+            contact=contact_defaults(Vehicle()),
+        )
         return interface(self.body, start, with_contact=self.name.endswith("Contact"))
 
     @property
@@ -97,8 +107,10 @@ def few_modes(short_reduced):
 
 
 def subject_of(name, few_modes):
-    vehicle = vehicle_body(build_multibody(Vehicle()))
-    return Subject(name, few_modes if name.startswith("Track") else vehicle)
+    if name.startswith("Track"):
+        return Subject(name, few_modes)
+    stock = Vehicle() if name.startswith("Vehicle") else LOCOMOTIVE
+    return Subject(name, vehicle_body(build_multibody(stock)))
 
 
 @pytest.fixture
@@ -362,7 +374,7 @@ def test_outputs_and_derivatives_depend_on_states_as_declared(subject, tmp_path)
     machine = Machine(subject)
     read = fmpy.read_model_description(subject.write(tmp_path, 2))
     told = declared(read, "outputs") | declared(read, "derivatives")
-    still = dict(zip(Layout().names(FORCE), machine.model.body.preload, strict=True))
+    still = dict(zip(subject.body.layout.names(FORCE), subject.body.preload, strict=True))
     start = machine.start() | still
     found, names = set(), set()
     for name, state in unit_states(machine.model.body, subject):
@@ -510,7 +522,7 @@ def told_of(unknowns, knowns):
     return {(u.variable.name, d.name) for u in unknowns for d in u.dependencies if d.name in names}
 
 
-native = pytest.mark.parametrize("exchanged", STATEFUL, indirect=True)
+native = pytest.mark.parametrize("exchanged", OURS, indirect=True)
 
 
 @native
@@ -542,7 +554,7 @@ def test_directional_derivatives_at_rest_are_zero_where_nothing_is_declared(exch
     assert told <= some, told - some
 
 
-@pytest.mark.parametrize("name", STATEFUL)
+@pytest.mark.parametrize("name", OURS)
 def test_directional_derivatives_of_arrays_are_zero_where_nothing_is_declared(
     name, short_track, tmp_path
 ):
