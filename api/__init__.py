@@ -12,13 +12,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from railcosim.analysis.catalogue import catalogue as schemes
-    from railcosim.analysis.export_pair import export_pair as export
+    from railcosim.analysis.pair.export_pair import export_pair as export
+    from railcosim.analysis.pair.run import run
     from railcosim.analysis.response.frf import frequency_response
     from railcosim.analysis.response.map import response_map
     from railcosim.analysis.response.receptance import receptance, track_receptance
-    from railcosim.analysis.run import run
     from railcosim.analysis.schemes.advice import advise
+    from railcosim.analysis.schemes.catalogue import catalogue as schemes
     from railcosim.analysis.schemes.choice import scheme
     from railcosim.analysis.schemes.grid_run import study
     from railcosim.analysis.schemes.limits import stability
@@ -76,17 +76,17 @@ _PLACES = {
     "advise": "analysis.schemes.advice:advise",
     "cosimulate": "master.cosimulation:cosimulate",
     "couple": "master.coupling:couple",
-    "export": "analysis.export_pair:export_pair",
+    "export": "analysis.pair.export_pair:export_pair",
     "frequency_response": "analysis.response.frf:frequency_response",
     "irregularity": "track.irregularity.named:irregularity",
     "load": "master.fmi.fmu:FmuComponent.load",
     "open_result": "master.files:load",
     "receptance": "analysis.response.receptance:receptance",
     "response_map": "analysis.response.map:response_map",
-    "run": "analysis.run:run",
+    "run": "analysis.pair.run:run",
     "save_result": "master.files:save",
     "scheme": "analysis.schemes.choice:scheme",
-    "schemes": "analysis.catalogue:catalogue",
+    "schemes": "analysis.schemes.catalogue:catalogue",
     "stability": "analysis.schemes.limits:stability",
     "study": "analysis.schemes.grid_run:study",
     "track_receptance": "analysis.response.receptance:track_receptance",

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.against_monolithic import frequency_errors
-from railcosim.analysis.frequency import Models, linear_models
-from railcosim.analysis.pair import WHEELS
+from railcosim.analysis.pair.against_monolithic import frequency_errors
+from railcosim.analysis.pair.pair import WHEELS
+from railcosim.analysis.response.frequency import Models, linear_models
 from railcosim.cli.compare import error_table
 from railcosim.fmus.export import export
 from railcosim.master.linear.receptance import frequency_response

@@ -17,8 +17,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.pair import FORCES, Journey
-from railcosim.analysis.time_run import run_pair
+from railcosim.analysis.pair.pair import FORCES, Journey
+from railcosim.analysis.pair.time_run import run_pair
 from railcosim.fmus.export import export
 from railcosim.master.course import Course
 from railcosim.master.schemes import Scheme

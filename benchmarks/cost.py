@@ -22,8 +22,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.frequency import coupled, linear_models
-from railcosim.analysis.pair import Journey, open_pair
+from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.response.frequency import coupled, linear_models
 from railcosim.fmus.export import export
 from railcosim.fmus.native_runtime.compilers import compiler_for
 from railcosim.fmus.native_runtime.platforms import local_platform

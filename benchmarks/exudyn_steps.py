@@ -21,7 +21,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.pair import Journey
+from railcosim.analysis.pair.pair import Journey
 from railcosim.fmus.export import export
 from railcosim.track.irregularity import synthesise
 from railcosim.track.parameters import Track

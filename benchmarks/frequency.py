@@ -28,8 +28,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.frequency import Models, coupled, linear_models, response
-from railcosim.analysis.plane import plane, transfer
+from railcosim.analysis.response.frequency import Models, coupled, linear_models, response
+from railcosim.analysis.response.plane import plane, transfer
 from railcosim.fmus.export import export
 from railcosim.paper.maps import OUTPUTS
 from railcosim.reference.monolithic import assemble, frequency_response

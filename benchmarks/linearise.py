@@ -26,8 +26,8 @@ from rich.table import Table
 from scipy.sparse import block_array, csc_array, eye_array
 from scipy.sparse.linalg import splu
 
-from railcosim.analysis.frequency import PULSES, Models, coupled, wheelset_positions
-from railcosim.analysis.pair import FORCES, WHEELS, WHEELSETS
+from railcosim.analysis.pair.pair import FORCES, WHEELS, WHEELSETS
+from railcosim.analysis.response.frequency import PULSES, Models, coupled, wheelset_positions
 from railcosim.fmus.export import export
 from railcosim.master.component import FloatArray
 from railcosim.master.fmi.fmu import FmuComponent

@@ -14,7 +14,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.pair import Journey, open_pair
+from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, Runtime, export
 from railcosim.master.component import Hold
 from railcosim.master.cosimulation import cosimulate

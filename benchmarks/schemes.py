@@ -22,12 +22,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.coupled_reference import (
+from railcosim.analysis.pair.pair import FORCES, WHEELSETS, Journey, open_pair
+from railcosim.analysis.schemes.coupled_reference import (
     ContactForces,
     compression_model,
     converged_forces,
 )
-from railcosim.analysis.pair import FORCES, WHEELSETS, Journey, open_pair
 from railcosim.fmus.export import export
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.schemes.interface_jacobian import interface_jacobian

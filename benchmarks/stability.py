@@ -23,11 +23,17 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from railcosim.analysis.catalogue import FMUS, Owner, members
-from railcosim.analysis.growth import Bench, Kick
-from railcosim.analysis.linear_pair import Part, linear_parts
-from railcosim.analysis.pair import Journey, open_pair
-from railcosim.analysis.stability import LONGEST, Contact, Coupling, Window, static_stiffness
+from railcosim.analysis.pair.linear_pair import Part, linear_parts
+from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
+from railcosim.analysis.schemes.growth import Bench, Kick
+from railcosim.analysis.schemes.stability import (
+    LONGEST,
+    Contact,
+    Coupling,
+    Window,
+    static_stiffness,
+)
 from railcosim.fmus.export import export
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle

@@ -10,7 +10,7 @@ from typing import Annotated, TypeAlias
 import typer
 import xarray as xr
 
-from railcosim.analysis.verdict import NotBelievedError, Signs, Verdict, confirmed, signs_of
+from railcosim.analysis.pair.verdict import NotBelievedError, Signs, Verdict, confirmed, signs_of
 from railcosim.master.recorded_run import Progress, Stopped
 from railcosim.master.system_run import Change
 from railcosim.plots.chart import Chart

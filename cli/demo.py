@@ -10,7 +10,9 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from railcosim.analysis.frequency import (
+from railcosim.analysis.pair.pair import Journey
+from railcosim.analysis.pair.time_run import run_pair
+from railcosim.analysis.response.frequency import (
     Models,
     apart,
     coupled,
@@ -19,8 +21,6 @@ from railcosim.analysis.frequency import (
     on_rigid_track,
     response,
 )
-from railcosim.analysis.pair import Journey
-from railcosim.analysis.time_run import run_pair
 from railcosim.master.course import Course
 from railcosim.master.files import save
 from railcosim.master.linear.realisation import ComplexArray

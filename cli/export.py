@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from railcosim.analysis.export_pair import PAIR, export_pair
+from railcosim.analysis.pair.export_pair import PAIR, export_pair
 from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime, Runtime, Start, export_track
 from railcosim.fmus.native_runtime.platforms import platforms_named

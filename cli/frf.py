@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from railcosim.analysis.frequency import check_excitation
+from railcosim.analysis.response.frequency import check_excitation
 from railcosim.analysis.response.frf import Assembly, frequency_response
 from railcosim.plots.results import response_chart
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from railcosim.analysis.pair import Load
+from railcosim.analysis.pair.pair import Load
 from railcosim.master.checkpoint import CheckpointError, Checkpoints, results_of
 from railcosim.master.course import Keeping
 from railcosim.master.fmi.fmu import FmuComponent

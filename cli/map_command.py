@@ -11,7 +11,7 @@ import typer
 import xarray as xr
 from rich.table import Table
 
-from railcosim.analysis.critical import Critical
+from railcosim.analysis.response.critical import Critical
 from railcosim.analysis.response.map import (
     MODES,
     NAMES,

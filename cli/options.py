@@ -14,7 +14,7 @@ import typer
 from numpy.typing import NDArray
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from railcosim.analysis.contact import NONLINEAR, STIFFNESS, TANGENT
+from railcosim.analysis.pair.contact import NONLINEAR, STIFFNESS, TANGENT
 from railcosim.parameters import UnusualWarning, Usual, read_toml, tables_of
 from railcosim.storage.interruption import noting
 from railcosim.track.decay import long_enough

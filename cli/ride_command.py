@@ -10,9 +10,9 @@ import typer
 import xarray as xr
 from rich.table import Table
 
-from railcosim.analysis.frequency import linear_models
-from railcosim.analysis.ride import ride
-from railcosim.analysis.ring import check_frequencies_of
+from railcosim.analysis.pair.ring import check_frequencies_of
+from railcosim.analysis.response.frequency import linear_models
+from railcosim.analysis.response.ride import ride
 from railcosim.plots.chart import Chart, Curve, Panel
 from railcosim.track.irregularity import QUALITIES
 from railcosim.track.irregularity.synthesis import quality

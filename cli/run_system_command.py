@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from railcosim.analysis.ring import check_rings_of
+from railcosim.analysis.pair.ring import check_rings_of
 from railcosim.analysis.schemes.choice import maker_of
 from railcosim.master.schemes.catalogue import CATALOGUE
 from railcosim.master.system_run import run_ssp

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from railcosim.analysis.schemes.limits import USUAL, Found, predictable
 from railcosim.analysis.schemes.limits import stability as predicted
-from railcosim.analysis.stability import FAST, LONGEST, Limit, Window
+from railcosim.analysis.schemes.stability import FAST, LONGEST, Limit, Window
 from railcosim.plots.stability import stability_chart
 
 from .fmus import FreshOption, fmus_of

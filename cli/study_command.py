@@ -13,12 +13,12 @@ import xarray as xr
 from rich.box import SIMPLE
 from rich.table import Table
 
-from railcosim.analysis.catalogue import Member, Owner, members
+from railcosim.analysis.schemes.catalogue import Member, Owner, members
 from railcosim.analysis.schemes.grid_run import NoDaskError
 from railcosim.analysis.schemes.grid_run import study as study_of
-from railcosim.analysis.study import Folder, Grid, StudyError, settings_of
-from railcosim.analysis.study_point import Contact, Ride
-from railcosim.analysis.study_table import save_table
+from railcosim.analysis.schemes.study import Folder, Grid, StudyError, settings_of
+from railcosim.analysis.schemes.study_point import Contact, Ride
+from railcosim.analysis.schemes.study_table import save_table
 from railcosim.master.course import count_steps
 from railcosim.master.memory import afford
 from railcosim.master.suggest import suggest

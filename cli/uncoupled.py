@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
-from railcosim.analysis.frequency import Models
-from railcosim.analysis.uncoupled import NEGLIGIBLE, Change, changes
+from railcosim.analysis.response.frequency import Models
+from railcosim.analysis.response.uncoupled import NEGLIGIBLE, Change, changes
 from railcosim.master.component import FloatArray
 from railcosim.master.files import save
 from railcosim.paper.finding import Finding

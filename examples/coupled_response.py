@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from railcosim.analysis.frequency import coupled, linear_models, on_rigid_track, response
+from railcosim.analysis.response.frequency import coupled, linear_models, on_rigid_track, response
 from railcosim.fmus.export import export
 from railcosim.plots.picture import save_picture
 from railcosim.plots.results import receptance_chart

@@ -12,10 +12,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from railcosim.analysis.critical import critical_points
-from railcosim.analysis.frequency import linear_models, on_rigid_track
-from railcosim.analysis.plane import plane, transfer
-from railcosim.analysis.resonance import resonance
+from railcosim.analysis.response.critical import critical_points
+from railcosim.analysis.response.frequency import linear_models, on_rigid_track
+from railcosim.analysis.response.plane import plane, transfer
+from railcosim.analysis.response.resonance import resonance
 from railcosim.fmus.export import export
 from railcosim.plots.chart import Chart, Map, Mark
 from railcosim.plots.picture import save_picture

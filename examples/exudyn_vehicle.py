@@ -19,8 +19,8 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-from railcosim.analysis.pair import FORCES, WHEELS, WHEELSETS, Journey
-from railcosim.analysis.time_run import run_pair
+from railcosim.analysis.pair.pair import FORCES, WHEELS, WHEELSETS, Journey
+from railcosim.analysis.pair.time_run import run_pair
 from railcosim.cli.options import progress
 from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.export import export

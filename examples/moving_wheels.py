@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from railcosim.analysis.pair import Journey
-from railcosim.analysis.time_run import run_pair
+from railcosim.analysis.pair.pair import Journey
+from railcosim.analysis.pair.time_run import run_pair
 from railcosim.fmus.export import export
 from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi

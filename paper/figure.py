@@ -8,8 +8,8 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from railcosim.analysis.frequency import response
-from railcosim.analysis.resonance import resonance
+from railcosim.analysis.response.frequency import response
+from railcosim.analysis.response.resonance import resonance
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.receptance import Response
 from railcosim.plots.chart import Chart

@@ -12,7 +12,10 @@ import numpy as np
 import xarray as xr
 from fmpy import read_model_description
 
-from railcosim.analysis.frequency import (
+from railcosim.analysis.pair.pair import FORCES, Journey
+from railcosim.analysis.pair.time_run import run_pair
+from railcosim.analysis.parallel import Progress, Task, Workers
+from railcosim.analysis.response.frequency import (
     Models,
     coupled,
     linear_track,
@@ -20,9 +23,6 @@ from railcosim.analysis.frequency import (
     on_rigid_track,
     wheelset_positions,
 )
-from railcosim.analysis.pair import FORCES, Journey
-from railcosim.analysis.parallel import Progress, Task, Workers
-from railcosim.analysis.time_run import run_pair
 from railcosim.fmus.export import export
 from railcosim.master.component import FloatArray
 from railcosim.master.course import Course

@@ -8,9 +8,9 @@ from functools import lru_cache, partial
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.critical import Critical, critical_points
-from railcosim.analysis.plane import Transfer, plane, plane_dataset, transfer
-from railcosim.analysis.resonance import resonance
+from railcosim.analysis.response.critical import Critical, critical_points
+from railcosim.analysis.response.plane import Transfer, plane, plane_dataset, transfer
+from railcosim.analysis.response.resonance import resonance
 from railcosim.master.component import FloatArray
 from railcosim.plots.chart import Chart, Curve, Map, Mark, Panel
 

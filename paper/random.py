@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.estimate import band_difference, band_error, welch_psd
-from railcosim.analysis.random import acceleration_psd, response_psd
+from railcosim.analysis.response.estimate import band_difference, band_error, welch_psd
+from railcosim.analysis.response.random import acceleration_psd, response_psd
 from railcosim.master.component import FloatArray
 from railcosim.plots.chart import Chart, Curve, Panel
 from railcosim.track.irregularity import QUALITIES

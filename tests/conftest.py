@@ -7,7 +7,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 
-from railcosim.analysis.export_pair import export_pair
+from railcosim.analysis.pair.export_pair import export_pair
 from railcosim.track.parameters import Mesh, Track
 from railcosim.track.reduced import reduce_track
 from railcosim.vehicle.parameters import Vehicle

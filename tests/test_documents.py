@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from railcosim.analysis.kept_fmus import fmus_of_pair
+from railcosim.analysis.pair.kept_fmus import fmus_of_pair
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.frequency import (
+from railcosim.analysis.pair.ring import check_frequencies_of
+from railcosim.analysis.response.frequency import (
     apart,
     check_excitation,
     coupled,
@@ -18,7 +19,6 @@ from railcosim.analysis.frequency import (
     on_rigid_track,
     response,
 )
-from railcosim.analysis.ring import check_frequencies_of
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
 
@@ -55,7 +55,7 @@ def frequency_response(
     frequency : array, shape (n,)
         Hz.
     excitation : str
-        See `railcosim.analysis.frequency.response`.
+        See `railcosim.analysis.response.frequency.response`.
     contact_stiffness : float
         k_H, N/m.
     speed : float

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.contact import WHEELSETS
-from railcosim.analysis.critical import Critical, critical_points
-from railcosim.analysis.frequency import Models, coupled, linear_models, on_rigid_track
-from railcosim.analysis.plane import Transfer, plane, plane_dataset, transfer
-from railcosim.analysis.resonance import resonance
-from railcosim.analysis.ring import check_frequencies_of
+from railcosim.analysis.pair.contact import WHEELSETS
+from railcosim.analysis.pair.ring import check_frequencies_of
+from railcosim.analysis.response.critical import Critical, critical_points
+from railcosim.analysis.response.frequency import Models, coupled, linear_models, on_rigid_track
+from railcosim.analysis.response.plane import Transfer, plane, plane_dataset, transfer
+from railcosim.analysis.response.resonance import resonance
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.memory import afford

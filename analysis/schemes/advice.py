@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.advise import STEPS, Excitation, Option, excitation, options
-from railcosim.analysis.catalogue import Owner, members
-from railcosim.analysis.contact import NONLINEAR, Parameters
-from railcosim.analysis.frequency import wheelset_positions
-from railcosim.analysis.linear_pair import Part, linear_parts
+from railcosim.analysis.pair.contact import NONLINEAR, Parameters
+from railcosim.analysis.pair.linear_pair import Part, linear_parts
 from railcosim.analysis.parallel import Task, Workers
+from railcosim.analysis.response.frequency import wheelset_positions
+from railcosim.analysis.schemes.advise import STEPS, Excitation, Option, excitation, options
+from railcosim.analysis.schemes.catalogue import Owner, members
 from railcosim.parameters import ArgumentError
 from railcosim.track.irregularity import Spectrum
 from railcosim.track.irregularity.synthesis import quality

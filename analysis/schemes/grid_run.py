@@ -8,10 +8,10 @@ from pathlib import Path
 
 import xarray as xr
 
-from railcosim.analysis.study import Folder, Grid, settings_of
-from railcosim.analysis.study_here import measured
-from railcosim.analysis.study_point import Fmus, Measurement, Point, Ride
-from railcosim.analysis.study_table import table_of
+from railcosim.analysis.schemes.study import Folder, Grid, settings_of
+from railcosim.analysis.schemes.study_here import measured
+from railcosim.analysis.schemes.study_point import Fmus, Measurement, Point, Ride
+from railcosim.analysis.schemes.study_table import table_of
 
 Progress = Callable[[float, float], None]
 
@@ -117,7 +117,7 @@ def _measured(
         yield from measured(ride, points, fmus, progress)
         return
     try:
-        from railcosim.analysis import cluster  # noqa: PLC0415 - an extra
+        from railcosim.analysis.schemes import cluster  # noqa: PLC0415 - an extra
     except ImportError as error:
         raise NoDaskError(
             f'--scheduler needs dask: pip install "railcosim[study]" ({error})'

@@ -11,11 +11,11 @@ from typing import TypeAlias
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.catalogue import Owner, members
-from railcosim.analysis.contact import NONLINEAR, STIFFNESS, Parameters
-from railcosim.analysis.linear_pair import Part, linear_parts
+from railcosim.analysis.pair.contact import NONLINEAR, STIFFNESS, Parameters
+from railcosim.analysis.pair.linear_pair import Part, linear_parts
 from railcosim.analysis.parallel import Task, Workers
-from railcosim.analysis.stability import Limit, Window, limits, static_stiffness
+from railcosim.analysis.schemes.catalogue import Owner, members
+from railcosim.analysis.schemes.stability import Limit, Window, limits, static_stiffness
 from railcosim.parameters import ArgumentError
 
 Progress = Callable[[float, float], None]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.comfort import (
+from railcosim.analysis.response.comfort import (
     iso_2631_weight,
     reaction,
     sperling,

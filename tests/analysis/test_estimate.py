@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.estimate import band_difference, band_error, third_octaves, welch_psd
+from railcosim.analysis.response.estimate import (
+    band_difference,
+    band_error,
+    third_octaves,
+    welch_psd,
+)
 
 
 def test_white_noise() -> None:

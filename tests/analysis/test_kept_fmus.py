@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from railcosim.analysis import kept_fmus
-from railcosim.analysis.kept_fmus import BEGUN, MOST, fmus_of_pair, key_of
+from railcosim.analysis.pair import kept_fmus
+from railcosim.analysis.pair.kept_fmus import BEGUN, MOST, fmus_of_pair, key_of
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 

@@ -7,10 +7,10 @@ of phases.
 import numpy as np
 import pytest
 
-from railcosim.analysis.frequency import response
-from railcosim.analysis.pair import WHEELS, WHEELSETS
-from railcosim.analysis.plane import plane, transfer
-from railcosim.analysis.random import response_psd
+from railcosim.analysis.pair.pair import WHEELS, WHEELSETS
+from railcosim.analysis.response.frequency import response
+from railcosim.analysis.response.plane import plane, transfer
+from railcosim.analysis.response.random import response_psd
 from railcosim.master.linear.receptance import FrequencyResponse
 from railcosim.track.irregularity import Profile
 

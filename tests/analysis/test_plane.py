@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.critical import bogie_distance, critical_points
-from railcosim.analysis.pair import WHEELS
-from railcosim.analysis.plane import plane, transfer
-from railcosim.analysis.resonance import resonance
+from railcosim.analysis.pair.pair import WHEELS
+from railcosim.analysis.response.critical import bogie_distance, critical_points
+from railcosim.analysis.response.plane import plane, transfer
+from railcosim.analysis.response.resonance import resonance
 from railcosim.master.linear.receptance import FrequencyResponse
 
 POSITIONS = np.array([18.2, 15.7, 2.5, 0.0])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.comfort import sperling
-from railcosim.analysis.ride import FLOOR, _with_floor
+from railcosim.analysis.response.comfort import sperling
+from railcosim.analysis.response.ride import FLOOR, _with_floor
 from railcosim.master.linear.receptance import FrequencyResponse
 
 

@@ -6,10 +6,10 @@ import zipfile
 import numpy as np
 import pytest
 
-from railcosim.analysis.frequency import linear_models
-from railcosim.analysis.pair import Journey, open_pair
+from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.pair.ring import check_frequencies_of, check_ring_of
+from railcosim.analysis.response.frequency import linear_models
 from railcosim.analysis.response.map import response_map
-from railcosim.analysis.ring import check_frequencies_of, check_ring_of
 from railcosim.fmus.content import ring_annotations
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.archive import FmuError, read_annotations

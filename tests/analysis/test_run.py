@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import railcosim
-from railcosim.analysis.verdict import NotBelievedError
+from railcosim.analysis.pair.verdict import NotBelievedError
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.parameters import ArgumentError
 

@@ -12,12 +12,12 @@ import scipy.sparse as sp
 import xarray as xr
 from scipy.integrate import solve_ivp
 
-from railcosim.analysis.catalogue import FMUS, Owner, members
-from railcosim.analysis.coupled_reference import converged_forces
-from railcosim.analysis.study import Folder, Grid, StudyError, settings_of
-from railcosim.analysis.study_here import measured as measured_here
-from railcosim.analysis.study_point import Contact, Measurement, Ride, measure, reference
-from railcosim.analysis.study_table import DIMS, observed_order, save_table, table_of
+from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
+from railcosim.analysis.schemes.coupled_reference import converged_forces
+from railcosim.analysis.schemes.study import Folder, Grid, StudyError, settings_of
+from railcosim.analysis.schemes.study_here import measured as measured_here
+from railcosim.analysis.schemes.study_point import Contact, Measurement, Ride, measure, reference
+from railcosim.analysis.schemes.study_table import DIMS, observed_order, save_table, table_of
 from railcosim.fmus.export import export
 from railcosim.master.component import Variable
 from railcosim.master.files import load
@@ -29,7 +29,7 @@ from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
 distributed = pytest.importorskip("distributed")
-from railcosim.analysis.cluster import ClusterError, connect, measured  # noqa: E402
+from railcosim.analysis.schemes.cluster import ClusterError, connect, measured  # noqa: E402
 
 pytestmark = pytest.mark.slow  # converged references for every case
 
@@ -357,7 +357,9 @@ def test_what_fails_on_a_worker_is_said_of_its_point(ride, contents, cluster) ->
 
 def test_nobody_at_the_address(monkeypatch) -> None:
     """One sentence, with what to do."""
-    monkeypatch.setattr("railcosim.analysis.cluster.PATIENCE", 0.5)  # s; nobody will ever answer
+    monkeypatch.setattr(
+        "railcosim.analysis.schemes.cluster.PATIENCE", 0.5
+    )  # s; nobody will ever answer
     with (
         pytest.raises(ClusterError, match="start one with: dask scheduler"),
         connect("tcp://127.0.0.1:9"),

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.pair import Journey
-from railcosim.analysis.study_point import Ride
-from railcosim.analysis.time_run import run_pair
+from railcosim.analysis.pair.pair import Journey
+from railcosim.analysis.pair.time_run import run_pair
+from railcosim.analysis.schemes.study_point import Ride
 from railcosim.cli import compare, run_command, study_command
 from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi

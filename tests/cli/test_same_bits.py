@@ -15,7 +15,7 @@ REFERENCE = """
 import railcosim.cli.main  # as every command begins
 import sys
 from pathlib import Path
-from railcosim.analysis.study_point import Contact, Ride, reference
+from railcosim.analysis.schemes.study_point import Contact, Ride, reference
 from railcosim.track.irregularity import synthesise
 
 ride = Ride(speed=70.0, stop=4e-3, profile=synthesise("german-low", 20.0))

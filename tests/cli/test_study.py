@@ -131,7 +131,9 @@ def test_mistakes_in_one_line(folder, arguments, status, says, monkeypatch, capf
     monkeypatch.chdir(folder)
     monkeypatch.setattr("warnings.showwarning", warnings.showwarning)  # `run` sets its own
     monkeypatch.setattr("sys.argv", ["railcosim", "study", *arguments])
-    monkeypatch.setattr("railcosim.analysis.cluster.PATIENCE", 0.5)  # s; nobody will ever answer
+    monkeypatch.setattr(
+        "railcosim.analysis.schemes.cluster.PATIENCE", 0.5
+    )  # s; nobody will ever answer
     with pytest.raises(SystemExit) as stopped:
         run()
     assert stopped.value.code == status

@@ -25,13 +25,13 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from railcosim.analysis.catalogue import FMUS, Owner, members
-from railcosim.analysis.export_pair import export_pair
-from railcosim.analysis.frequency import coupled, linear_models, on_rigid_track, response
-from railcosim.analysis.linear_pair import linear_parts
-from railcosim.analysis.pair import Journey, open_pair
-from railcosim.analysis.plane import plane, transfer
-from railcosim.analysis.stability import Contact, Coupling
+from railcosim.analysis.pair.export_pair import export_pair
+from railcosim.analysis.pair.linear_pair import linear_parts
+from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.response.frequency import coupled, linear_models, on_rigid_track, response
+from railcosim.analysis.response.plane import plane, transfer
+from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
+from railcosim.analysis.schemes.stability import Contact, Coupling
 from railcosim.master.component import Hold
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.fmi.fmu import FmuComponent

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from railcosim.analysis.ring import check_rings_of
+from railcosim.analysis.pair.ring import check_rings_of
 from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import Divergence
 from railcosim.master.fmi.archive import FmuError

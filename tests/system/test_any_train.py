@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railcosim.analysis.against_monolithic import frequency_errors, newmark_forces
-from railcosim.analysis.frequency import Models, linear_models
-from railcosim.analysis.pair import Journey
-from railcosim.analysis.time_run import run_pair
+from railcosim.analysis.pair.against_monolithic import frequency_errors, newmark_forces
+from railcosim.analysis.pair.pair import Journey
+from railcosim.analysis.pair.time_run import run_pair
+from railcosim.analysis.response.frequency import Models, linear_models
 from railcosim.fmus.export import export
 from railcosim.master.course import Course
 from railcosim.master.schemes.gauss_seidel import gauss_seidel

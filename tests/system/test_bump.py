@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.frequency import coupled, response
-from railcosim.analysis.pair import FORCES, Journey
-from railcosim.analysis.ride import ride
-from railcosim.analysis.time_run import run_pair
+from railcosim.analysis.pair.pair import FORCES, Journey
+from railcosim.analysis.pair.time_run import run_pair
+from railcosim.analysis.response.frequency import coupled, response
+from railcosim.analysis.response.ride import ride
 from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.track.irregularity import QUALITIES, Profile

@@ -4,11 +4,11 @@ import re
 
 import pytest
 
-from railcosim.analysis.catalogue import FMUS, Owner, members
-from railcosim.analysis.contact import law_of
-from railcosim.analysis.pair import Journey, open_pair
-from railcosim.analysis.stability import static_stiffness
-from railcosim.analysis.study_point import Contact, Point, Ride, measure, reference
+from railcosim.analysis.pair.contact import law_of
+from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
+from railcosim.analysis.schemes.stability import static_stiffness
+from railcosim.analysis.schemes.study_point import Contact, Point, Ride, measure, reference
 from railcosim.fmus.export import export
 from railcosim.master.connections import CouplingError
 from railcosim.mechanics.law import hertz_coefficient, tangent_stiffness

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.coupled_reference import compression_model, converged_forces
-from railcosim.analysis.pair import FORCES, Journey, open_pair
+from railcosim.analysis.pair.pair import FORCES, Journey, open_pair
+from railcosim.analysis.schemes.coupled_reference import compression_model, converged_forces
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.variants import (

@@ -7,9 +7,9 @@ from functools import partial
 import numpy as np
 import pytest
 
-from railcosim.analysis.contact import FORCES, LAYOUT, WHEELSETS
-from railcosim.analysis.coupled_reference import compression_model, converged_forces
-from railcosim.analysis.pair import Journey, open_pair
+from railcosim.analysis.pair.contact import FORCES, LAYOUT, WHEELSETS
+from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.schemes.coupled_reference import compression_model, converged_forces
 from railcosim.master.bonds import find_bonds
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.energy import EnergyMeter

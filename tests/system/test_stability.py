@@ -8,14 +8,14 @@ import sys
 import numpy as np
 import pytest
 
-from railcosim.analysis.advise import STEPS, excitation, options
-from railcosim.analysis.catalogue import FMUS, Owner, members
-from railcosim.analysis.contact import WHEELS
-from railcosim.analysis.frequency import wheelset_positions
-from railcosim.analysis.growth import Bench, Kick
-from railcosim.analysis.linear_pair import linear_parts
-from railcosim.analysis.pair import Journey, open_pair
-from railcosim.analysis.stability import FAST, RATE, Contact, Coupling, static_stiffness
+from railcosim.analysis.pair.contact import WHEELS
+from railcosim.analysis.pair.linear_pair import linear_parts
+from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.response.frequency import wheelset_positions
+from railcosim.analysis.schemes.advise import STEPS, excitation, options
+from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
+from railcosim.analysis.schemes.growth import Bench, Kick
+from railcosim.analysis.schemes.stability import FAST, RATE, Contact, Coupling, static_stiffness
 from railcosim.cli.stability_command import in_ms
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.files import load

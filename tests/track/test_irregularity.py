@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 from scipy.integrate import quad
 
-from railcosim.analysis.estimate import band_difference, band_error
+from railcosim.analysis.response.estimate import band_difference, band_error
 from railcosim.parameters import ParameterError
 from railcosim.track.irregularity import (
     QUALITIES,

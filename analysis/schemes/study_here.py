@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from railcosim.analysis.parallel import Progress, Task, Workers
+
 from .catalogue import FMUS, Owner
 from .coupled_reference import ContactForces
-from .parallel import Progress, Task, Workers
 from .study_point import Contact, Fmus, Measurement, Point, Ride, measure, reference
 
 

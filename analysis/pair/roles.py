@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from railcosim.analysis.schemes.catalogue import Owner
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.description import describe_file
 from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Port, wheelset_name
-
-from .catalogue import Owner
 
 FIRST = Port(1, SIDES[0])
 SIGNS = {

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from railcosim.analysis.pair.linear_pair import Part
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.linear.receptance import lag
 from railcosim.master.linear.state_space import ComplexArray
@@ -20,7 +21,6 @@ from railcosim.master.schemes import Scheme
 from railcosim.track.irregularity import Spectrum
 
 from .catalogue import Owner
-from .linear_pair import Part
 from .stability import Contact, Coupling
 
 STEPS = np.sort(np.outer(10.0 ** np.arange(-5, -2), [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0,

@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from railcosim.analysis.pair.pair import Pair
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.cosimulation import Divergence, cosimulate
 from railcosim.master.schemes import Scheme
 
-from .pair import Pair
 from .stability import FAST, LONGEST
 
 PATTERN = np.array([1.0, 0.7, -0.5, 0.3, 0.4, -0.6, 0.2, 0.9])

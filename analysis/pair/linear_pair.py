@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csc_array
 
+from railcosim.analysis.schemes.catalogue import Owner
 from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import CouplingError, connect_by_name
 from railcosim.master.law import Law
@@ -23,7 +24,6 @@ from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
 from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 
-from .catalogue import Owner
 from .contact import layout_of
 
 CONDENSED = 1e-6

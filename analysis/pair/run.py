@@ -6,6 +6,8 @@ from pathlib import Path
 
 import xarray as xr
 
+from railcosim.analysis.schemes.choice import choice_of, usual_step
+from railcosim.analysis.schemes.choice import scheme as scheme_of
 from railcosim.master.course import Course
 from railcosim.master.recorded_run import Progress
 from railcosim.master.schemes import Scheme
@@ -15,8 +17,6 @@ from railcosim.track.irregularity.named import irregularity as named
 from .contact import NONLINEAR, STIFFNESS, Parameters
 from .pair import Journey
 from .roles import owners
-from .schemes.choice import choice_of, usual_step
-from .schemes.choice import scheme as scheme_of
 from .time_run import run_pair
 from .verdict import NotBelievedError, confirmed, signs_of
 

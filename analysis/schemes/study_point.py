@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from railcosim.analysis.pair.contact import law_of
+from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.cosimulation import Cosimulation, Divergence, FallbackWarning, cosimulate
 from railcosim.master.schemes import Scheme
@@ -25,9 +27,7 @@ from railcosim.track.decay import RingWarning
 from railcosim.track.irregularity import Profile
 
 from .catalogue import FMUS, Owner
-from .contact import law_of
 from .coupled_reference import ContactForces, compression_model, converged_forces
-from .pair import Journey, open_pair
 
 INTERNAL_STEP = 5e-6
 """Of FMUs that own the contact (s). Their own error, of fourth order in it, is then far below what

@@ -10,11 +10,10 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline
 
+from railcosim.analysis.pair.contact import standing_in
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import Response
-
-from .contact import standing_in
 
 System: TypeAlias = Callable[[FloatArray], Response]  # of omega (rad/s)
 

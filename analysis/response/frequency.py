@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from railcosim.analysis.pair.contact import layout_of
+from railcosim.analysis.pair.ring import check_ring_of
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.description import FmuDescription, describe_file
@@ -21,9 +23,7 @@ from railcosim.master.linear.substructuring import Joint, couple
 from railcosim.master.memory import afford
 from railcosim.mechanics.ports import FORCE, MOST_WHEELSETS, Layout
 
-from .contact import layout_of
-from .response.standing import standing
-from .ring import check_ring_of
+from .standing import standing
 
 # For FMUs without Model Exchange. Both wheels of a wheelset together, then against each other: each
 # shows half of the track's modes. The record lasts a third of the longest period of the vehicle,

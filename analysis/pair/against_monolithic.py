@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from railcosim.analysis.response.frequency import Models, coupled, response
 from railcosim.master.component import FloatArray
 from railcosim.master.course import Course
 from railcosim.master.linear.realisation import ComplexArray
@@ -18,7 +19,6 @@ from railcosim.reference.agreement import near, relative_rms
 from railcosim.reference.monolithic import Monolithic, frequency_response
 from railcosim.reference.newmark import newmark
 
-from .frequency import Models, coupled, response
 from .pair import Journey
 
 Progress = Callable[[float, float], None]

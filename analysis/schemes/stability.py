@@ -10,6 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from railcosim.analysis.pair.contact import Parameters, stiffness_at
+from railcosim.analysis.pair.linear_pair import Part, coupled
+from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.interface_jacobian import InterfaceJacobian
@@ -19,9 +22,6 @@ from railcosim.master.stability.windows import Probe, unstable_ranges
 from railcosim.track.irregularity import flat
 
 from .catalogue import Owner
-from .contact import Parameters, stiffness_at
-from .linear_pair import Part, coupled
-from .pair import Journey, open_pair
 
 RATE, FAST = 0.01, 1.0
 """Growth (1/s) that counts, and that is seen in a run of seconds. Slower growth than the first is

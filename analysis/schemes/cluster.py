@@ -14,8 +14,9 @@ from typing import Any, TypeAlias, TypeVar
 
 import distributed
 
+from railcosim.analysis.parallel import TICK
+
 from .catalogue import FMUS, Owner
-from .parallel import TICK
 from .study_point import Fmus, Measurement, Point, Ride, measure, reference
 
 PATIENCE = 10.0

@@ -1,0 +1,1 @@
+"""A vehicle FMU and a track FMU as one: made, put together, run, judged."""
