@@ -146,7 +146,7 @@ class Coupling:
         scheme.start(self.amplifiers[0].system)
         self._last: tuple[float, list[Amplification]] = 0.0, []
         self._grades = dict[float, int]()
-        self._growing = 0.0, [0.0j for _ in self.amplifiers]
+        self._was_fast = False
 
     @property
     def evaluations(self) -> int:
@@ -204,30 +204,15 @@ class Coupling:
     def _new_grade(self, h: float) -> int:
         fast = self.rate - RATE + FAST
         try:
-            if self._grows_still(fast, h):
+            radius, step = math.exp(fast * h), self._at(h)
+            # What grows fast at one step mostly does so by far at the next.
+            if self._was_fast and any(a.determinant.zero_outside(radius, far=True) for a in step):
                 return 2
-            if self._within(self.rate, h):
-                return 0
-            if self._within(fast, h):
-                return 1
-            zeros = [a.determinant.zero_outside(math.exp(fast * h)) for a in self._at(h)]
-            self._growing = h, zeros
+            grade = 0 if self._within(self.rate, h) else 1 if self._within(fast, h) else 2
         except FAILURES:
-            pass
-        return 2
-
-    def _grows_still(self, rate: float, h: float) -> bool:
-        """Whether what grew at the last step of fast growth is found to do so here, too."""
-        before, zeros = self._growing
-        for a, zero in zip(self._at(h), zeros, strict=True):
-            if zero:
-                # What the scheme drives turns alike in every step, modes do so in time.
-                start = np.array([zero, np.exp(np.log(zero) * (h / before))])
-                found = a.determinant.zero_outside(math.exp(rate * h), start)
-                if found:
-                    self._growing = h, [found if z is zero else 0.0j for z in zeros]
-                    return True
-        return False
+            grade = 2
+        self._was_fast = grade == 2
+        return grade
 
     def _growth_inside(self, h: float, end: float) -> float:
         """Rate (1/s) in a window at one of its steps `h`."""
