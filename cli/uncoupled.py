@@ -12,9 +12,8 @@ from railcosim.analysis.response.frequency import Models
 from railcosim.analysis.response.uncoupled import NEGLIGIBLE, Change, changes
 from railcosim.master.component import FloatArray
 from railcosim.master.files import save
-from railcosim.paper.finding import Finding
-from railcosim.paper.report import Section, write_report
 from railcosim.plots.chart import Chart, Curve, Panel
+from railcosim.plots.page import Row, Section, write_page
 
 from .options import console
 
@@ -35,7 +34,7 @@ def compare_uncoupled(
     out.mkdir(parents=True, exist_ok=True)
     save(_dataset(found, frequency, contact_stiffness=k_H, speed=speed), out / "uncoupled.nc")
     sections = [_section(part, [c for c in found if c.part == part], frequency) for part in TEXTS]
-    write_report(
+    write_page(
         sections,
         out / "uncoupled.html",
         title="What coupling changes",
@@ -43,6 +42,7 @@ def compare_uncoupled(
         f"{3.6 * speed:g} km/h. A part may be neglected in the third octaves where leaving it out "
         f"changes the response by less than {NEGLIGIBLE:g} dB.",
         about={"speed": f"{3.6 * speed:g} km/h", **models.attributes},
+        place="without",
         columns=("coupled", "without"),
     )
     console.print(_table(found))
@@ -66,16 +66,16 @@ def _section(part: str, found: list[Change], frequency: FloatArray) -> Section:
                       x_log=True, x_range=span),
             )
         )  # fmt: skip
-    findings = [
-        Finding(figure=part, quantity=f"{c.output}, where it is largest", paper=c.resonance_with,
-                ours=c.resonance_without, unit="Hz",
+    compared = [
+        Row(place=part, quantity=f"{c.output}, where it is largest", first=c.resonance_with,
+                second=c.resonance_without, unit="Hz",
                 note=f"changes by {c.decibel.min():+.1f} to {c.decibel.max():+.1f} dB; may be "
                 f"neglected: {c.where_negligible()}")
         for c in found
     ]  # fmt: skip
     return Section(
         heading=f"Without {part}: what changes", text=TEXTS[part],
-        chart=Chart(title=f"without {part}", rows=tuple(rows)), findings=findings,
+        chart=Chart(title=f"without {part}", rows=tuple(rows)), rows=compared,
         files=("uncoupled.nc",),
     )  # fmt: skip
 

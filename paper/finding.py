@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from railcosim.plots.page import Row
+
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
@@ -34,8 +36,14 @@ class Finding:
     agrees: bool | None = None
 
     @property
+    def row(self) -> Row:
+        """On a page."""
+        return Row(
+            place=self.figure, quantity=self.quantity, first=self.paper, second=self.ours,
+            unit=self.unit, note=self.note, agrees=self.agrees,
+        )  # fmt: skip
+
+    @property
     def relative_difference(self) -> float | None:
         """(ours - paper) / paper, of two numbers."""
-        if isinstance(self.paper, str) or isinstance(self.ours, str):
-            return None
-        return (self.ours - self.paper) / self.paper
+        return self.row.relative_difference

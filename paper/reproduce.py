@@ -9,13 +9,14 @@ from pathlib import Path
 from railcosim.analysis.parallel import Progress, Task, Workers
 from railcosim.master.files import save
 from railcosim.plots.chart import Chart
+from railcosim.plots.page import Section, write_page
 from railcosim.plots.picture import save_picture
 
 from . import maps, rail, random, stiffness, text, vehicle
 from .figure import Figure
 from .finding import Finding
 from .laboratory import QUICK, Effort, Laboratory, prepare
-from .report import Section, write_report, write_table
+from .report import write_table
 
 FIGURES: dict[int, Callable[[Laboratory], Figure]] = {
     number: make
@@ -88,11 +89,14 @@ def reproduce(
         Section(
             heading="Text: contact stiffness",
             text="Numbers that the paper prints beside its figures.",
-            findings=general,
+            rows=[finding.row for finding in general],
             files=("table.csv",),
         )
     )
-    write_report(sections, out / "report.html", title=TITLE, intro=INTRO, about=_about(lab))
+    write_page(
+        sections, out / "report.html",
+        title=TITLE, intro=INTRO, about=_about(lab), place="figure", columns=("paper", "ours"),
+    )  # fmt: skip
     tell("report written")
     return findings
 
@@ -113,7 +117,7 @@ def _section(figure: Figure, out: Path) -> Section:
         heading=f"Figure {figure.number}: {figure.title}",
         text=figure.text,
         chart=figure.chart,
-        findings=figure.findings,
+        rows=[finding.row for finding in figure.findings],
         files=tuple(name for name in files if (out / name).exists()),
     )
 

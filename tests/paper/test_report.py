@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from railcosim.paper.finding import Finding
-from railcosim.paper.report import Section, write_report, write_table
+from railcosim.paper.report import write_table
 from railcosim.plots.chart import Chart, Curve, Map, Panel
+from railcosim.plots.page import Section, write_page
 
 HERE = Path(__file__).parent
 spec = importlib.util.spec_from_file_location("browser", HERE / "browser.py")
@@ -24,6 +25,7 @@ FINDINGS = [
             note="critically damped, a & b"),
     Finding(figure="23", quantity="plotted", paper="not printed", ours=33.0, unit="Hz"),
 ]  # fmt: skip
+ROWS = [finding.row for finding in FINDINGS]
 
 
 def charts():
@@ -39,12 +41,15 @@ def charts():
 def page(tmp_path):
     first, second = charts()
     sections = [
-        Section(heading="Figure 4: x < y", text="Seen.", chart=first, findings=FINDINGS[:2],
+        Section(heading="Figure 4: x < y", text="Seen.", chart=first, rows=ROWS[:2],
                 files=("figure_4.png",)),
-        Section(heading="Figure 7: map", text="Seen & said.", chart=second, findings=FINDINGS[2:]),
+        Section(heading="Figure 7: map", text="Seen & said.", chart=second, rows=ROWS[2:]),
     ]  # fmt: skip
     path = tmp_path / "report.html"
-    write_report(sections, path, title="T", intro="I", about={"mode": "<quick>"})
+    write_page(
+        sections, path, title="T", intro="I", about={"mode": "<quick>"}, place="figure",
+        columns=("paper", "ours"),
+    )  # fmt: skip
     return path
 
 
