@@ -33,7 +33,9 @@ if TYPE_CHECKING:
     from railcosim.track.irregularity import Profile
     from railcosim.track.irregularity.named import irregularity
     from railcosim.track.parameters import Track
+    from railcosim.vehicle.files import read_stock as read_vehicle
     from railcosim.vehicle.parameters import Vehicle
+    from railcosim.vehicle.train import Train
 
     load = FmuComponent.load
 
@@ -44,6 +46,7 @@ __all__ = [
     "Recorder",
     "Signal",
     "Track",
+    "Train",
     "Variable",
     "Vehicle",
     "__version__",
@@ -55,6 +58,7 @@ __all__ = [
     "irregularity",
     "load",
     "open_result",
+    "read_vehicle",
     "receptance",
     "response_map",
     "run",
@@ -71,6 +75,7 @@ _PLACES = {
     "Recorder": "master.recording:Recorder",
     "Signal": "master.signals:Signal",
     "Track": "track.parameters:Track",
+    "Train": "vehicle.train:Train",
     "Variable": "master.component:Variable",
     "Vehicle": "vehicle.parameters:Vehicle",
     "advise": "analysis.schemes.advice:advise",
@@ -81,6 +86,7 @@ _PLACES = {
     "irregularity": "track.irregularity.named:irregularity",
     "load": "master.fmi.fmu:FmuComponent.load",
     "open_result": "master.files:load",
+    "read_vehicle": "vehicle.files:read_stock",
     "receptance": "analysis.response.receptance:receptance",
     "response_map": "analysis.response.map:response_map",
     "run": "analysis.pair.run:run",

@@ -48,12 +48,12 @@ class _TrainFile:
     coupler: Coupler = field(default_factory=Coupler)
 
 
-def read_stock(source: Path, count: int = 1) -> Vehicle | Train:
+def read_stock(source: str | Path, count: int = 1) -> Vehicle | Train:
     """Read a vehicle or a train.
 
     Parameters
     ----------
-    source : Path
+    source : str or Path
         A parameter file, or the name of a built-in vehicle, one of `BUILT_IN`.
     count : int
         How many of it, one behind the other.
@@ -73,7 +73,7 @@ def read_stock(source: Path, count: int = 1) -> Vehicle | Train:
     UnusualWarning
         For every number of a file that is not a usual one.
     """
-    one = _read(source)
+    one = _read(Path(source))
     if count == 1:
         return one
     if not 1 < count <= MOST_WHEELSETS:

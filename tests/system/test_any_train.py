@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.pair.against_monolithic import frequency_errors, newmark_forces
-from railcosim.analysis.pair.pair import Journey
+from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.frequency import Models, linear_models
+from railcosim.analysis.schemes.catalogue import FMUS, Owner
 from railcosim.fmus.export import export
+from railcosim.master.cosimulation import cosimulate
 from railcosim.master.course import Course
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.mechanics.law import HertzContact, LinearContact
@@ -122,6 +124,30 @@ def test_forces_at_rest(any_train, parameters, law) -> None:
     # The reduced track deflects by 1 mm to 2e-4; ten springs of 3 MN/m make a few N of that.
     assert ours[0] == pytest.approx(theirs, abs=5.0)
     assert ours[0].sum() == pytest.approx(mono.load.sum(), abs=1.0)
+
+
+def test_whoever_owns_the_contact(any_train) -> None:
+    """At rest the same, and the same some steps later, where wheels roll on a rail that slopes."""
+    profile = replace(synthesise("german-low", 1.0), fade=0.5)
+    journey = Journey(speed=SPEED, held=False, profile=profile)
+    names = Layout(len(any_train.models.positions)).names(FORCE)
+    mono, positions = any_train.mono, any_train.models.positions
+    heights = profile.under(positions, SPEED)(0.0)
+    _, theirs = equilibrium(mono, HertzContact(C=9e10), mono.rails(positions), heights)
+    changes = []
+    for owner in Owner:
+        fmus = [any_train.folder / f"{name}.fmu" for name in FMUS[owner]]
+        with open_pair(*fmus, {"contact.hertz_coefficient": 9e10}, journey) as pair:
+            points = list(cosimulate(pair.system, gauss_seidel(first="vehicle"), 5e-6, 1e-4))
+            told = [name.partition(".")[2] for name in pair.system.names]
+            columns = [told.index(name) for name in names]
+        assert points[0].outputs[columns] == pytest.approx(theirs, abs=5.0)  # see above
+        changes.append(points[-1].outputs[columns] - points[0].outputs[columns])
+    # Held inputs lag by half a step of a twentieth of this span, which the contact halves again.
+    size = np.abs(changes).max()
+    assert size > 50.0  # N
+    for change in changes[1:]:
+        assert np.abs(change - changes[0]).max() < 0.05 * size
 
 
 def test_loads_differ() -> None:

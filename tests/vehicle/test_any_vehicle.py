@@ -325,3 +325,19 @@ def test_at_rest_on_wheelsets_at_some_heights(name):
         assert np.abs(force).max() < 1e-9 * np.abs(body.K).max() * 1e-3
     if name == "locomotive":
         assert np.abs(force).max() > 1e2  # three wheelsets hold a bogie: heights change the loads
+
+
+def test_what_springs_along_the_track_would_change():
+    """Through heights they hold the car body's pitch: 0.946 Hz vertical, 0.953 Hz with them."""
+    parts = train_of(Vehicle()).parts()
+    found = []
+    for springs in (
+        parts.springs,
+        [s for s in parts.springs if s.axis == (0.0, 0.0, 1.0)],
+    ):
+        coordinates, M, _, K, _ = assemble(parts.bodies, springs, ("z", "pitch"))
+        above = np.ix_(range(6), range(6))
+        omega2, modes = eigh(K[above], M[above])
+        pitch = np.abs(modes[coordinates.index("carbody.pitch")])
+        found.append(np.sqrt(omega2[np.argmax(pitch)]) / (2 * np.pi))
+    assert found == pytest.approx([0.953, 0.946], abs=5e-4)  # an independent model's three digits
