@@ -1,14 +1,14 @@
 """The largest stable step, predicted from the linear FMUs and found by running the FMUs.
 
 Every scheme, owner of the contact and contact stiffness, wheels held; Hertz's law is linearised at
-the static load for the prediction, and kicked a little for the simulation. The last column is of
-one wheel on a rail of finite elements, another model: it is there for orientation. The owner of
-the contact integrates it exactly in the prediction; its `internal_step` is 0.02 ms here, so that it
-nearly does. Takes most of an hour.
+the static load for the prediction, and kicked a little for the simulation. The owner of the contact
+integrates it exactly in the prediction; at 8 GN/m its `internal_step` is 0.01 ms here, so that it
+nearly does. Rows are added to a table as they are found; those it has are left out. All of them
+take about an hour of one core.
 
-    OPENBLAS_NUM_THREADS=1 python benchmarks/stability.py [OWNER[,OWNER] [K_H[,K_H] [SCHEME,...]]]
+    OPENBLAS_NUM_THREADS=1 python benchmarks/stability.py TABLE.csv [OWNERS [K_H [SCHEMES]]]
 
-K_H is in N/m, or hertz.
+Several of a kind with commas; K_H is in N/m, as 1e8,1e9,8e9, or hertz.
 """
 
 from __future__ import annotations
