@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from railcosim.mechanics.ports import MOST_WHEELSETS
 from railcosim.parameters import (
     ParameterError,
     ParameterSet,
@@ -22,7 +23,7 @@ from railcosim.parameters import (
     write_toml,
 )
 
-from .parameters import MOST_WHEELSETS, Coupler, Vehicle
+from .parameters import Coupler, Vehicle
 from .train import Train, TrainVehicle, train_of
 
 PAPER = "paper"

@@ -1,264 +1,40 @@
-"""Vehicles in numbers: properties of their parts, and where these stand.
-
-The defaults are Table A1 of Xu & Lu (2021), counts read as their frequencies demand.
-"""
+"""A vehicle in numbers: properties of its parts, and where these stand."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
-from railcosim.parameters import ParameterError, ParameterSet, Usual, quantity
+from railcosim.mechanics.ports import MOST_WHEELSETS
+from railcosim.parameters import ParameterError
 
-A1 = "Xu & Lu 2021, Table A1"
-LATERAL = "not used by the vertical model"
-STANDARD_GRAVITY = 9.81
-MOST_WHEELSETS = 64
-"""Of a vehicle or a train: eight coaches of eight."""
-SCHOOL = f"not in the paper, a published model of the same school; {LATERAL}"
+from .places import AxlePlace, BogiePlace, CarBodyPlace, CouplerPlace
+from .properties import (
+    Bogie,
+    CarBody,
+    Contact,
+    Coupler,
+    Geometry,
+    PrimarySuspension,
+    SecondarySuspension,
+    Wheelset,
+)
 
-NONE = "none in the paper"
-WHERE = "where it stands"
-
-BODY = Usual(3e3, 1.5e5, "empty wagons to loaded ones")
-FRAME = Usual(500.0, 3e4, "light trams to locomotives")
-AXLE = Usual(500.0, 6e3, "trams to driven axles")
-BODY_INERTIA = Usual(2e3, 1e7, "about x of a light wagon to about y of a long coach")
-FRAME_INERTIA = Usual(200.0, 1e5, "light trams to locomotives")
-AXLE_INERTIA = Usual(20.0, 5e3, "about y of a tram's to about x of a driven axle")
-WHEEL = Usual(0.15, 0.75, "low-floor wagons to locomotives")
-SPRING = Usual(2e4, 2e8, "air springs to axle guides")
-DAMPER = Usual(500.0, 2e6, "weak springs' own to yaw dampers")
-SPAN = Usual(0.4, 1.6, "inside frames to broad gauge")
-HEIGHT = Usual(-2.0, 3.0, "within a vehicle")
-PLACE = Usual(-60.0, 60.0, "within an articulated set")
-STEEL = Usual(1e11, 3e11, "iron to steel")
-POISSON = Usual(0.1, 0.45, "concrete to rubber")
-
-
-@dataclass(frozen=True, kw_only=True)
-class CarBody(ParameterSet):
-    """The car body."""
-
-    mass: float = quantity(49080.0, "kg", "mass", above=0, usual=BODY, source=A1)
-    inertia_roll: float = quantity(
-        65700.0, "kg.m2", f"about x; {LATERAL}", above=0, usual=BODY_INERTIA, source=A1
-    )
-    inertia_pitch: float = quantity(
-        1698400.0, "kg.m2", "about y", above=0, usual=BODY_INERTIA, source=A1
-    )
-    inertia_yaw: float = quantity(
-        1447100.0, "kg.m2", f"about z; {LATERAL}", above=0, usual=BODY_INERTIA, source=A1
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Bogie(ParameterSet):
-    """A bogie frame."""
-
-    mass: float = quantity(4420.0, "kg", "mass", above=0, usual=FRAME, source=A1)
-    inertia_roll: float = quantity(
-        1576.0, "kg.m2", f"about x; {LATERAL}", above=0, usual=FRAME_INERTIA, source=A1
-    )
-    inertia_pitch: float = quantity(
-        4902.0, "kg.m2", "about y", above=0, usual=FRAME_INERTIA, source=A1
-    )
-    inertia_yaw: float = quantity(
-        3551.0, "kg.m2", f"about z; {LATERAL}", above=0, usual=FRAME_INERTIA, source=A1
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Wheelset(ParameterSet):
-    """A wheelset."""
-
-    mass: float = quantity(1680.0, "kg", "mass", above=0, usual=AXLE, source=A1)
-    inertia_roll: float = quantity(
-        773.3, "kg.m2", f"about x; {LATERAL}", above=0, usual=AXLE_INERTIA, source=A1
-    )
-    inertia_spin: float = quantity(
-        130.0, "kg.m2", f"about y; {LATERAL}", above=0, usual=AXLE_INERTIA, source=A1
-    )
-    inertia_yaw: float = quantity(
-        770.0, "kg.m2", f"about z; {LATERAL}", above=0, usual=AXLE_INERTIA, source=A1
-    )
-    radius: float = quantity(0.43, "m", "wheel radius R_0", above=0, usual=WHEEL, source=A1)
-
-
-@dataclass(frozen=True, kw_only=True)
-class PrimarySuspension(ParameterSet):
-    """Primary suspension of ONE wheel; two an axle."""
-
-    stiffness: float = quantity(
-        1.27e6, "N/m", "vertical, k_pz", above=0, usual=SPRING, source=f"{A1}, a wheel"
-    )
-    damping: float = quantity(
-        65e3, "N.s/m", "vertical, c_pz", minimum=0, usual=DAMPER, source=f"{A1}, a wheel"
-    )
-    stiffness_x: float = quantity(
-        1.24e6, "N/m", f"longitudinal, k_px; {LATERAL}", above=0, usual=SPRING, source=A1
-    )
-    stiffness_y: float = quantity(
-        1.24e6, "N/m", f"lateral, k_py; {LATERAL}", above=0, usual=SPRING, source=A1
-    )
-    damping_x: float = quantity(
-        0.0, "N.s/m", f"longitudinal, c_px; {LATERAL}", minimum=0, usual=DAMPER, source=NONE
-    )
-    damping_y: float = quantity(
-        0.0, "N.s/m", f"lateral, c_py; {LATERAL}", minimum=0, usual=DAMPER, source=NONE
-    )
-    half_span: float = quantity(0.978, "m", "lateral half-span", above=0, usual=SPAN, source=SCHOOL)
-
-
-@dataclass(frozen=True, kw_only=True)
-class SecondarySuspension(ParameterSet):
-    """Secondary suspension of ONE side of a bogie; two a bogie."""
-
-    stiffness: float = quantity(
-        0.27e6, "N/m", "vertical, k_sz", above=0, usual=SPRING, source=f"{A1}, a side"
-    )
-    damping: float = quantity(
-        16.5e3, "N.s/m", "vertical, c_sz", minimum=0, usual=DAMPER, source=f"{A1}, a side"
-    )
-    stiffness_x: float = quantity(
-        0.11e6, "N/m", f"longitudinal, k_sx; {LATERAL}", above=0, usual=SPRING, source=A1
-    )
-    stiffness_y: float = quantity(
-        0.11e6, "N/m", f"lateral, k_sy; {LATERAL}", above=0, usual=SPRING, source=A1
-    )
-    damping_x: float = quantity(
-        0.0, "N.s/m", f"longitudinal, c_sx, yaw dampers; {LATERAL}", minimum=0, usual=DAMPER,
-        source=NONE,
-    )  # fmt: skip
-    damping_y: float = quantity(
-        5.4e3, "N.s/m", f"lateral, c_sy; {LATERAL}", minimum=0, usual=DAMPER, source=A1
-    )
-    roll_stiffness: float = quantity(
-        0.0, "N.m/rad", f"of a bogie's roll bar; {LATERAL}", minimum=0,
-        usual=Usual(1e5, 5e6, "weak to stiff roll bars"), source=NONE,
-    )  # fmt: skip
-    half_span: float = quantity(0.978, "m", "lateral half-span", above=0, usual=SPAN, source=SCHOOL)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Geometry(ParameterSet):
-    """Where the bodies are; the first two where [[carbodies]] do not say it."""
-
-    bogie_half_distance: float = quantity(
-        7.85, "m", "half the distance of the bogie centres, L_c", above=0,
-        usual=Usual(2.0, 15.0, "short wagons to long coaches"), source=A1,
-    )  # fmt: skip
-    axle_half_distance: float = quantity(
-        1.25, "m", "half the wheelbase of a bogie, L_t", above=0,
-        usual=Usual(0.6, 2.5, "trams to three-axle bogies"), source=A1,
-    )  # fmt: skip
-    carbody_height: float = quantity(
-        1.415, "m", "car body centre of mass above the secondary suspension", usual=HEIGHT,
-        source=SCHOOL,
-    )  # fmt: skip
-    bogie_height: float = quantity(
-        -0.081, "m", "bogie centre of mass, height to the secondary suspension", usual=HEIGHT,
-        source=SCHOOL,
-    )  # fmt: skip
-    wheelset_height: float = quantity(
-        0.14, "m", "wheelset, height to the bogie centre of mass", usual=HEIGHT, source=SCHOOL
-    )
-    length: float = quantity(
-        22.8, "m", "between coupler faces, whose middle is x = 0; places vehicles in a train",
-        above=0, usual=Usual(5.0, 100.0, "short wagons to articulated sets"),
-        source="not in the paper; metro cars of type A, whose bogies are 15.7 m apart too",
-    )  # fmt: skip
-    gravity: float = quantity(
-        STANDARD_GRAVITY, "m/s2", "acceleration of gravity", above=0,
-        usual=Usual(9.7, 9.9, "on the Earth"), source="usual",
-    )  # fmt: skip
-
-
-@dataclass(frozen=True, kw_only=True)
-class Contact(ParameterSet):
-    """Hertz contact of a wheel, whose radius is the wheelset's, on a rail: eq. 18."""
-
-    young_modulus: float = quantity(
-        2.059e11, "N/m2", "elastic modulus of wheel and rail", above=0, usual=STEEL,
-        source="as the rail's",
-    )  # fmt: skip
-    poisson_ratio: float = quantity(
-        0.3, "1", "Poisson ratio of wheel and rail", minimum=0, maximum=0.499, usual=POISSON,
-        source="steel",
-    )  # fmt: skip
-    rail_radius: float = quantity(
-        0.3, "m", "radius of the rail head across", above=0,
-        usual=Usual(0.05, 1.0, "a worn edge to a flattened head"), source="CHN60 rail section",
-    )  # fmt: skip
-
-
-@dataclass(frozen=True, kw_only=True)
-class Coupler(ParameterSet):
-    """Between two car bodies; at rest a coupler between two vehicles carries nothing."""
-
-    stiffness: float = quantity(
-        0.0, "N/m", "vertical", minimum=0, usual=SPRING, source=f"{NONE}: slides up and down"
-    )
-    damping: float = quantity(0.0, "N.s/m", "vertical", minimum=0, usual=DAMPER, source=NONE)
-
-
-@dataclass(frozen=True, kw_only=True)
-class CarBodyPlace(ParameterSet):
-    """Where a car body is; `carbody` is what differs from the vehicle's [carbody]."""
-
-    x: float = quantity(
-        0.0, "m", "its centre of mass, forward of the vehicle's middle", usual=PLACE, source=WHERE
-    )
-    carbody: CarBody | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class BogiePlace(ParameterSet):
-    """Where a bogie is, and what stands on it; None: as the vehicle's tables say."""
-
-    x: float = quantity(0.0, "m", "its centre, forward", usual=PLACE, source=WHERE)
-    wheelsets: tuple[float, ...] = quantity(
-        (1.25, -1.25), "m", "wheelsets, forward of the bogie's centre",
-        usual=Usual(-4.0, 4.0, "up to four axles"), source=WHERE,
-    )  # fmt: skip
-    carbodies: tuple[int, ...] = quantity(
-        (1,), "1", "numbers, from the front, of the car bodies on it; one for each suspension",
-        minimum=1, maximum=MOST_WHEELSETS, usual=Usual(1, MOST_WHEELSETS, "a car body's number"),
-        source=WHERE,
-    )  # fmt: skip
-    pivots: tuple[float, ...] = quantity(
-        (), "m", "where each of these stands, forward of the bogie's centre; none: at its centre",
-        usual=Usual(-2.0, 2.0, "within a bogie"), source=WHERE,
-    )  # fmt: skip
-    bogie: Bogie | None = None
-    wheelset: Wheelset | None = None
-    primary_suspension: PrimarySuspension | None = None
-    secondary_suspension: SecondarySuspension | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class AxlePlace(ParameterSet):
-    """Where a wheelset is that carries a car body without a bogie."""
-
-    x: float = quantity(0.0, "m", "forward", usual=PLACE, source=WHERE)
-    carbody: int = quantity(
-        1, "1", "number, from the front, of the car body on it", minimum=1, maximum=MOST_WHEELSETS,
-        usual=Usual(1, MOST_WHEELSETS, "a car body's number"), source=WHERE,
-    )  # fmt: skip
-    wheelset: Wheelset | None = None
-    primary_suspension: PrimarySuspension | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class CouplerPlace(ParameterSet):
-    """Where two car bodies of a vehicle are joined."""
-
-    x: float = quantity(0.0, "m", "forward", usual=PLACE, source=WHERE)
-    carbodies: tuple[int, ...] = quantity(
-        (1, 2), "1", "numbers of the two", minimum=1, maximum=MOST_WHEELSETS,
-        usual=Usual(1, MOST_WHEELSETS, "a car body's number"), source=WHERE,
-    )  # fmt: skip
-    coupler: Coupler | None = None
+__all__ = [
+    "AxlePlace",
+    "Bogie",
+    "BogiePlace",
+    "CarBody",
+    "CarBodyPlace",
+    "Contact",
+    "Coupler",
+    "CouplerPlace",
+    "Geometry",
+    "PrimarySuspension",
+    "SecondarySuspension",
+    "Vehicle",
+    "Wheelset",
+]
 
 
 @dataclass(frozen=True, kw_only=True)

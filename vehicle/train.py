@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from railcosim.mechanics.law import hertz_coefficient
+from railcosim.mechanics.ports import MOST_WHEELSETS
 from railcosim.parameters import ParameterError
 
 from .bodies import CARBODY, WHEELSET, Body, Parts, in_order
-from .parameters import MOST_WHEELSETS, Coupler, Vehicle
+from .parameters import Coupler, Vehicle
 from .parts import coupled, parts_of
 
 
