@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TypeAlias
@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import root
 
 from railcosim.master.component import Component, FloatArray, Variable
-from railcosim.master.connections import CouplingError, connect_by_name
+from railcosim.master.connections import Connection, CouplingError, connect_by_name
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.law import Law
@@ -43,7 +43,6 @@ __all__ = ["FORCES", "WHEELS", "WHEELSETS", "Journey", "Pair", "open_pair"]
 FIRST_COMPRESSION = 1e-4  # m, about the static one: where the search for equilibrium begins
 STILL = 1e-6  # m/s2, and 0.1 N: a thousandth of what a bump of 1e-6 m does
 
-Pool: TypeAlias = dict[str, float]  # values by variable name
 Load: TypeAlias = Callable[..., LoadedFmu]
 """Loads an FMU from its path and, by keyword, a name."""
 
@@ -126,11 +125,9 @@ def open_pair(
             cars.set_parameters({"speed": 0.0 if journey.held else journey.speed})
         for fmu in (cars, rails):
             fmu.enter_initialization(0.0)
-        pool: Pool = {}
-        _ask(cars, pool)
         layout = layout_of((vehicle, _variables(cars)), (track, _variables(rails)))
         forces = layout.names(FORCE)
-        place = _positions(cars, layout, pool)
+        place = _positions(cars, layout)
         check_ring_of(track, place)
         irregularity = _irregularity(journey, layout, place)
         owned = any(v.name == forces[0] for fmu in (cars, rails) for v in fmu.outputs)
@@ -138,20 +135,20 @@ def open_pair(
         law: list[Law] = [] if owned else [contact_law(law_of(first), layout, nominal)]
         components = [irregularity, cars, *law, rails]
         needed = [*layout.of_axles("position"), *forces]
-        system = System(components, connect_by_name(components, required=needed))
-        heights = irregularity.get_outputs()
-        pool.update(zip((v.name for v in irregularity.outputs), heights, strict=True))
-        settle = partial(_settle, layout, cars, rails, law, pool)
-        settle()
+        connections = connect_by_name(components, required=needed)
+        settle = partial(_settle, components, connections, layout, cars, rails)
+        rest = settle()
         complete = first
         if TANGENT in given:
-            complete = at_load(given, _static_load(cars, layout, pool))
+            complete = at_load(given, _static_load(cars, layout, rest))
             _set(complete, cars, rails)
             for spring in law:
                 spring.law = law_of(complete)
-            settle()
+            rest = settle()
+        system = System(components, connections)
+        system.outputs[:] = rest.outputs[: system.outputs.size]
         for fmu in (cars, rails):
-            _tell(fmu, pool)
+            fmu.set_inputs(system.gather(system.index(fmu.name)))
             fmu.exit_initialization()
         yield Pair(cars, rails, system, complete, layout)
 
@@ -167,10 +164,16 @@ def _variables(fmu: LoadedFmu) -> list[Variable]:
     return [*fmu.inputs, *fmu.outputs]
 
 
-def _static_load(vehicle: LoadedFmu, layout: Layout, pool: Pool) -> float:
+def _columns(system: System, names: Sequence[str]) -> list[int]:
+    """Where outputs of these names, whoever's, stand in the system."""
+    known = [name.partition(".")[2] for name in system.names]
+    return [known.index(name) for name in names]
+
+
+def _static_load(vehicle: LoadedFmu, layout: Layout, rest: System) -> float:
     """The mean of the contact forces at rest, N."""
-    load = float(np.mean([pool.get(name, 0.0) for name in layout.names(FORCE)]))
-    if load > 0.0:
+    load = float(np.mean(rest.outputs[_columns(rest, layout.names(FORCE))]))
+    if layout.of_axles("start_z")[0] in vehicle.description.parameters and load > 0.0:
         return load
     raise CouplingError(
         f"{vehicle.description.path}: its static load was not found (it has no "
@@ -193,93 +196,65 @@ def _irregularity(journey: Journey, layout: Layout, place: FloatArray) -> Signal
     return Signal("irregularity", variables, heights, vectorised=True)
 
 
-def _positions(vehicle: LoadedFmu, layout: Layout, pool: Pool) -> FloatArray:
+def _positions(vehicle: LoadedFmu, layout: Layout) -> FloatArray:
+    """Where its wheelsets stand at first, m."""
+    values = {v.name: y for v, y in zip(vehicle.outputs, vehicle.get_outputs(), strict=True)}
     names = layout.of_axles("position")
-    missing = [name for name in names if name not in pool]
+    missing = [name for name in names if name not in values]
     if missing:
         raise CouplingError(
             f"{vehicle.description.path}: has no output {missing[0]}; a vehicle needs it"
         )
-    return np.array([pool[name] for name in names])
+    return np.array([values[name] for name in names])
 
 
 def _settle(
-    layout: Layout, vehicle: LoadedFmu, track: LoadedFmu, law: Sequence[Component], pool: Pool
-) -> None:
-    """Find the heights (and forces) for which vehicle and track are at rest together.
+    components: Sequence[Component],
+    connections: Sequence[Connection],
+    layout: Layout,
+    vehicle: LoadedFmu,
+    track: LoadedFmu,
+) -> System:
+    """Find the heights (and forces) for which vehicle and track are at rest together, as a system.
 
     The vehicle is at rest on wheelsets held at `start_z`; it needs no holding where the wheelsets'
-    accelerations vanish. A vehicle without `start_z` starts as its maker wants.
+    accelerations vanish. A track that is given forces sinks under them at once, in initialisation:
+    the forces are then unknown, too, and cut from where they come. A vehicle without `start_z`
+    starts as its maker wants.
     """
-    if layout.of_axles("start_z")[0] not in vehicle.description.parameters:
-        return
-    forces, count = layout.names(FORCE), layout.wheelsets
-    residual: Callable[[FloatArray], FloatArray]
-    if forces[0] in [v.name for v in track.inputs]:
-        starts = {v.name: v.start for v in track.inputs}
-        force = np.array([starts[name] for name in forces])
-        _tell(track, {**pool, **dict(zip(forces, force, strict=True))})
-        _ask(track, pool)
-        rail = np.array([pool[name] for name in layout.names(RAIL.motion)[:count]])
-        guess = np.concatenate([1e3 * (rail + FIRST_COMPRESSION), force / 1e5])
-        residual = partial(_imbalance_at_forces, layout, vehicle, track, law, pool)
-    else:
-        guess = np.full(count, 2.0)
-        residual = partial(_imbalance_at_heights, layout, vehicle, track, pool)
-    rest = residual(root(residual, guess, tol=1e-13).x)
+    starts, count = layout.of_axles("start_z"), layout.wheelsets
+    known = {v.name: v for v in track.inputs}
+    cut = [known[name] for name in layout.names(FORCE) if name in known]
+    held = np.array([v.start for v in cut])
+    pressing = Signal("forces at rest", cut, lambda t: held)
+    wires = [
+        replace(c, source=pressing.name) if c.input in {v.name for v in cut} else c
+        for c in connections
+    ]
+    system = System([*components, pressing], wires)
+    system.begin(0.0)
+    if starts[0] not in vehicle.description.parameters:
+        return system
+    forces, accelerations = (
+        _columns(system, names) for names in (layout.names(FORCE), layout.of_axles("az"))
+    )
+
+    def imbalance(unknown: FloatArray) -> FloatArray:
+        """Heights (mm), forces (100 kN) to accelerations (m/s2) and what is wrong of the forces."""
+        heights, held[:] = 1e-3 * unknown[:count], 1e5 * unknown[count:]
+        vehicle.set_parameters(dict(zip(starts, heights.tolist(), strict=True)))
+        system.begin(0.0)
+        unequal = system.outputs[forces[: held.size]] - held
+        return np.concatenate([system.outputs[accelerations], unequal / 1e5])
+
+    guess = np.full(count, 2.0)
+    if cut:
+        rail = system.outputs[_columns(system, layout.names(RAIL.motion)[:count])]
+        guess = np.concatenate([1e3 * (rail + FIRST_COMPRESSION), held / 1e5])
+    rest = imbalance(root(imbalance, guess, tol=1e-13).x)
     if not np.abs(rest).max() < STILL:
         raise CouplingError(
             "no static equilibrium of vehicle and track was found (largest remaining acceleration "
             f"{np.abs(rest[:count]).max():g} m/s2): check contact stiffness and wheel loads"
         )
-
-
-def _imbalance_at_heights(
-    layout: Layout, vehicle: LoadedFmu, track: LoadedFmu, pool: Pool, heights: FloatArray
-) -> FloatArray:
-    """The track owns the contact: wheelset heights (mm) to wheelset accelerations (m/s2)."""
-    _place(vehicle, layout, heights)
-    _ask(vehicle, pool)
-    _tell(track, pool)
-    _ask(track, pool)
-    _tell(vehicle, pool)
-    _ask(vehicle, pool)
-    return np.array([pool[name] for name in layout.of_axles("az")])
-
-
-def _imbalance_at_forces(
-    layout: Layout,
-    vehicle: LoadedFmu,
-    track: LoadedFmu,
-    law: Sequence[Component],
-    pool: Pool,
-    unknown: FloatArray,
-) -> FloatArray:
-    """Someone else owns it: heights (mm), forces (100 kN) to what is out of balance."""
-    forces, count = layout.names(FORCE), layout.wheelsets
-    force = 1e5 * unknown[count:]
-    pool.update(zip(forces, force, strict=True))
-    _tell(track, pool)
-    _ask(track, pool)
-    _place(vehicle, layout, unknown[:count])
-    for component in (vehicle, *law):
-        _tell(component, pool)
-        _ask(component, pool)
-    unequal = np.array([pool[name] for name in forces]) - force
-    return np.concatenate([[pool[name] for name in layout.of_axles("az")], unequal / 1e5])
-
-
-def _place(vehicle: LoadedFmu, layout: Layout, heights: FloatArray) -> None:
-    names = layout.of_axles("start_z")
-    vehicle.set_parameters(dict(zip(names, (1e-3 * heights).tolist(), strict=True)))
-
-
-def _tell(component: Component, pool: Pool) -> None:
-    """Set the inputs that are known; the others keep their start values."""
-    component.set_inputs(np.array([pool.get(v.name, v.start) for v in component.inputs]))
-
-
-def _ask(component: Component, pool: Pool) -> None:
-    """Take note of the outputs."""
-    names = (v.name for v in component.outputs)
-    pool.update(zip(names, component.get_outputs().tolist(), strict=True))
+    return system
