@@ -14,10 +14,10 @@ from railcosim.analysis.pair.verdict import NotBelievedError, Signs, Verdict, co
 from railcosim.master.recorded_run import Progress, Stopped
 from railcosim.master.system_run import Change
 from railcosim.plots.chart import Chart
-from railcosim.plots.results import run_chart
 from railcosim.storage.interruption import finishing
 
 from .options import progress
+from .pair_charts import run_chart
 from .results import ResultError, keep
 
 CURE = (

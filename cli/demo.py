@@ -32,7 +32,7 @@ from railcosim.paper.laboratory import FULL, K_H, Laboratory
 from railcosim.paper.report import write_table
 from railcosim.paper.reproduce import FIGURES
 from railcosim.plots.picture import save_picture
-from railcosim.plots.results import receptance_chart, response_chart
+from railcosim.plots.results import receptance_chart
 from railcosim.track.irregularity import synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
@@ -40,6 +40,7 @@ from railcosim.vehicle.parameters import Vehicle
 from .conclusion import concluded
 from .export import exported
 from .options import console, progress
+from .pair_charts import response_chart
 from .results import folder_of
 
 SPEED, STOP = 250 / 3.6, 1.0

@@ -8,7 +8,6 @@ import typer
 
 from railcosim.analysis.response.frequency import check_excitation
 from railcosim.analysis.response.frf import Assembly, frequency_response
-from railcosim.plots.results import response_chart
 
 from .fmus import FreshOption, fmus_of
 from .options import (
@@ -26,6 +25,7 @@ from .options import (
     speed_of,
     stiffness_of,
 )
+from .pair_charts import response_chart
 from .results import PICTURES, RESULTS, keep
 
 

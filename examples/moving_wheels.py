@@ -13,7 +13,7 @@ from railcosim.fmus.export import export
 from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.plots.picture import save_picture
-from railcosim.plots.results import run_chart
+from railcosim.plots.results import Group, time_chart
 from railcosim.track.irregularity import dip
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
@@ -34,4 +34,6 @@ if stopped is not None:
 
 force = run["wheelset[1].left.force_z"] / 1e3
 print(f"first wheel: {float(force[0]):.1f} kN at rest, up to {float(force.max()):.1f} kN")
-save_picture(run_chart(run), Path(sys.argv[1] if len(sys.argv) > 1 else "dip.png"))
+forces = {f"wheelset[{i}].left.force_z": f"wheelset {i}" for i in (1, 2, 3, 4)}
+chart = time_chart(run, [Group("contact force, left (kN)", forces, 1e-3)])
+save_picture(chart, Path(sys.argv[1] if len(sys.argv) > 1 else "dip.png"))

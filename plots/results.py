@@ -2,68 +2,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
 from .chart import Chart, Curve, FloatArray, Panel
 
-WHEELSETS = [f"wheelset[{i}]" for i in (1, 2, 3, 4)]
-MOTION = [
-    "carbody.z",
-    "bogie[1].z",
-    "bogie[2].z",
-    "wheelset[4].left.wheel_z",
-    "wheelset[4].left.rail_z",
-]
-FORCES = [f"{w}.left.force_z" for w in WHEELSETS]
-FIRST = ["wheel_z", "rail_z", "irregularity_z"]
-OVER_TIME = [  # label, factor, variables
-    ("contact force, left (kN)", 1e-3, FORCES),
-    ("down (mm)", 1e3, [f"wheelset[1].left.{name}" for name in FIRST]),
-    ("bogie acceleration (m/s²)", 1.0, ["bogie[1].az", "bogie[2].az"]),
-    ("car body acceleration (m/s²)", 1.0, ["carbody.az"]),
-]
+
+@dataclass(frozen=True)
+class Group:
+    """Variables of a dataset that are drawn together.
+
+    Attributes
+    ----------
+    label : str
+        Of the axis.
+    curves : mapping of str to str
+        Names of curves, by the variables; those that a dataset has not are left out.
+    factor : float
+        From the dataset's unit to the axis'.
+    """
+
+    label: str
+    curves: Mapping[str, str]
+    factor: float = 1.0
 
 
-def run_chart(run: xr.Dataset) -> Chart:
-    """Contact forces, wheel and rail motion, and accelerations over time."""
+def time_chart(run: xr.Dataset, groups: Sequence[Group]) -> Chart:
+    """Groups of variables over time, one above the other."""
     t = np.asarray(run["time"])
+    span = (float(t[0]), float(t[-1])) if t.size > 1 else None
     rows = []
-    for label, factor, names in OVER_TIME:
+    for group in groups:
         curves = tuple(
-            Curve(
-                name=name.removesuffix(".force_z").removesuffix(".left"),
-                x=t,
-                y=factor * np.asarray(run[name]),
-            )
-            for name in names
-            if name in run
+            Curve(name=name, x=t, y=group.factor * np.asarray(run[variable]))
+            for variable, name in group.curves.items()
+            if variable in run
         )
         if curves:
-            span = (float(t[0]), float(t[-1])) if t.size > 1 else None
-            rows.append((Panel(x_label="time (s)", y_label=label, curves=curves, x_range=span),))
+            panel = Panel(x_label="time (s)", y_label=group.label, curves=curves, x_range=span)
+            rows.append((panel,))
     return Chart(title=str(run.attrs.get("title", "")), rows=tuple(rows), share_x=True)
 
 
-def response_chart(frf: xr.Dataset) -> Chart:
-    """Magnitude of displacements and of contact forces over frequency."""
-    per = "m" if str(frf.attrs["excitation"]).endswith("irregularity_z") else "N"
+def size_chart(frf: xr.Dataset, groups: Sequence[Group]) -> Chart:
+    """Magnitudes of groups of responses over frequency, those that are not zero."""
     f = np.asarray(frf["frequency"])
     rows = []
-    for label, names in (
-        (f"displacement (m/{per})", MOTION),
-        (f"contact force (N/{per})", FORCES),
-    ):
-        sizes = {name: np.abs(np.asarray(frf[name])) for name in names if name in frf}
-        curves = tuple(
-            Curve(name=name.removesuffix(".force_z"), x=f, y=size)
-            for name, size in sizes.items()
-            if size.max() > 0
-        )
+    for group in groups:
+        sizes = {
+            name: group.factor * np.abs(np.asarray(frf[variable]))
+            for variable, name in group.curves.items()
+            if variable in frf
+        }
+        curves = tuple(Curve(name=n, x=f, y=size) for n, size in sizes.items() if size.max() > 0)
         if curves:
-            rows.append((_over_frequency(label, curves),))
+            rows.append((_over_frequency(group.label, curves),))
     return Chart(title=str(frf.attrs.get("title", "")), rows=tuple(rows), share_x=True)
 
 

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from railcosim.cli.options import UsageError, frequencies_of
+from railcosim.cli.pair_charts import run_chart
 from railcosim.fmus.export import export
 from railcosim.master.checkpoint import results_of
 from railcosim.master.files import load
 from railcosim.plots.picture import save_picture
-from railcosim.plots.results import run_chart
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.parameters import Vehicle
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from railcosim.plots.results import response_chart, run_chart
+from railcosim.cli.pair_charts import response_chart, run_chart
 
 
 def panels(chart):
