@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import TypedDict
 
 from railcosim.master.fmi.description import describe_file
+from railcosim.mechanics.ports import MOST_WHEELSETS, Layout
 from railcosim.parameters import ArgumentError
 
+POSITIONS = frozenset(Layout(MOST_WHEELSETS).of_axles("position"))
 PARAMETER = "start_position"
 
 
@@ -41,7 +43,7 @@ def standing(fmu: Path, position: float | None) -> Standing:
     about = describe_file(fmu)
     if PARAMETER in about.parameters:
         return {"parameters": {PARAMETER: position}}
-    starts = {v.name: v.start for v in about.inputs if _is_position(v.name)}
+    starts = {v.name: v.start for v in about.inputs if v.name in POSITIONS}
     if not starts:
         raise ArgumentError(
             "position", position,
@@ -50,7 +52,3 @@ def standing(fmu: Path, position: float | None) -> Standing:
         )  # fmt: skip
     last = min(starts.values())
     return {"at": {name: start - last + position for name, start in starts.items()}}
-
-
-def _is_position(name: str) -> bool:
-    return name.startswith("wheelset[") and name.endswith("].position")

@@ -106,7 +106,7 @@ def _side_view(axes: Axes) -> None:
     _arrow(axes, (-14, 84), (-14, 58), DARK, "z, down", (-10, 65))
     axes.text(-20, 84, "y, to the right,\ntowards you", ha="right", va="center", size=8)
     axes.text(
-        0, -105, "wheelset[1] to wheelset[4] from the front", ha="center", va="center", size=8
+        0, -105, "wheelset[1], wheelset[2] ... from the front", ha="center", va="center", size=8
     )
 
 
