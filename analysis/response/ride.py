@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from railcosim.master.component import FloatArray
+from railcosim.master.connections import CouplingError
 from railcosim.master.linear.receptance import FrequencyResponse
 from railcosim.master.linear.substructuring import couple
 from railcosim.track.irregularity import Quality
@@ -18,6 +19,7 @@ from .frequency import Models, joints, responses
 from .random import acceleration_psd, response_psd, standard_deviation
 
 FLOOR = ("floor above front bogie", "floor above rear bogie")
+NEEDED = ("carbody.z", "carbody.pitch", "bogie[1].z", "bogie[2].z")
 OTHERS = {
     "bogie[1].az": "vehicle.bogie[1].z",
     "bogie[2].az": "vehicle.bogie[2].z",
@@ -49,7 +51,18 @@ def ride(
     xarray.Dataset
         Accelerations in (m/s2)^2/Hz with the attributes ``standard_deviation``, and of the car body
         also ``iso_2631`` (W_k-weighted, m/s2), ``sperling`` (Wz); contact forces in N^2/Hz.
+
+    Raises
+    ------
+    CouplingError
+        If the vehicle is no car body on two bogies of two wheelsets.
     """
+    known = {v.name for v in models.vehicle.outputs}
+    if len(models.positions) != 4 or not known.issuperset(NEEDED):
+        raise CouplingError(
+            "ride is told of one car body on two bogies of two wheelsets each; this vehicle has "
+            f"{len(models.positions)} wheelsets, or other bodies"
+        )
     omega = 2 * np.pi * frequency
     vehicle, track = responses(models, omega)
     system = couple(
