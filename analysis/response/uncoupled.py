@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from railcosim.master.component import FloatArray
+from railcosim.master.connections import CouplingError
 
 from .estimate import third_octaves
 from .frequency import Models, apart, coupled, on_rigid_track, response
@@ -88,6 +89,12 @@ def changes(models: Models, frequency: FloatArray, k_H: float, speed: float) -> 
         Rigid track, no phase lag and rigid contact under unit irregularity; no vehicle under a unit
         force on each rail.
     """
+    known = {v.name for v in models.vehicle.outputs}
+    if len(models.positions) != 4 or not known.issuperset({"carbody.z", "bogie[1].z"}):
+        raise CouplingError(
+            "parts of the coupling are told of one car body on two bogies of two wheelsets each; "
+            f"this vehicle has {len(models.positions)} wheelsets, or other bodies"
+        )
     omega = 2 * np.pi * frequency
     full = coupled(models, omega, k_H)
     at_once = 1e9 * speed  # so fast that all wheels meet the irregularity together
