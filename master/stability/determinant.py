@@ -162,7 +162,7 @@ class Determinant:
 
 def _fractions(E: ComplexArray, G: ComplexArray, C: ComplexArray) -> PartialFractions:
     """Of modes; over a step hardly two are alike, and looking for them would take longer."""
-    products = (C.T[:, :, None] * G[:, None, :]).reshape(len(E), -1)
+    products = (C.T[:, :, None] * G[:, None, :]).reshape(len(E), C.shape[0] * G.shape[1])
     return PartialFractions(
         centre=E.real,
         square=E.imag**2,
