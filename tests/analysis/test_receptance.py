@@ -54,6 +54,7 @@ def test_a_vehicle_moves_alike_wherever_it_stands(exported):
     assert np.array_equal(here, there)
 
 
+@pytest.mark.slow  # finite elements
 def test_coupled_responses_are_alike_a_cell_farther_and_not_between_railseats(
     exported, short_track
 ):

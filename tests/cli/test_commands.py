@@ -158,6 +158,7 @@ def test_track_receptance_of_own_parameters(tmp_path) -> None:
     assert load(tmp_path / "r.csv")["receptance"].dtype == complex
 
 
+@pytest.mark.slow  # four tracks
 def test_track_receptance_knows_the_error_of_the_ring(tmp_path) -> None:
     """Endless by default, whatever the number of cells; the ring on request, and what it errs."""
     found = {}
@@ -228,6 +229,7 @@ def test_plot_of_a_run_that_stopped_at_once(tmp_path) -> None:
     assert (tmp_path / "one.png").exists()
 
 
+@pytest.mark.slow  # three exports
 def test_export_over_other_fmus(tmp_path) -> None:
     """Those that change are named; those that stay the same are not."""
     mesh = "[mesh]\ncells = 6\nhighest_slab_frequency = 300\nhighest_frequency = 1000\n"
@@ -263,6 +265,7 @@ def test_export_of_fmi_3(tmp_path) -> None:
     assert fmpy.read_model_description(str(tmp_path / "f" / "Track.fmu")).fmiVersion == "3.0"
 
 
+@pytest.mark.slow  # a monolithic solution
 def test_vehicle_and_track_that_do_not_fit(tmp_path) -> None:
     """122 m of vehicle on a ring of 100 m: no FMUs, but what to do; 18 m on 20 m: said once."""
     (tmp_path / "long.toml").write_text("[geometry]\nbogie_half_distance = 59.75\n")

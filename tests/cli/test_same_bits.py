@@ -49,6 +49,7 @@ def test_exported_files_do_not_know_the_threads(tmp_path):
         assert content == made[1][name], name
 
 
+@pytest.mark.slow  # a reference in two processes
 def test_the_reference_of_a_study_does_not_know_the_threads(exported):
     bodies = exported["Vehicle"], exported["Track"]
     values = [line for t in THREADS for line in output(REFERENCE, *bodies, threads=t).split()]

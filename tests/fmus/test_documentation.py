@@ -67,6 +67,7 @@ def page_of(folder):
 
 
 @each
+@pytest.mark.slow  # fmpy compiles the sources
 def test_fmpy_finds_no_problem_in_the_whole(runtime, name):
     assert validate_fmu(str(runtime[name])) == []
 

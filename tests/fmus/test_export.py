@@ -169,6 +169,7 @@ def test_declared_dependencies_are_the_real_ones(started, name):
     ]
 
 
+@pytest.mark.slow  # exported twice by every runtime
 def test_the_same_parameters_make_the_same_fmu(exported, runtime, short_track, tmp_path):
     again = export(Vehicle(), short_track, tmp_path, runtime=runtime)
     for name in NAMES:

@@ -374,6 +374,7 @@ def test_linear_contacts_neither_give_nor_take(h):
     assert abs(energy(state) - first) < 1e-10 * swung
 
 
+@pytest.mark.slow  # ever shorter internal steps
 def test_vehicle_contact_is_fourth_order_in_the_internal_step(vehicle):
     """Over a bump in the rail, started where its wheels rest; the contact never opens."""
     delta = (LOAD / HERTZ.C) ** (2 / 3)
@@ -430,6 +431,7 @@ def test_track_rests_under_its_own_contacts(track):
     assert own.at(shapes, later, height) == pytest.approx(force, rel=1e-9)
 
 
+@pytest.mark.slow  # long runs at many frequencies
 def test_linear_contact_of_the_track_in_frequency(track):
     """A sine of the wheel's height small enough, after the transient: R / (1 + k R) x k."""
     k_H, frequency = 1e9, 200.0

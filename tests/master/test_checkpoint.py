@@ -502,6 +502,7 @@ def test_other_values_are_refused(value):
 JOB = Path(__file__).with_name("killed_job.py")
 
 
+@pytest.mark.slow  # processes are killed and go on
 def test_killed_at_each_stage_of_writing(tmp_path):
     """Before and after each call that makes something lasting, in the first two checkpoints."""
     whole = finish(*make_run())
@@ -520,6 +521,7 @@ def test_killed_at_each_stage_of_writing(tmp_path):
         assert finish(run, recorder) == whole
 
 
+@pytest.mark.slow  # processes are killed and go on
 def test_killed_at_random(tmp_path):
     """Again and again, each time going on from the last checkpoint, until the end is reached."""
     whole = finish(*make_run())

@@ -59,6 +59,7 @@ def worst(system, scheme, tolerance, reference, **settings):
     ],
     ids=str,
 )
+@pytest.mark.slow  # many adaptive runs
 def test_accuracy_is_what_is_asked_for(scheme, tolerances):
     """The error follows the tolerance over decades, and is about as large."""
     errors = [worst(make_system(), scheme, tolerance, exact) for tolerance in tolerances]

@@ -52,6 +52,7 @@ def victim(driver, tiny, fmi, use):
             assert one.outputs() == twin.outputs()
 
 
+@pytest.mark.slow  # programs that err on purpose are compiled, one by one
 def test_the_sanitizers_see(sanitized, tiny, use):
     """The tests of this file can fail: FMI 2 does not say how many values there is room for."""
     fmu = tiny["Track"]

@@ -28,7 +28,10 @@ from railcosim.vehicle.parameters import AxlePlace, CarBodyPlace, Coupler
 from railcosim.vehicle.train import Train, TrainVehicle
 
 # Rings shorter than is promised: coupled and monolithic have the same one.
-pytestmark = pytest.mark.filterwarnings("ignore::railcosim.track.decay.RingWarning")
+pytestmark = (
+    pytest.mark.slow,  # pairs and monolithic systems of up to 32 wheelsets
+    pytest.mark.filterwarnings("ignore::railcosim.track.decay.RingWarning"),
+)
 
 SPEED, K_H = 250 / 3.6, 1e9
 WAGON = read_stock(Path("wagon"))
@@ -156,7 +159,7 @@ def test_loads_differ() -> None:
     assert loads[3] / loads[2] > 1.3  # reversed: what was in front is behind
 
 
-@pytest.mark.slow  # a ring of 50 cells, and 10,000 unknowns at once
+# A ring of 50 cells, and 10,000 unknowns at once.
 def test_eight_vehicles(tmp_path) -> None:
     """32 wheelsets of the paper's vehicle, coupled."""
     one = TrainVehicle(vehicle=read_stock(Path("paper")))

@@ -16,6 +16,8 @@ from railcosim.track.irregularity import flat, synthesise
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.parameters import CarBody, Vehicle, Wheelset
 
+pytestmark = pytest.mark.slow  # pairs of several vehicles with every owner of the contact
+
 TRACK = Track(mesh=Mesh(cells=6, highest_frequency=2000))
 HEAVY = Vehicle(wheelset=Wheelset(radius=0.6), carbody=CarBody(mass=70e3))
 # Hertz for two crossed cylinders of steel of 0.6 and 0.3 m; the weight over eight.

@@ -19,6 +19,8 @@ from railcosim.mechanics.law import LinearContact, coefficient_for
 from railcosim.track.irregularity import Profile, synthesise, wheel_flat
 from railcosim.track.irregularity.synthesis import FADE_IN
 
+pytestmark = pytest.mark.slow  # orders of five variants on the pair
+
 SPEED = 250 / 3.6  # m/s
 K_H = 1e9  # N/m
 

@@ -23,6 +23,8 @@ from railcosim.master.schemes.picard import picard
 from railcosim.mechanics.law import LinearContact
 from railcosim.track.irregularity import synthesise
 
+pytestmark = pytest.mark.slow  # orders and energy of iterated schemes on the pair
+
 SPEED, STOP = 250 / 3.6, 0.05  # m/s, s
 K_H = 1e9  # N/m
 PROFILE = synthesise("german-low", SPEED * STOP)
