@@ -40,7 +40,14 @@ RUNTIME = {
     "fmus": ["roles.py"],
     "fmus/python_runtime": ["models.py", "slave.py"],
 }
-SCRIPT = """from {package}.fmus.python_runtime.slave import RailcosimSlave
+# pythonfmu 0.7 gives back a reference to the script's globals that it was only lent: without one
+# more they are freed while the module lives, and whoever makes the next dictionary shares it with
+# the module (Python 3.13 then emptied one of a model's).
+SCRIPT = """from ctypes import py_object, pythonapi
+
+from {package}.fmus.python_runtime.slave import RailcosimSlave
+
+pythonapi.Py_IncRef(py_object(globals()))
 
 
 class {name}(RailcosimSlave):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import io
 import json
-import sys
 import traceback
 from pathlib import Path
 from typing import Any
@@ -34,9 +33,6 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        # pythonfmu 0.7 empties the script's module while an instance lives: without this a second
-        # instance in one process would import the empty module and find no class.
-        sys.modules.pop(type(self).__module__, None)
         resources = Path(self.resources)
         interface = json.loads((resources / "interface.json").read_text(encoding="utf-8"))
         with np.load(resources / "model.npz", allow_pickle=False) as stored:
