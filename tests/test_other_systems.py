@@ -29,7 +29,7 @@ class Locking:  # of Windows' C library
     LK_NBLCK, LK_UNLCK = 2, 0
     locking = staticmethod(lambda descriptor, mode, size: None)
 sys.modules["msvcrt"] = Locking
-import railcosim.cli.main
+import railcosim.cli.main, railcosim.cli.export, railcosim.cli.run_command, railcosim.cli.frf
 sys.argv = ["railcosim", *sys.argv[1:]]
 sys.platform = "linux"  # whose FMUs are to be made
 railcosim.cli.main.run()

@@ -78,9 +78,10 @@ def study(
         if missing:
             _run(missing, ride, fmus, folder, scheduler, progress, found, failed)
     except (KeyboardInterrupt, OSError):
-        if found:
+        kept = sum(folder.find(p) is not None for p in points)  # one may just have been written
+        if kept:
             tell(
-                f"{len(found)} of {len(points)} points are finished and kept in {folder.path}; "
+                f"{kept} of {len(points)} points are finished and kept in {folder.path}; "
                 "the same command goes on from there"
             )
         raise

@@ -24,7 +24,7 @@ def railcosim(tmp_path, monkeypatch, exported):
     """A command in a folder of its own; FMUs that are not given are the short track's."""
 
     @contextmanager
-    def fmus_of(vehicle, track, *names):
+    def fmus_of(vehicle, track, *names, fresh):
         yield vehicle or exported[names[0]], track or exported[names[1]]
 
     monkeypatch.chdir(tmp_path)

@@ -28,10 +28,10 @@ from railcosim.vehicle.parameters import AxlePlace, CarBodyPlace, Coupler
 from railcosim.vehicle.train import Train, TrainVehicle
 
 # Rings shorter than is promised: coupled and monolithic have the same one.
-pytestmark = (
+pytestmark = [
     pytest.mark.slow,  # pairs and monolithic systems of up to 32 wheelsets
     pytest.mark.filterwarnings("ignore::railcosim.track.decay.RingWarning"),
-)
+]
 
 SPEED, K_H = 250 / 3.6, 1e9
 WAGON = read_stock(Path("wagon"))
