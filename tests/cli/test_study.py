@@ -94,9 +94,9 @@ def test_interrupted_study_goes_on(folder, scheduler) -> None:
         assert time.monotonic() < deadline
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60)
+    told, said = process.communicate(timeout=60)
     assert process.returncode == 1
-    assert "the same command goes on from there" in said
+    assert "the same command goes on from there" in told
     assert "Traceback" not in said
     kept = {path: path.stat().st_mtime_ns for path in points.glob("[0-9a-f]*.json")}
     assert 0 < len(kept) < 18
