@@ -23,6 +23,8 @@ from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
 
+from ..c_compiler import c_compiler
+
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "overhead.py"
 INPUTS, OUTPUTS, STEPS = 3, 5, 120
 
@@ -37,6 +39,7 @@ def overhead():
 
 @pytest.fixture(scope="module")
 def mixer(overhead, tmp_path_factory):
+    c_compiler()
     return overhead.make_fmu(tmp_path_factory.mktemp("mixer") / "fmu", INPUTS, OUTPUTS)
 
 
