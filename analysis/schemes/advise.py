@@ -41,7 +41,7 @@ class Excitation:
     ----------
     omega : array, shape (n_omega,)
         rad/s, increasing.
-    heights : array of complex, shape (n_omega, 4)
+    heights : array of complex, shape (n_omega, n_wheelsets)
         Root of the density (m2/(rad/s)) under each wheelset, with its phase; alike on both rails.
     """
 
@@ -58,7 +58,7 @@ def excitation(spectrum: Spectrum, speed: float, positions: FloatArray) -> Excit
         Of the mean height of both rails.
     speed : float
         m/s.
-    positions : array, shape (4,)
+    positions : array, shape (n_wheelsets,)
         Of the wheelsets, m.
     """
     shortest, longest = spectrum.wavelengths
@@ -131,7 +131,10 @@ def options(
     contact = Contact(parts, owner, k_H)
     # Both rails are alike, so only the first of the parts moves; but all have to be stable.
     part = parts[0]
-    heights = np.asarray(np.tile(source.heights, (1, len(part.wheels) // 4)), dtype=np.complex128)
+    heights = np.asarray(
+        np.tile(source.heights, (1, len(part.wheels) // source.heights.shape[1])),
+        dtype=np.complex128,
+    )
     flexible = part.compliance(source.omega) + np.eye(len(part.wheels)) / k_H
     solved = np.linalg.solve(flexible, -heights[:, :, None])[:, :, 0]
     exact = np.asarray(solved, dtype=np.complex128)

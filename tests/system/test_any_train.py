@@ -10,6 +10,7 @@ from railcosim.analysis.pair.against_monolithic import frequency_errors, newmark
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.frequency import Models, linear_models
+from railcosim.analysis.schemes.advice import advise
 from railcosim.analysis.schemes.catalogue import FMUS, Owner
 from railcosim.fmus.export import export
 from railcosim.master.cosimulation import cosimulate
@@ -93,6 +94,16 @@ def coupled_run(made, parameters, stop):
     assert stopped is None
     names = Layout(len(made.models.positions)).names(FORCE)
     return np.stack([run[name].values for name in names], axis=1), journey, course
+
+
+def test_advice_for_any_wheelsets(any_train) -> None:
+    """Every wheel meets the irregularity, however many there are."""
+    fmus = any_train.folder / "Vehicle.fmu", any_train.folder / "Track.fmu"
+    found = advise(*fmus, 3e-2, contact=K_H, schemes=["gauss-seidel-constant-vehicle-first"])
+    assert found.options
+    for option in found.options:
+        assert option.error <= 3e-2
+        assert option.step < option.limit
 
 
 LINEAR = {"contact.nonlinear": False, "contact.stiffness": K_H}
