@@ -1,0 +1,1 @@
+"""Wheel on rail in three dimensions: patch, creep, geometry, law. Needs numpy only."""

@@ -1,0 +1,107 @@
+"""Forces between a rolling wheel and a rail that do not move quite alike.
+
+In the plane of the contact: x along rolling, y across, z along the normal from wheel into rail, a
+right-handed frame. Creepages are the wheel's velocity less the rail's over the speed; the spin is
+the relative angular velocity about z over it, 1/m. Forces and the moment are those on the WHEEL.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .ellipse import Ellipse, ellipse
+from .kalker import Kalker, kalker
+from .numbers import Numbers
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Patch:
+    """What contact patches are before they are loaded: their shape and their material.
+
+    Attributes
+    ----------
+    ellipse : Ellipse
+        Semi-axes and approach by the load.
+    kalker : Kalker
+        Of the ellipse's shape.
+    shear_modulus : float
+        G of wheel and rail, N/m2.
+    """
+
+    ellipse: Ellipse
+    kalker: Kalker
+    shear_modulus: float
+
+    @classmethod
+    def of(
+        cls,
+        curvature_x: FloatArray | float,
+        curvature_y: FloatArray | float,
+        *,
+        shear_modulus: float,
+        poisson_ratio: float,
+    ) -> Patch:
+        """Patches of given curvatures; see `ellipse`."""
+        shape = ellipse(
+            curvature_x, curvature_y, shear_modulus=shear_modulus, poisson_ratio=poisson_ratio
+        )
+        return cls(
+            ellipse=shape, kalker=kalker(shape.ratio, poisson_ratio), shear_modulus=shear_modulus
+        )
+
+    def creep_coefficients(self, normal: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers]:
+        """f11, f22 (N), f23 (N m) and f33 (N m2) at a normal force, N."""
+        a, b = self.ellipse.semi_axes(normal)
+        area, G, C = a * b, self.shear_modulus, self.kalker
+        return (
+            G * C.C11 * area,
+            G * C.C22 * area,
+            G * C.C23 * area**1.5,
+            G * C.C33 * area**2,
+        )
+
+
+class CreepLaw(Protocol):
+    """Forces of creep."""
+
+    def force(self, patch: Patch, normal: Numbers, creepage: Numbers) -> Numbers:
+        """Forces on the wheel.
+
+        Parameters
+        ----------
+        patch : Patch
+            Of the contacts.
+        normal : array, shape (...,)
+            Normal forces, N, not below 0.
+        creepage : array, shape (..., 3)
+            Along, across, and spin (1/m).
+
+        Returns
+        -------
+        array, shape (..., 3)
+            Along and across (N), and the moment about the normal (N m).
+        """
+
+
+@dataclass(frozen=True)
+class LinearCreep:
+    """Kalker's linear theory: right for little creep, without bound.
+
+    References
+    ----------
+    Kalker, J. J. (1967), On the Rolling Contact of Two Elastic Bodies in the Presence of Dry
+    Friction, thesis, Delft.
+    """
+
+    def force(self, patch: Patch, normal: Numbers, creepage: Numbers) -> Numbers:
+        """See `CreepLaw`."""
+        f11, f22, f23, f33 = patch.creep_coefficients(normal)
+        x, y, spin = np.moveaxis(creepage, -1, 0)
+        forces: Numbers = np.stack([-f11 * x, -f22 * y - f23 * spin, f23 * y - f33 * spin], axis=-1)
+        return forces
