@@ -1,11 +1,11 @@
 """The command line as a user meets it: results, pictures, and one line for a mistake."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import fmpy
 import numpy as np
@@ -13,31 +13,13 @@ import pytest
 
 from railcosim.cli.options import UsageError, frequencies_of
 from railcosim.cli.pair_charts import run_chart
-from railcosim.fmus.export import export
 from railcosim.master.checkpoint import results_of
 from railcosim.master.files import load
+from railcosim.parameters import write_toml
 from railcosim.plots.picture import save_picture
-from railcosim.track.parameters import Mesh, Track
-from railcosim.vehicle.parameters import Vehicle
 
+COARSE = "[mesh]\ncells = 4\nhighest_slab_frequency = 300\nhighest_frequency = 1000\n"
 COMMAND = [sys.executable, "-c", "from railcosim.cli.main import run; run()"]
-
-
-def railcosim(
-    *arguments: object, folder: Path, **variables: str
-) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "COLUMNS": "200", "OPENBLAS_NUM_THREADS": "1", **variables}
-    return subprocess.run(
-        [*COMMAND, *(str(a) for a in arguments)],
-        cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def fmus(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("fmus")
-    export(Vehicle(), Track(mesh=Mesh(cells=6, highest_frequency=2000)), folder)
-    return folder
 
 
 @pytest.mark.parametrize(
@@ -64,12 +46,12 @@ def test_frequencies_that_are_none(text) -> None:
         frequencies_of(text)
 
 
-def test_run_and_its_picture(fmus, tmp_path) -> None:
+def test_run_and_its_picture(exported, railcosim, tmp_path) -> None:
     done = railcosim(
-        "run", "--vehicle-fmu", fmus / "Vehicle.fmu", "--track-fmu", fmus / "TrackWithContact.fmu",
-        "--time", 0.01, "--out", "run.csv", "--plot", "run.png", folder=tmp_path,
+        "run", "--vehicle-fmu", exported["Vehicle"], "--track-fmu", exported["TrackWithContact"],
+        "--time", 0.01, "--out", "run.csv", "--plot", "run.png",
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    assert done.status == 0, done.err
     lines = (tmp_path / "run.csv").read_text().splitlines()
     assert lines[0].startswith("#")
     assert "time s" in lines[0]
@@ -80,26 +62,26 @@ def test_run_and_its_picture(fmus, tmp_path) -> None:
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_run_that_diverges_keeps_what_it_had(fmus, tmp_path) -> None:
+def test_a_run_that_diverges_keeps_what_it_had(exported, railcosim, tmp_path) -> None:
     """Contact in the vehicle, 8 GN/m and constant inputs at 1 ms: unstable by far."""
     done = railcosim(
-        "run", "--vehicle-fmu", fmus / "VehicleWithContact.fmu", "--track-fmu", fmus / "Track.fmu",
+        "run", "--vehicle-fmu", exported["VehicleWithContact"], "--track-fmu", exported["Track"],
         "--contact-stiffness", 8e9, "--inputs", "constant", "--step", 1e-3, "--time", 0.5,
-        "--out", "run.nc", folder=tmp_path,
+        "--out", "run.nc",
     )  # fmt: skip
-    assert done.returncode == 1
-    assert "Traceback" not in done.stderr
+    assert done.status == 1
+    assert "Traceback" not in done.err
     for word in ("t = ", "Jacobi", "0.001 s", "Try"):
-        assert word in done.stderr
+        assert word in done.err
     kept = load(tmp_path / "run.nc")
     assert 2 < kept.sizes["time"] < 501
     assert "diverged" in kept.attrs["stopped"]
 
 
-def test_an_interrupted_run_keeps_what_it_had(fmus, tmp_path) -> None:
+def test_an_interrupted_run_keeps_what_it_had(exported, tmp_path) -> None:
     """Ctrl-C lands inside an FMU's Python most of the time; it must not take the run with it."""
-    arguments = ["run", "--vehicle-fmu", fmus / "Vehicle.fmu", "--track-fmu",
-                 fmus / "TrackWithContact.fmu", "--time", "60", "--out", "run.nc",
+    arguments = ["run", "--vehicle-fmu", exported["Vehicle"], "--track-fmu",
+                 exported["TrackWithContact"], "--time", "60", "--out", "run.nc",
                  "--checkpoint", "c", "--every", "0.005"]  # fmt: skip
     process = subprocess.Popen(
         [*COMMAND, *map(str, arguments)], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
@@ -119,47 +101,46 @@ def test_an_interrupted_run_keeps_what_it_had(fmus, tmp_path) -> None:
     assert kept.attrs["stopped"] == "interrupted"
 
 
-def test_loss_of_contact_is_told(fmus, tmp_path) -> None:
+def test_loss_of_contact_is_told(exported, railcosim, tmp_path) -> None:
     """Contact in the vehicle at 0.1 ms is unstable, but hammering wheels keep the forces finite."""
     done = railcosim(
-        "run", "--vehicle-fmu", fmus / "VehicleWithContact.fmu", "--track-fmu", fmus / "Track.fmu",
-        "--contact", "vehicle", "--step", 1e-4, "--time", 0.05, "--out", "run.nc", folder=tmp_path,
+        "run", "--vehicle-fmu", exported["VehicleWithContact"], "--track-fmu", exported["Track"],
+        "--contact", "vehicle", "--step", 1e-4, "--time", 0.05, "--out", "run.nc",
     )  # fmt: skip
-    assert done.returncode == 1
-    assert "off the rail" in done.stderr
-    assert "not to be believed" in done.stderr
+    assert done.status == 1
+    assert "off the rail" in done.err
+    assert "not to be believed" in done.err
 
 
-def test_gauss_seidel_and_rolling_wheels(fmus, tmp_path) -> None:
+def test_gauss_seidel_and_rolling_wheels(exported, railcosim, tmp_path) -> None:
     done = railcosim(
-        "run", "--vehicle-fmu", fmus / "Vehicle.fmu", "--track-fmu", fmus / "TrackWithContact.fmu",
+        "run", "--vehicle-fmu", exported["Vehicle"], "--track-fmu", exported["TrackWithContact"],
         "--scheme", "gauss-seidel", "--first", "track", "--time", 0.01, "--speed", 300,
-        "--irregularity", "none", "--out", "run.nc", folder=tmp_path,
+        "--irregularity", "none", "--out", "run.nc",
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    assert done.status == 0, done.err
     run = load(tmp_path / "run.nc")
     travelled = run["wheelset[1].position"].values[[0, -1]]
     assert np.diff(travelled)[0] == pytest.approx(300 / 3.6 * 0.01)
     assert run.attrs["scheme"].startswith("Gauss-Seidel, track first")
 
 
-def test_track_receptance_of_own_parameters(tmp_path) -> None:
-    printed = railcosim("parameters", "--track", folder=tmp_path)
-    assert printed.returncode == 0
-    text = printed.stdout
+def test_track_receptance_of_own_parameters(railcosim, tmp_path) -> None:
+    printed = railcosim("parameters", "--track")
+    assert printed.status == 0
+    text = printed.out
     (tmp_path / "my.toml").write_text(text.replace("cells = 20", "cells = 6"))
     done = railcosim(
         "track-receptance", "--track", "my.toml", "--at", "midspan", "--load", "single",
-        "--frequencies", "50:55:1", "--out", "r.csv", "--plot", "r.png", folder=tmp_path,
+        "--frequencies", "50:55:1", "--out", "r.csv", "--plot", "r.png",
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    assert done.status == 0, done.err
     header = (tmp_path / "r.csv").read_text().splitlines()[1]
     assert header == "frequency,receptance.re,receptance.im"
     assert load(tmp_path / "r.csv")["receptance"].dtype == complex
 
 
-@pytest.mark.slow  # four tracks
-def test_track_receptance_knows_the_error_of_the_ring(tmp_path) -> None:
+def test_track_receptance_knows_the_error_of_the_ring(railcosim, tmp_path) -> None:
     """Endless by default, whatever the number of cells; the ring on request, and what it errs."""
     found = {}
     for cells in (4, 20):
@@ -168,40 +149,40 @@ def test_track_receptance_knows_the_error_of_the_ring(tmp_path) -> None:
         for option in ((), ("--ring",)):
             done = railcosim(
                 "track-receptance", "--track", "my.toml", "--frequencies", "55:70:1", *option,
-                "--out", "r.nc", folder=tmp_path,
+                "--out", "r.nc",
             )  # fmt: skip
-            assert done.returncode == 0, done.stderr
+            assert done.status == 0, done.err
             found[cells, option] = load(tmp_path / "r.nc")["receptance"].values
         error = np.abs(found[cells, ("--ring",)] / found[cells, ()] - 1)
         assert load(tmp_path / "r.nc").attrs["ring_error"] == pytest.approx(error.max())
-        assert f"by at most {error.max():.1e}, at {55 + np.argmax(error)} Hz" in done.stdout
+        assert f"by at most {error.max():.1e}, at {55 + np.argmax(error)} Hz" in done.out
     assert np.array_equal(found[4, ()], found[20, ()])
     # 0.62 a cell is the slowest wave here; measured 0.3 and 1e-4.
     assert error.max() < 1e-3
     assert np.abs(found[4, ("--ring",)] / found[4, ()] - 1).max() > 0.1
 
 
-def test_receptance_of_any_fmu(fmus, tmp_path) -> None:
+def test_receptance_of_any_fmu(exported, railcosim, tmp_path) -> None:
     """Vehicle.fmu, wheel 4: at high frequency the mass of the wheelset, -1 / (m omega^2)."""
     done = railcosim(
-        "receptance", fmus / "Vehicle.fmu", "--input", "wheelset[4].left.force_z",
+        "receptance", exported["Vehicle"], "--input", "wheelset[4].left.force_z",
         "--output", "wheelset[4].left.wheel_z", "--frequencies", "500:1000:5@log", "--step", 1e-4,
-        "--steps", 13000, "--out", "r.nc", folder=tmp_path,
+        "--steps", 13000, "--out", "r.nc",
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    assert done.status == 0, done.err
     r = load(tmp_path / "r.nc")
     omega = 2 * np.pi * r["frequency"].values
     # The primary suspension still adds c / (m omega) = 2.5 % at 500 Hz, at a right angle.
     assert (r["receptance"].values * -(1680 * omega**2)).real == pytest.approx(-1, rel=3e-3)
 
 
-def test_a_pair_without_a_contact_is_coupled_by_the_master(fmus, tmp_path) -> None:
+def test_a_pair_without_a_contact_is_coupled_by_the_master(exported, railcosim, tmp_path) -> None:
     """With the scheme that can: its step is ten times what the others bear."""
     done = railcosim(
-        "run", "--vehicle-fmu", fmus / "Vehicle.fmu", "--track-fmu", fmus / "Track.fmu",
-        "--step", 1e-3, "--time", 0.1, "--out", "r.nc", folder=tmp_path,
+        "run", "--vehicle-fmu", exported["Vehicle"], "--track-fmu", exported["Track"],
+        "--step", 1e-3, "--time", 0.1, "--out", "r.nc",
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    assert done.status == 0, done.err
     run = load(tmp_path / "r.nc")
     assert run.attrs["scheme"] == "interface Jacobian, average hold"
     assert run.sizes["time"] == 101
@@ -210,14 +191,14 @@ def test_a_pair_without_a_contact_is_coupled_by_the_master(fmus, tmp_path) -> No
     assert 0.6 < float(force.min() / force[0]) < float(force.max() / force[0]) < 1.4
 
 
-def test_the_fmu_variable_is_named(fmus, tmp_path) -> None:
+def test_the_fmu_variable_is_named(exported, railcosim, tmp_path) -> None:
     done = railcosim(
-        "receptance", fmus / "Vehicle.fmu", "--input", "wheelset[4].force", "--output", "carbody.z",
-        "--out", "r.nc", folder=tmp_path,
+        "receptance", exported["Vehicle"], "--input", "wheelset[4].force", "--output", "carbody.z",
+        "--out", "r.nc",
     )  # fmt: skip
-    assert done.returncode == 2
-    assert "wheelset[4].force" in done.stderr
-    assert "wheelset[4].left.force_z" in done.stderr
+    assert done.status == 2
+    assert "wheelset[4].force" in done.err
+    assert "wheelset[4].left.force_z" in done.err
 
 
 def test_plot_of_a_run_that_stopped_at_once(tmp_path) -> None:
@@ -229,61 +210,62 @@ def test_plot_of_a_run_that_stopped_at_once(tmp_path) -> None:
     assert (tmp_path / "one.png").exists()
 
 
-@pytest.mark.slow  # three exports
-def test_export_over_other_fmus(tmp_path) -> None:
+@pytest.mark.slow  # two exports
+def test_export_over_other_fmus(exported, railcosim, short_track, tmp_path) -> None:
     """Those that change are named; those that stay the same are not."""
-    mesh = "[mesh]\ncells = 6\nhighest_slab_frequency = 300\nhighest_frequency = 1000\n"
-    (tmp_path / "t.toml").write_text(mesh)
+    (tmp_path / "fmus").mkdir()
+    for file in exported.values():
+        shutil.copy(file, tmp_path / "fmus")
+    (tmp_path / "t.toml").write_text(write_toml(short_track, "Track"))
     same = ["--out", "fmus", "--track", "t.toml"]
     (tmp_path / "v.toml").write_text("[wheelset]\nmass = 1300.0\n")
     for options, note in (
-        (same, ""),
         (same, ""),
         ([*same, "--vehicle", "v.toml"],
          "note: Vehicle.fmu, Track.fmu, VehicleWithContact.fmu, TrackWithContact.fmu in fmus: "
          "replaced; they were other FMUs"),
     ):  # fmt: skip
-        done = railcosim("export", *options, folder=tmp_path)
-        assert done.returncode == 0, done.stderr
-        assert note in done.stderr
-        assert ("replaced" in done.stderr) == bool(note)
+        done = railcosim("export", *options)
+        assert done.status == 0, done.err
+        assert note in done.err
+        assert ("replaced" in done.err) == bool(note)
 
 
-def test_export_with_a_compiler_that_is_not_there(tmp_path) -> None:
-    done = railcosim("export", "--out", "fmus", folder=tmp_path, CC="/nowhere/cc")
-    assert done.returncode == 1
-    assert "'/nowhere/cc' cannot be run" in done.stderr
+def test_export_with_a_compiler_that_is_not_there(railcosim, tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("CC", "/nowhere/cc")
+    done = railcosim("export", "--out", "fmus")
+    assert done.status == 1
+    assert "'/nowhere/cc' cannot be run" in done.err
     assert not list((tmp_path / "fmus").glob("*"))
 
 
-def test_export_of_fmi_3(tmp_path) -> None:
-    mesh = "[mesh]\ncells = 6\nhighest_slab_frequency = 800\nhighest_frequency = 1500\n"
-    (tmp_path / "short.toml").write_text(mesh)
-    done = railcosim("export", "--out", "f", "--fmi", 3, "--track", "short.toml", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "Track.fmu" in done.stdout
+def test_export_of_fmi_3(railcosim, tmp_path) -> None:
+    (tmp_path / "coarse.toml").write_text(COARSE)
+    track = ["--track", "coarse.toml", "--wheelsets", 1]  # small, and no vehicle
+    done = railcosim("export", "--out", "f", "--fmi", 3, *track)
+    assert done.status == 0, done.err
+    assert "Track.fmu" in done.out
     assert fmpy.read_model_description(str(tmp_path / "f" / "Track.fmu")).fmiVersion == "3.0"
 
 
-@pytest.mark.slow  # a monolithic solution
-def test_vehicle_and_track_that_do_not_fit(tmp_path) -> None:
-    """122 m of vehicle on a ring of 100 m: no FMUs, but what to do; 18 m on 20 m: said once."""
+def test_vehicle_and_track_that_do_not_fit(railcosim, tmp_path) -> None:
+    """122 m of vehicle on a ring of 100 m: no FMUs, but what to do."""
     (tmp_path / "long.toml").write_text("[geometry]\nbogie_half_distance = 59.75\n")
     (tmp_path / "ring.toml").write_text("[mesh]\ncells = 20\n")  # said, so not made longer
-    done = railcosim(
-        "export", "--vehicle", "long.toml", "--track", "ring.toml", "--out", "fmus", folder=tmp_path
-    )
-    assert done.returncode == 2
-    assert "122 m" in done.stderr
-    assert "100 m ([mesh] cells = 20)" in done.stderr
-    assert "cells = 34 (170 m)" in done.stderr
+    done = railcosim("export", "--vehicle", "long.toml", "--track", "ring.toml", "--out", "fmus")
+    assert done.status == 2
+    assert "122 m" in done.err
+    assert "100 m ([mesh] cells = 20)" in done.err
+    assert "cells = 34 (170 m)" in done.err
     assert not (tmp_path / "fmus" / "Track.fmu").exists()
-    (tmp_path / "short.toml").write_text(
-        "[mesh]\ncells = 4\nhighest_slab_frequency = 300\nhighest_frequency = 1000\n"
-    )
+
+
+@pytest.mark.slow  # a monolithic solution
+def test_a_ring_that_is_short_is_said_once(railcosim, tmp_path) -> None:
+    """18 m on 20 m."""
+    (tmp_path / "short.toml").write_text(COARSE)
     done = railcosim(
-        "compare", "--track", "short.toml", "--time", 1e-3, "--frequencies", "10:20:10",
-        folder=tmp_path,
+        "compare", "--track", "short.toml", "--time", 1e-3, "--frequencies", "10:20:10"
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert done.stderr.count("ring of 20 m") == 1
+    assert done.status == 0, done.err
+    assert done.err.count("ring of 20 m") == 1
