@@ -76,6 +76,8 @@ class Spring:
         Direction of unit length.
     k, c : float
         N/m and N s/m; with no point, N m/rad and N m s/rad.
+    gap : float
+        Travel to either side before it acts, m: a stop.
     """
 
     a: Body
@@ -84,6 +86,7 @@ class Spring:
     axis: Vector
     k: float
     c: float
+    gap: float = 0.0
 
     @property
     def acts(self) -> bool:

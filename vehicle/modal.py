@@ -131,8 +131,16 @@ def _check(body: Multibody, modal: ModalVehicle) -> None:
 def vehicle_body(body: Multibody) -> ModalBody:
     """A vehicle's modes, and how it rests on wheelsets held at given heights.
 
-    Both wheels of a wheelset move alike, so all modes are even; a contact force lifts them.
+    Of the vertical model: both wheels of a wheelset move alike, so all modes are even; a contact
+    force lifts them.
+
+    Raises
+    ------
+    ValueError
+        If the model has other coordinates.
     """
+    if any(name.endswith(".y") for name in body.coordinates):
+        raise ValueError("wheels are met in the vertical direction only: take the vertical model")
     modal, follow, wheelsets = modal_form(body), body.following, body.wheelsets
     layout = Layout(body.wheelset_x.size)
     rigid = modal.rigid[wheelsets]
@@ -150,7 +158,7 @@ def vehicle_body(body: Multibody) -> ModalBody:
         coordinates=Coordinates(
             bodies=body.names,
             names=body.coordinates,
-            wheelsets=np.arange(wheelsets.start, wheelsets.stop),
+            wheelsets=wheelsets,
             modes=modal.modes,
             rigid=modal.rigid,
             through=through,

@@ -1,4 +1,4 @@
-"""Linear equations of motion of bodies and springs, and the vertical ones among them.
+"""Linear equations of motion of bodies and springs, in space or the vertical ones among them.
 
 Displacements are measured from the statically loaded vehicle whose wheels just touch the unloaded
 track.
@@ -6,23 +6,49 @@ track.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.parameters import ParameterError
-
-from .bodies import WHEELSET, Body, Parts, Spring, names_of
+from .assembly import assemble
+from .bodies import DOWN, MOVES, SPIN, TURNS, WHEELSET, Body, Spring, Vector, names_of
 from .parameters import Vehicle
+from .statics import at_rest
 from .train import Train, train_of
 
 FloatArray = NDArray[np.float64]
 
-VERTICAL = ("z", "pitch")
-"""Coordinates of the vertical model. An axle's turning about y is a spin, not a pitch."""
-LOOSE = 1e-12  # of the stiffest motion of what is above held wheelsets: four digits above rounding
+
+@dataclass(frozen=True)
+class Dimension:
+    """Which coordinates and which springs a model has.
+
+    Attributes
+    ----------
+    name : str
+        What users call it.
+    directions : tuple of str
+        Of the coordinates of every body.
+    axes : tuple of vector, or None
+        Of the springs that act at a point; None: of any spring.
+    """
+
+    name: str
+    directions: tuple[str, ...]
+    axes: tuple[Vector, ...] | None = None
+
+    def has(self, spring: Spring) -> bool:
+        """Whether a spring belongs to the model; a stop with a gap to no linear one."""
+        if not spring.acts or spring.gap > 0.0:
+            return False
+        return self.axes is None or (spring.point is not None and spring.axis in self.axes)
+
+
+# An axle's turning about y is a spin, not a pitch.
+VERTICAL = Dimension("vertical", ("z", "pitch"), (DOWN,))
+SPATIAL = Dimension("spatial", (*MOVES, *TURNS, SPIN))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +64,7 @@ class Multibody:
     M, C, K : array, shape (n, n)
         Mass, damping, stiffness.
     stretch : array, shape (n_springs, n)
-        Stretch of every spring per coordinate.
+        Stretch of every spring per coordinate; where weights topple, of what they add as well.
     wheelset_x : array, shape (n_wheelsets,)
         Wheelsets from the front, forward of the first vehicle's middle, m.
     wheel_load : array, shape (n_wheelsets,)
@@ -59,18 +85,20 @@ class Multibody:
         return self.coordinates.index(f"{body}.{direction}")
 
     @property
-    def wheelsets(self) -> slice:
-        """The vertical coordinates of the wheelsets, the last ones."""
-        return slice(len(self.coordinates) - self.wheelset_x.size, len(self.coordinates))
+    def wheelsets(self) -> NDArray[np.intp]:
+        """Places of the wheelsets' vertical coordinates."""
+        names = self.names[len(self.names) - self.wheelset_x.size :]
+        return np.array([self.at(name, "z") for name in names])
 
     @property
     def above(self) -> slice:
-        """All others."""
-        return slice(0, self.wheelsets.start)
+        """All coordinates but the wheelsets'."""
+        first = f"{self.names[len(self.names) - self.wheelset_x.size]}."
+        return slice(0, [name.startswith(first) for name in self.coordinates].index(True))
 
     @property
     def following(self) -> FloatArray:
-        """Where everything rests on wheelsets held at unit heights, shape (n, n_wheelsets)."""
+        """Where everything rests on wheelsets held, each at unit height, (n, n_wheelsets)."""
         follow = np.zeros((len(self.coordinates), self.wheelset_x.size))
         follow[self.wheelsets] = np.eye(self.wheelset_x.size)
         K = self.K[self.above, self.above]
@@ -78,68 +106,19 @@ class Multibody:
         return follow
 
 
-def assemble(
-    bodies: Sequence[Body],
-    springs: Sequence[Spring],
-    directions: Collection[str] | None = None,
-) -> tuple[tuple[str, ...], FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Assemble bodies and springs.
-
-    Parameters
-    ----------
-    bodies : sequence of Body
-        In order.
-    springs : sequence of Spring
-        Between them.
-    directions : collection of str, optional
-        Coordinates that are kept; all if not given.
-
-    Returns
-    -------
-    tuple
-        Names of the coordinates, M, C, K and the stretch of the springs, of those that no kept
-        coordinate tells apart as one.
-    """
-    kept = [
-        (name, body, direction, inertia)
-        for name, body in zip(names_of(bodies), bodies, strict=True)
-        for direction, inertia in zip(body.directions, body.inertias, strict=True)
-        if directions is None or direction in directions
-    ]
-    places: dict[Body, list[int]] = {body: [] for body in bodies}
-    if len(places) < len(bodies):
-        raise ParameterError("two bodies of one kind are the same and at one place: x must differ")
-    for j, (_, body, _, _) in enumerate(kept):
-        places[body].append(j)
-    S = np.zeros((len(springs), len(kept)))
-    for i, spring in enumerate(springs):
-        for body, sign in ((spring.a, 1.0), (spring.b, -1.0)):
-            for j in places[body]:
-                S[i, j] = sign * spring.felt(body, kept[j][2])
-    S, k, c = _side_by_side(S, springs)
-    M = np.diag([inertia for *_, inertia in kept])
-    coordinates = tuple(f"{name}.{direction}" for name, _, direction, _ in kept)
-    return coordinates, M, S.T @ (c[:, None] * S), S.T @ (k[:, None] * S), S
-
-
-def _side_by_side(
-    S: FloatArray, springs: Sequence[Spring]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Springs that the kept coordinates cannot tell apart as one: stretch, k, c."""
-    rows: dict[tuple[float, ...], list[float]] = {}
-    for row, spring in zip(S.tolist(), springs, strict=True):
-        sums = rows.setdefault(tuple(row), [0.0, 0.0])
-        sums[0] += spring.k
-        sums[1] += spring.c
-    k, c = np.array(list(rows.values())).reshape(-1, 2).T
-    return np.array(list(rows)).reshape(-1, S.shape[1]), k, c
-
-
-def build_multibody(stock: Vehicle | Train) -> Multibody:
-    """Assemble the vertical model of a vehicle or a train.
+def build_multibody(stock: Vehicle | Train, dimension: Dimension = VERTICAL) -> Multibody:
+    """Assemble a vehicle or a train.
 
     What acts along the track or across acts on pitch through its height only. The vertical model
     leaves that out: it knows the springs that act downwards.
+
+    Parameters
+    ----------
+    stock : Vehicle or Train
+        Parameters.
+    dimension : Dimension
+        VERTICAL, or SPATIAL: y, z, roll, pitch and yaw of every body, of a wheelset its spin
+        instead of pitch.
 
     Raises
     ------
@@ -148,8 +127,12 @@ def build_multibody(stock: Vehicle | Train) -> Multibody:
     """
     train = train_of(stock)
     parts = train.parts()
-    springs = [s for s in parts.springs if _acts_down(s)]
-    coordinates, M, C, K, S = assemble(parts.bodies, springs, VERTICAL)
+    springs = [s for s in parts.springs if dimension.has(s)]
+    coordinates, M, C, K, S = assemble(parts.bodies, springs, dimension.directions)
+    rest = at_rest(parts, train.gravity)
+    if train.toppling:
+        T, k = _toppling(parts.bodies, rest.toppling, coordinates)
+        K, S = K + T.T @ (k[:, None] * T), np.vstack([S, T])
     wheelsets = [body.place[0] for body in parts.bodies if body.kind == WHEELSET]
     return Multibody(
         names=names_of(parts.bodies),
@@ -159,43 +142,21 @@ def build_multibody(stock: Vehicle | Train) -> Multibody:
         K=K,
         stretch=S,
         wheelset_x=np.array(wheelsets),
-        wheel_load=_wheel_loads(parts, train.gravity),
+        wheel_load=rest.wheel_load,
     )
 
 
-def _acts_down(spring: Spring) -> bool:
-    return spring.point is not None and spring.axis[2] != 0.0 and spring.acts
+def _toppling(
+    bodies: Sequence[Body], moment: FloatArray, coordinates: tuple[str, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Coordinates that a body's forces at rest topple, one a row, and stiffness about them."""
+    rows = [
+        (coordinates.index(f"{name}.{turn}"), k)
+        for name, k in zip(names_of(bodies), moment.tolist(), strict=True)
+        for turn in ("roll", "pitch")
+        if k != 0.0 and f"{name}.{turn}" in coordinates
+    ]
+    return np.eye(len(coordinates))[[j for j, _ in rows]], np.array([k for _, k in rows])
 
 
-def _wheel_loads(parts: Parts, gravity: float) -> FloatArray:
-    """Static load of a wheel of each wheelset, N: where all stand at one height.
-
-    Raises
-    ------
-    ParameterError
-        If something is not held, or a wheelset hangs.
-    """
-    springs = [s for s in parts.suspension if _acts_down(s)]
-    coordinates, M, _, K, _ = assemble(parts.bodies, springs, VERTICAL)
-    up = len(coordinates) - sum(body.kind == WHEELSET for body in parts.bodies)
-    mass = np.array([name.endswith(".z") for name in coordinates]) * np.diag(M)
-    size = np.sqrt(np.diag(M)[:up])
-    omega2, modes = np.linalg.eigh(K[:up, :up] / np.outer(size, size))
-    if omega2[0] <= LOOSE * omega2[-1]:
-        name = coordinates[int(np.argmax(np.abs(modes[:, 0])))]
-        raise ParameterError(
-            f"{name} is free: every car body and bogie must be held in two places by suspensions "
-            "that stand on wheelsets"
-        )
-    sunk = np.linalg.solve(K[:up, :up], mass[:up])
-    load: FloatArray = (mass[up:] - K[up:, :up] @ sunk) * gravity / 2
-    if load.min() <= 0:
-        i = int(np.argmin(load)) + 1
-        raise ParameterError(
-            f"wheelset {i} would hang: at rest a wheel of it carries {load.min():g} N; must be > 0 "
-            "(where the car body's middle is, and what stands on what, decide it)"
-        )
-    return load
-
-
-__all__ = ["VERTICAL", "Multibody", "assemble", "build_multibody"]
+__all__ = ["SPATIAL", "VERTICAL", "Dimension", "Multibody", "build_multibody"]

@@ -108,7 +108,7 @@ def _bogie(vehicle: Vehicle, place: BogiePlace, cars: Sequence[Body]) -> _Runnin
         axle = _wheelset(
             place.wheelset or vehicle.wheelset, x, z + vehicle.geometry.wheelset_height
         )
-        primary += _primary(below, frame, axle, x, z)
+        primary += _primary(below, frame, axle, x, z + vehicle.geometry.primary_height)
         bodies.append(axle)
     return _RunningGear(bodies, secondary, primary)
 
@@ -133,15 +133,21 @@ def _primary(known: PrimarySuspension, a: Body, axle: Body, x: float, z: float) 
 
 
 def _secondary(known: SecondarySuspension, car: Body, frame: Body, x: float) -> list[Spring]:
-    """Of both sides of a bogie, and its roll bar."""
+    """Of both sides of a bogie with yaw dampers, its roll bar and lateral stops."""
+    near, out = known.half_span, known.yaw_damper_half_span
     springs = [
-        Spring(a=car, b=frame, point=(x, side * known.half_span, 0.0), axis=axis, k=k, c=c)
+        Spring(a=car, b=frame, point=(x, side * y, 0.0), axis=axis, k=k, c=c)
         for side in SIDES
-        for axis, k, c in (
-            (ALONG_X, known.stiffness_x, known.damping_x),
-            (ALONG_Y, known.stiffness_y, known.damping_y),
-            (DOWN, known.stiffness, known.damping),
+        for y, axis, k, c in (
+            (near, ALONG_X, known.stiffness_x, known.damping_x),
+            (near, ALONG_Y, known.stiffness_y, known.damping_y),
+            (near, DOWN, known.stiffness, known.damping),
+            (out, ALONG_X, 0.0, known.yaw_damper),
         )
     ]
     bar = Spring(a=car, b=frame, point=None, axis=ALONG_X, k=known.roll_stiffness, c=0.0)
-    return [*springs, bar]
+    stops = Spring(
+        a=car, b=frame, point=(x, 0.0, 0.0), axis=ALONG_Y, k=known.stop_stiffness, c=0.0,
+        gap=known.stop_gap,
+    )  # fmt: skip
+    return [*springs, bar, stops]

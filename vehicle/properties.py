@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from railcosim.parameters import ParameterSet, Usual, quantity
+from railcosim.parameters import ParameterSet, Usual, quantity, switch
 
 A1 = "Xu & Lu 2021, Table A1"
 LATERAL = "not used by the vertical model"
@@ -122,9 +122,8 @@ class SecondarySuspension(ParameterSet):
         0.11e6, "N/m", f"lateral, k_sy; {LATERAL}", above=0, usual=SPRING, source=A1
     )
     damping_x: float = quantity(
-        0.0, "N.s/m", f"longitudinal, c_sx, yaw dampers; {LATERAL}", minimum=0, usual=DAMPER,
-        source=NONE,
-    )  # fmt: skip
+        0.0, "N.s/m", f"longitudinal, c_sx; {LATERAL}", minimum=0, usual=DAMPER, source=NONE
+    )
     damping_y: float = quantity(
         5.4e3, "N.s/m", f"lateral, c_sy; {LATERAL}", minimum=0, usual=DAMPER, source=A1
     )
@@ -133,6 +132,22 @@ class SecondarySuspension(ParameterSet):
         usual=Usual(1e5, 5e6, "weak to stiff roll bars"), source=NONE,
     )  # fmt: skip
     half_span: float = quantity(0.978, "m", "lateral half-span", above=0, usual=SPAN, source=SCHOOL)
+    yaw_damper: float = quantity(
+        0.0, "N.s/m", f"of a longitudinal damper beside the suspension; {LATERAL}", minimum=0,
+        usual=DAMPER, source=NONE,
+    )  # fmt: skip
+    yaw_damper_half_span: float = quantity(
+        0.978, "m", f"lateral half-span of the yaw dampers; {LATERAL}", above=0, usual=SPAN,
+        source=f"{NONE}; beside the suspension",
+    )  # fmt: skip
+    stop_stiffness: float = quantity(
+        0.0, "N/m", f"of a bogie's lateral stops, their gap closed; {LATERAL}", minimum=0,
+        usual=SPRING, source=NONE,
+    )  # fmt: skip
+    stop_gap: float = quantity(
+        0.0, "m", f"to either side, before they act; linear models know stops without a gap only; "
+        f"{LATERAL}", minimum=0, usual=Usual(5e-3, 0.1, "stiff to soft bogies"), source=NONE,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,12 +171,20 @@ class Geometry(ParameterSet):
         source=SCHOOL,
     )  # fmt: skip
     wheelset_height: float = quantity(
-        0.14, "m", "wheelset, height to the bogie centre of mass", usual=HEIGHT, source=SCHOOL
+        0.14, "m", "wheelset below the bogie centre of mass", usual=HEIGHT, source=SCHOOL
     )
+    primary_height: float = quantity(
+        0.0, "m", f"primary suspension below the bogie centre of mass; {LATERAL}", usual=HEIGHT,
+        source=f"{SCHOOL}; others have it at the axle",
+    )  # fmt: skip
     length: float = quantity(
         22.8, "m", "between coupler faces, whose middle is x = 0; places vehicles in a train",
         above=0, usual=Usual(5.0, 100.0, "short wagons to articulated sets"),
         source="not in the paper; metro cars of type A, whose bogies are 15.7 m apart too",
+    )  # fmt: skip
+    toppling: bool = switch(
+        False, "true: weights topple what tilts on its suspension, weight times height",
+        source="left out in the paper's school, present in multibody tools",
     )  # fmt: skip
     gravity: float = quantity(
         STANDARD_GRAVITY, "m/s2", "acceleration of gravity", above=0,

@@ -53,8 +53,8 @@ class Train:
     Raises
     ------
     ParameterError
-        If there is none, there are more wheelsets than `MOST_WHEELSETS`, gravity differs, or one
-        contact law does not do for all wheels.
+        If there is none, there are more wheelsets than `MOST_WHEELSETS`, gravity or toppling
+        differ, or one contact law does not do for all wheels.
     """
 
     vehicles: tuple[TrainVehicle, ...]
@@ -68,6 +68,10 @@ class Train:
             raise ParameterError(f"a train of {count} wheelsets: must be at most {MOST_WHEELSETS}")
         first = self.vehicles[0].vehicle
         for number, one in enumerate(self.vehicles, start=1):
+            if one.vehicle.geometry.toppling != first.geometry.toppling:
+                raise ParameterError(
+                    f"vehicle {number}: [geometry] toppling: must be as vehicle 1 has it"
+                )
             if one.vehicle.geometry.gravity != first.geometry.gravity:
                 raise ParameterError(
                     f"vehicle {number}: [geometry] gravity = {one.vehicle.geometry.gravity:g} m/s2:"
@@ -95,6 +99,11 @@ class Train:
     def gravity(self) -> float:
         """Acceleration of gravity, m/s2."""
         return self.vehicles[0].vehicle.geometry.gravity
+
+    @property
+    def toppling(self) -> bool:
+        """Whether weights topple what tilts on its suspension."""
+        return self.vehicles[0].vehicle.geometry.toppling
 
     def parts(self) -> Parts:
         """Bodies and springs of all; x forward of the first vehicle's middle."""

@@ -10,7 +10,8 @@ from scipy.linalg import eigh, null_space
 from railcosim.vehicle.bodies import WHEELSET, names_of
 from railcosim.vehicle.files import BUILT_IN, read_stock
 from railcosim.vehicle.modal import modal_form
-from railcosim.vehicle.multibody import assemble, build_multibody
+from railcosim.vehicle.assembly import assemble
+from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import (
     AxlePlace,
     CarBodyPlace,
@@ -49,7 +50,7 @@ ALL = {
 
 def held(body):
     """Frequencies (Hz) with the wheelsets held."""
-    above = np.ix_(range(body.wheelsets.start), range(body.wheelsets.start))
+    above = body.above, body.above
     return np.sqrt(eigh(body.K[above], body.M[above], eigvals_only=True)) / (2 * np.pi)
 
 

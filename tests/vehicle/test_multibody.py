@@ -197,4 +197,5 @@ def test_rigid_modes_are_mass_orthonormal():
 
 def test_wheelsets_are_the_last_coordinates():
     names = tuple(f"wheelset[{i}].z" for i in (1, 2, 3, 4))
-    assert BODY.coordinates[BODY.wheelsets] == names
+    assert tuple(BODY.coordinates[j] for j in BODY.wheelsets) == names
+    assert BODY.coordinates[: BODY.above.stop] == BODY.coordinates[:-4]
