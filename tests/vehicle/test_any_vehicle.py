@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh, null_space
 
+from railcosim.vehicle.assembly import assemble
 from railcosim.vehicle.bodies import WHEELSET, names_of
 from railcosim.vehicle.files import BUILT_IN, read_stock
 from railcosim.vehicle.modal import modal_form
-from railcosim.vehicle.assembly import assemble
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import (
     AxlePlace,
