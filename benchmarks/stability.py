@@ -29,8 +29,8 @@ from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
 from railcosim.analysis.schemes.growth import Bench, Kick
 from railcosim.analysis.schemes.stability import (
     LONGEST,
-    Contact,
     Coupling,
+    SprungPair,
     Window,
     static_stiffness,
 )
@@ -83,8 +83,8 @@ def one_side(
     if stiffness in INTERNAL_STEP and owner is not Owner.MASTER:
         parameters["internal_step"] = INTERNAL_STEP[stiffness]
     with open_pair(*files, parameters, journey) as pair:
-        contact = Contact(parts, owner, k)
-        bench = Bench(pair, kick, MOST[nonlinear], contact.exact)
+        springs = SprungPair(parts, owner, k)
+        bench = Bench(pair, kick, MOST[nonlinear], springs.exact)
         for name in names:
             member = members()[name]
             if owner not in member.owners:
@@ -92,7 +92,7 @@ def one_side(
             if (owner.value, stiffness, name) in done:
                 continue
             begun = time.process_time()
-            first = first_fast(Coupling(contact, member.scheme))
+            first = first_fast(Coupling(springs, member.scheme))
             predicted, end = (first.begin, first.end) if first else (math.inf, math.inf)
             found = bench.limit(member.scheme, predicted, end) if predicted > 0.0 else math.nan
             both = math.isinf(predicted) and math.isinf(found)

@@ -9,9 +9,8 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from railcosim.analysis.schemes.advice import REACH, Option, check_accuracy
 from railcosim.analysis.schemes.advice import advise as advice
-from railcosim.analysis.schemes.advice import check_accuracy
-from railcosim.analysis.schemes.advise import REACH, Option
 from railcosim.analysis.schemes.limits import USUAL, predictable
 from railcosim.plots.stability import advice_chart
 from railcosim.track.irregularity import QUALITIES

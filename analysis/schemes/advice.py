@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,18 +15,62 @@ from railcosim.analysis.pair.contact import NONLINEAR, Parameters
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
 from railcosim.analysis.parallel import Task, Workers
 from railcosim.analysis.response.frequency import wheelset_positions
-from railcosim.analysis.schemes.advise import STEPS, Excitation, Option, excitation, options
-from railcosim.analysis.schemes.catalogue import Owner, members
+from railcosim.master.component import FloatArray
+from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 from railcosim.track.irregularity import Spectrum
 from railcosim.track.irregularity.synthesis import quality
 
-from .limits import LINEARISING, USUAL, Progress, exact_growth, predictable, stiffness_of_pair
+from .catalogue import Owner, members
+from .force_error import Excitation, ForceError, excitation
+from .limits import LINEARISING, USUAL, Progress, exact_growth, predictable
+from .stability import Coupling, SprungPair, static_stiffness
 
 FINEST = 1e-12  # accuracy: below it is rounding
 TOGETHER = 4
 """Schemes of one task."""
 HERTZ: Parameters = {NONLINEAR: True}
+STEPS = np.sort(np.outer(10.0 ** np.arange(-5, -2), [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0,
+                                                      8.0]).ravel())  # fmt: skip
+"""Steps that are tried, s: round numbers up to 8 ms."""
+MARGIN, REACH = 1.1, 2.0
+"""Parts of the step advised up to which nothing may grow, and up to which that is looked for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Option:
+    """One way to couple that reaches the accuracy.
+
+    Attributes
+    ----------
+    scheme : str
+        Name in the catalogue.
+    owner : Owner
+        Of the contact springs.
+    step : float
+        The longest of the steps tried that does, `MARGIN` below the first unstable one, s.
+    limit : float
+        Largest stable step, s; infinite if nothing grows up to `REACH` times the step.
+    evaluations : int
+        How often each component is stepped in a step.
+    error : float
+        Predicted RMS of the error of the contact forces, relative to that of their dynamic part.
+    errors : array, shape (len(STEPS),)
+        The same over all steps tried; NaN for the others.
+    """
+
+    scheme: str
+    owner: Owner
+    step: float
+    limit: float
+    evaluations: int
+    error: float
+    errors: FloatArray
+
+    @property
+    def cost(self) -> float:
+        """Evaluations of each component a second of time simulated."""
+        return self.evaluations / self.step
 
 
 @dataclass(frozen=True)
@@ -93,7 +138,7 @@ def advise(
     names = predictable(schemes)
     density = quality(irregularity).vertical if isinstance(irregularity, str) else irregularity
     source = excitation(density, speed, wheelset_positions(pair[0]))
-    k_H = stiffness_of_pair(*pair, contact)
+    k_H = static_stiffness(*pair, contact)
     parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0))
     tasks = _tasks(parts, k_H, names, accuracy, source)
     total = sum(task.cost for task in tasks)
@@ -129,12 +174,68 @@ def _tasks(
             tasks.append(
                 Task(
                     name=f"{owner.value} {i}",
-                    function=options,
+                    function=_options,
                     arguments=(parts, owner, k_H, some, accuracy, source),
                     cost=float(len(some)),
                 )
             )
     return tasks
+
+
+def _options(
+    parts: tuple[Part, ...],
+    owner: Owner,
+    k_H: float,
+    schemes: dict[str, Scheme],
+    accuracy: float,
+    source: Excitation,
+    progress: Progress,
+) -> list[Option]:
+    """Of every scheme the longest step that reaches an accuracy; see `Option`."""
+    pair, error = SprungPair(parts, owner, k_H), ForceError(parts[0], k_H, source)
+    found = []
+    for i, (name, scheme) in enumerate(schemes.items()):
+        option = longest_step(name, owner, Coupling(pair, scheme), accuracy, error)
+        found += [option] if option is not None else []
+        progress(i + 1, len(schemes))
+    return found
+
+
+def longest_step(
+    name: str, owner: Owner, coupling: Coupling, accuracy: float, error: ForceError
+) -> Option | None:
+    """Find the longest of `STEPS` that is exact and stable enough, or None.
+
+    Parameters
+    ----------
+    name : str
+        Of the scheme.
+    owner : Owner
+        Of the contact springs.
+    coupling : Coupling
+        The scheme at the contact.
+    accuracy : float
+        Largest error allowed.
+    error : ForceError
+        At the same contact.
+    """
+    errors, limit = np.full(len(STEPS), np.nan), math.inf
+    for j in range(len(STEPS))[::-1]:
+        h = float(STEPS[j])
+        if MARGIN * h > limit:
+            continue
+        errors[j] = error.of(coupling, h)
+        if errors[j] > accuracy or not coupling.is_stable(h):
+            continue
+        # Stable between unstable steps is no advice, nor is a step just below one: another FMU
+        # may shift it.
+        limit = coupling.limit(REACH * h).step
+        if MARGIN * h <= limit:
+            return Option(
+                scheme=name, owner=owner, step=h, limit=limit, error=float(errors[j]),
+                errors=errors, evaluations=coupling.evaluations,
+            )  # fmt: skip
+    return None
 
 
 def _dataset(found: list[Option], accuracy: float, k_H: float, speed: float) -> xr.Dataset:

@@ -66,8 +66,8 @@ class Bench:
         Deviation of a contact force, in those of the kick, at which a run ends: with Hertz's law
         it must stay small.
     exact : float, optional
-        What grows (1/s) if both are coupled exactly; see `Contact`. Growth counts if it is faster
-        by `FAST`: slower is not told from none in runs of so many steps.
+        What grows (1/s) if both are coupled exactly; see `SprungPair`. Growth counts if it is
+        faster by `FAST`: slower is not told from none in runs of so many steps.
     """
 
     def __init__(self, pair: Pair, kick: Kick, most: float, exact: float = 0.0) -> None:

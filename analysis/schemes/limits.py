@@ -11,12 +11,14 @@ from typing import TypeAlias
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.pair.contact import NONLINEAR, STIFFNESS, Parameters
+from railcosim.analysis.pair.contact import Parameters
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
 from railcosim.analysis.parallel import Task, Workers
-from railcosim.analysis.schemes.catalogue import Owner, members
-from railcosim.analysis.schemes.stability import Limit, Window, limits, static_stiffness
+from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
+
+from .catalogue import Owner, members
+from .stability import Coupling, Limit, SprungPair, Window, static_stiffness
 
 Progress = Callable[[float, float], None]
 Found: TypeAlias = dict[tuple[str, Owner], list[Limit]]
@@ -80,7 +82,7 @@ def stability(
     """
     names = predictable(schemes)
     pair = Path(vehicle), Path(track)
-    k_H = [stiffness_of_pair(*pair, contact) for contact in contacts]
+    k_H = [static_stiffness(*pair, contact) for contact in contacts]
     parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0))
     found = _all_limits(
         parts, k_H, names, lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0)
@@ -112,15 +114,6 @@ def predictable(words: Sequence[str]) -> list[str]:
     return list(chosen)
 
 
-def stiffness_of_pair(vehicle: Path, track: Path, contact: float | Parameters) -> float:
-    """The stiffness (N/m) that a contact means, at the static load."""
-    if isinstance(contact, float | int):
-        return float(contact)
-    if contact[NONLINEAR]:
-        return static_stiffness(vehicle, track, contact)
-    return float(contact[STIFFNESS])
-
-
 def exact_growth(parts: Sequence[Part], k_H: float) -> float:
     """Rate (1/s) at which something grows if vehicle and track are coupled exactly."""
     return max(part.growth(np.full(len(part.wheels), k_H)) for part in parts)
@@ -143,7 +136,7 @@ def _all_limits(
                 tasks.append(
                     Task(
                         name=f"{owner.value} {i} {j}",
-                        function=limits,
+                        function=_limits,
                         arguments=(parts, owner, k, some),
                         cost=float(len(some)),
                     )
@@ -160,6 +153,18 @@ def _all_limits(
         for owner in Owner
         if owner in catalogue[name].owners
     }
+
+
+def _limits(
+    parts: Sequence[Part], owner: Owner, k_H: float, schemes: dict[str, Scheme], progress: Progress
+) -> dict[str, Limit]:
+    """Largest stable steps of several schemes at one contact, by their names."""
+    pair = SprungPair(parts, owner, k_H)
+    found = {}
+    for i, (name, scheme) in enumerate(schemes.items()):
+        found[name] = Coupling(pair, scheme).limit()
+        progress(i + 1, len(schemes))
+    return found
 
 
 def _dataset(found: Found, k_H: list[float]) -> xr.Dataset:

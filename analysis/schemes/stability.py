@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from railcosim.analysis.pair.contact import Parameters, stiffness_at
+from railcosim.analysis.pair.contact import NONLINEAR, STIFFNESS, Parameters, stiffness_at
 from railcosim.analysis.pair.linear_pair import Part, coupled
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.master.component import ComponentError, FloatArray
@@ -29,7 +29,6 @@ not told from none: the damping of a track's least damped mode is no larger."""
 SHORTEST, LONGEST = 2e-6, 1e-2
 """Range of steps that is searched, s."""
 
-Progress = Callable[[float, float], None]
 FAILURES = ComponentError, ArithmeticError, np.linalg.LinAlgError
 """Of a scheme that cannot make a step."""
 TOGETHER = 64
@@ -84,7 +83,7 @@ class Limit:
         return next((window.begin for window in self.windows if window.is_fast), math.inf)
 
 
-class Contact:
+class SprungPair:
     """A pair with springs of one stiffness on one side, for all schemes.
 
     Parameters
@@ -124,8 +123,8 @@ class Coupling:
 
     Parameters
     ----------
-    contact : Contact
-        The pair.
+    pair : SprungPair
+        Vehicle, track and the springs between them.
     scheme : Scheme
         The scheme.
 
@@ -135,12 +134,12 @@ class Coupling:
         If the scheme does not suit the owner.
     """
 
-    def __init__(self, contact: Contact, scheme: Scheme) -> None:
+    def __init__(self, pair: SprungPair, scheme: Scheme) -> None:
         scheme = _observed(scheme)
-        self.rate = contact.rate
-        self._resonant = contact.resonant
+        self.rate = pair.rate
+        self._resonant = pair.resonant
         self.amplifiers = []
-        for system, rest in zip(contact.systems, contact.rests, strict=True):
+        for system, rest in zip(pair.systems, pair.rests, strict=True):
             system.restore_state(rest)
             self.amplifiers.append(Amplifier(system, scheme))
         scheme.start(self.amplifiers[0].system)
@@ -233,28 +232,6 @@ class Coupling:
         return found
 
 
-def limits(
-    parts: Sequence[Part], owner: Owner, k_H: float, schemes: dict[str, Scheme], progress: Progress
-) -> dict[str, Limit]:
-    """Largest stable steps of several schemes at one contact, by their names.
-
-    Parameters
-    ----------
-    parts, owner, k_H
-        See `Contact`.
-    schemes : dict of str to Scheme
-        The schemes, all suitable for the owner.
-    progress : callable
-        Told what is done and the total.
-    """
-    contact = Contact(parts, owner, k_H)
-    found = {}
-    for i, (name, scheme) in enumerate(schemes.items()):
-        found[name] = Coupling(contact, scheme).limit()
-        progress(i + 1, len(schemes))
-    return found
-
-
 def _observed(scheme: Scheme) -> Scheme:
     """The scheme with a tolerance so fine that a step is a linear map.
 
@@ -265,16 +242,20 @@ def _observed(scheme: Scheme) -> Scheme:
     return scheme
 
 
-def static_stiffness(vehicle: Path, track: Path, parameters: Parameters) -> float:
-    """Tangent of the contact law at the static load of the most loaded wheel, N/m.
+def static_stiffness(vehicle: Path, track: Path, contact: float | Parameters) -> float:
+    """Stiffness of the most loaded contact at its static load, N/m.
 
     Parameters
     ----------
     vehicle, track : Path
         FMU files that take contact forces.
-    parameters : mapping
-        Of the contact, as far as they are given; see `open_pair`.
+    contact : float or mapping
+        The stiffness itself, N/m, or parameters as far as they are given; see `open_pair`.
     """
+    if isinstance(contact, float | int):
+        return float(contact)
+    if not contact.get(NONLINEAR, True) and STIFFNESS in contact:
+        return float(contact[STIFFNESS])
     journey = Journey(speed=1.0, held=True, profile=flat())
-    with open_pair(vehicle, track, parameters, journey) as pair:
+    with open_pair(vehicle, track, contact, journey) as pair:
         return stiffness_at(pair.parameters, pair.static_load)

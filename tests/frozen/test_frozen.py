@@ -31,7 +31,7 @@ from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.response.frequency import coupled, linear_models, on_rigid_track, response
 from railcosim.analysis.response.plane import plane, transfer
 from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
-from railcosim.analysis.schemes.stability import Contact, Coupling
+from railcosim.analysis.schemes.stability import Coupling, SprungPair
 from railcosim.master.component import Hold
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.fmi.fmu import FmuComponent
@@ -132,7 +132,7 @@ def stable_steps(folder: Path) -> Arrays:
         (Owner.MASTER, "jacobi-linear"),
         (Owner.MASTER, "interface-jacobian-hermite"),
     ):
-        coupling = Coupling(Contact(parts, owner, STIFFNESS), known[name].scheme)
+        coupling = Coupling(SprungPair(parts, owner, STIFFNESS), known[name].scheme)
         growth = [coupling.growth(h) for h in (1e-5, 1e-4, 4e-4)]
         found[f"growth.{owner}.{name}"] = np.array(growth)
         if owner is Owner.TRACK:

@@ -12,10 +12,11 @@ from railcosim.analysis.pair.contact import WHEELS
 from railcosim.analysis.pair.linear_pair import linear_parts
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.response.frequency import wheelset_positions
-from railcosim.analysis.schemes.advise import STEPS, excitation, options
+from railcosim.analysis.schemes.advice import STEPS, longest_step
 from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
+from railcosim.analysis.schemes.force_error import ForceError, excitation
 from railcosim.analysis.schemes.growth import Bench, Kick
-from railcosim.analysis.schemes.stability import FAST, RATE, Contact, Coupling, static_stiffness
+from railcosim.analysis.schemes.stability import FAST, RATE, Coupling, SprungPair, static_stiffness
 from railcosim.cli.stability_command import in_ms
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.files import load
@@ -85,10 +86,10 @@ def test_fewer_modes_answer_as_the_track_does(exported, parts) -> None:
     ],
 )
 def test_predicted_limit_is_that_of_runs(exported, parts, owner, name, parameters, tolerance):
-    contact = Contact(parts, owner, stiffness(exported, parameters))
-    assert contact.exact == 0.0  # coupled exactly, nothing grows
+    pair = SprungPair(parts, owner, stiffness(exported, parameters))
+    assert pair.exact == 0.0  # coupled exactly, nothing grows
     scheme = members()[name].scheme
-    predicted = Coupling(contact, scheme).limit(longest=2e-3).fast
+    predicted = Coupling(pair, scheme).limit(longest=2e-3).fast
     nonlinear = parameters["contact.nonlinear"]
     kick = Kick(1e-8 if nonlinear else 1e-6)  # m; Hertz's law is linear for 10 N to 1e4 N
     journey = Journey(speed=SPEED, held=True, profile=kick)
@@ -99,7 +100,7 @@ def test_predicted_limit_is_that_of_runs(exported, parts, owner, name, parameter
 
 def test_a_window_below_longer_stable_steps_is_found_and_runs_grow_in_it(exported, parts) -> None:
     k_H, scheme = 8e9, members()["interface-jacobian-radau-2"].scheme
-    coupling = Coupling(Contact(parts, Owner.MASTER, k_H), scheme)
+    coupling = Coupling(SprungPair(parts, Owner.MASTER, k_H), scheme)
     (window,) = coupling.limit(longest=2.8e-4).windows  # s
     assert window.is_fast
     assert window.end < 1.03 * window.begin  # steps a few per cent apart would jump over it
@@ -117,7 +118,7 @@ def test_a_window_below_longer_stable_steps_is_found_and_runs_grow_in_it(exporte
 
 def test_slow_growth_is_growth(parts) -> None:
     """A scheme drives the least damped mode of the track a little, long before anything is seen."""
-    coupling = Coupling(Contact(parts, Owner.VEHICLE, 1e9), members()["jacobi-linear"].scheme)
+    coupling = Coupling(SprungPair(parts, Owner.VEHICLE, 1e9), members()["jacobi-linear"].scheme)
     h = 4.5e-5  # s
     assert RATE < coupling.growth(h) < FAST
     assert not coupling.is_stable(h)
@@ -126,7 +127,7 @@ def test_slow_growth_is_growth(parts) -> None:
 
 def test_law_solved_in_the_master_is_stable_at_every_step_that_is_used(parts) -> None:
     scheme = members()["interface-jacobian"].scheme
-    limit = Coupling(Contact(parts, Owner.MASTER, 1e9), scheme).limit(longest=1e-3)
+    limit = Coupling(SprungPair(parts, Owner.MASTER, 1e9), scheme).limit(longest=1e-3)
     assert math.isinf(limit.step)
     assert limit.evaluations == 2
 
@@ -140,9 +141,8 @@ def test_predicted_error_is_that_of_a_run(exported, parts, owner, name) -> None:
         QUALITIES["german-low"].vertical, SPEED, wheelset_positions(exported.folder / "Vehicle.fmu")
     )
     scheme = members()[name].scheme
-    (option,) = options(
-        parts, owner, k_H, {name: scheme}, accuracy, source, lambda done, total: None
-    )
+    coupling = Coupling(SprungPair(parts, owner, k_H), scheme)
+    option = longest_step(name, owner, coupling, accuracy, ForceError(parts[0], k_H, source))
     assert option.error <= accuracy < option.errors[np.searchsorted(STEPS, 1.1 * option.step)]
 
     def run(owner, scheme, step):
