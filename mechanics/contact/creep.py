@@ -105,3 +105,6 @@ class LinearCreep:
         x, y, spin = np.moveaxis(creepage, -1, 0)
         forces: Numbers = np.stack([-f11 * x, -f22 * y - f23 * spin, f23 * y - f33 * spin], axis=-1)
         return forces
+
+
+LINEAR = LinearCreep()

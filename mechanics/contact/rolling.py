@@ -1,0 +1,187 @@
+"""The law of rolling wheels on rails: normal forces, creep and flanges, with their tangents."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Generic
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .creep import LINEAR, CreepLaw
+from .geometry import COORDINATES, Geometry, Touch
+from .numbers import Numbers, derivatives, positive
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flange:
+    """Flanges as stiff stops, without friction.
+
+    Attributes
+    ----------
+    stiffness : float
+        Across, N/m.
+    clearance : float
+        How far a wheel may go outwards from where it was designed to stand, m.
+    depth : float
+        Of the point of contact below the rail's datum, m.
+    """
+
+    stiffness: float
+    clearance: float
+    depth: float = 0.014
+
+    def force(self, q: Numbers, side: FloatArray, radius: float) -> Numbers:
+        """Generalised forces, shape (..., n, 8), N and N m."""
+        arm = radius + self.depth
+        none, one = np.zeros_like(q[..., 0]), side * np.ones_like(q[..., 0])
+        way = np.stack([one, none, -arm * one, none, none, -one, none, self.depth * one], axis=-1)
+        pressed = positive((way * q).sum(axis=-1) - self.clearance)
+        found: Numbers = -self.stiffness * pressed[..., None] * way
+        return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slip(Generic[Numbers]):
+    """How wheels slide and turn on their rails: rates of slip = J v + speed x rolling.
+
+    Attributes
+    ----------
+    J : array, shape (..., n, 3, 8)
+        Along, across in the plane of contact, and about the normal, per rate of a coordinate.
+    rolling : array, shape (..., n, 3)
+        Of a wheelset that rolls on at unit speed.
+    """
+
+    J: Numbers
+    rolling: Numbers
+
+
+def slip(touch: Touch[Numbers], q: Numbers, radius: float) -> Slip[Numbers]:
+    """Kinematics of contact points, of the material of wheel and rail.
+
+    The axle turns by -V/r0 beyond its spin, about (-yaw, cos roll, sin roll). A contact point on a
+    wheelset that yaws lies at x = -(y - r tan(slope)) yaw, see `Cone.yaw_sinking`.
+
+    References
+    ----------
+    Wickens, A. H. (2003), Fundamentals of Rail Vehicle Dynamics, Swets & Zeitlinger, chapter 2.
+    """
+    roll, yaw = q[..., 2], q[..., 4]
+    slope, r, y = touch.slope, touch.radius, touch.y
+    alpha = slope - roll  # of the normal in the track's frame
+    c, s = np.cos(alpha), np.sin(alpha)
+    x = -(y - r * np.tan(slope)) * yaw
+    out = np.cos(roll) * y - np.sin(roll) * r  # across from the wheelset's centre, in the track
+    none = np.zeros_like(yaw)
+    turned = yaw * r / np.cos(slope)
+    above = np.sin(slope) * y + np.cos(slope) * r  # the centre from the plane of contact
+    below = c * touch.rail_z + s * touch.rail_y
+    J = [
+        [none, none, none, r, -out, none, none, none],
+        [c, -s, -above, turned, c * x, -c, s, below],
+        [none, none, none, np.sin(slope), c, none, none, none],
+    ]
+    rolling = [1 - r / radius, -turned / radius, -np.sin(slope) / radius]
+    return Slip(
+        J=np.stack([np.stack(row, axis=-1) for row in J], axis=-2),
+        rolling=np.stack(rolling, axis=-1),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RollingContact:
+    """Wheels that roll on rails: forces of all coordinates that they touch.
+
+    Attributes
+    ----------
+    geometry : Geometry
+        Of wheel and rail.
+    side : array, shape (n,)
+        LEFT or RIGHT of every contact.
+    speed : float
+        Of the vehicle, m/s, above 0.
+    creep : CreepLaw
+        Of the tangential forces.
+    flange : Flange or None
+        None: none.
+
+    Raises
+    ------
+    ValueError
+        If the speed is not above 0: creepages are velocities over the speed.
+    """
+
+    geometry: Geometry
+    side: FloatArray
+    speed: float
+    creep: CreepLaw = LINEAR
+    flange: Flange | None = None
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.speed) and self.speed > 0):
+            raise ValueError(f"speed {self.speed:g} m/s: must be above 0 for creep")
+
+    @property
+    def directions(self) -> int:
+        """Coordinates of a contact, `COORDINATES`."""
+        return len(COORDINATES)
+
+    def normal_force(self, q: Numbers) -> Numbers:
+        """Along the normals, N, shape (..., n); nothing where wheel and rail part."""
+        return self._normal(self.geometry.touch(q, self.side))
+
+    def force(self, q: Numbers, v: Numbers) -> Numbers:
+        """Generalised forces on wheelsets and rails.
+
+        Parameters
+        ----------
+        q, v : array, shape (..., n, 8)
+            Coordinates and their rates, m, rad; see `COORDINATES`. An irregularity of the rail
+            belongs to q alone: it is no velocity of the rail's material.
+
+        Returns
+        -------
+        array, shape (..., n, 8)
+            N and N m: with a coordinate's rate they give the power into its body.
+        """
+        touch = self.geometry.touch(q, self.side)
+        normal = self._normal(touch)
+        slides = slip(touch, q, self.geometry.radius)
+        tangential = self._tangential(touch, normal, slides, v)
+        total = np.einsum("...ij,...i->...j", slides.J, tangential)
+        total = total - normal[..., None] * touch.gradient
+        if self.flange is not None:
+            total = total + self.flange.force(q, self.side, self.geometry.radius)
+        found: Numbers = total
+        return found
+
+    def creep_forces(self, q: Numbers, v: Numbers) -> tuple[Numbers, Numbers]:
+        """Creepages, and forces on the wheels in the planes of contact, both (..., n, 3)."""
+        touch = self.geometry.touch(q, self.side)
+        slides = slip(touch, q, self.geometry.radius)
+        return self._creepage(slides, v), self._tangential(touch, self._normal(touch), slides, v)
+
+    def tangents(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of the forces by coordinates and by rates, each (n, 8, 8)."""
+        m = self.directions
+        both = np.concatenate([q, v], axis=-1)
+        by = derivatives(lambda x: self.force(x[..., :m], x[..., m:]), both)
+        return by[..., :m], by[..., m:]
+
+    def _normal(self, touch: Touch[Numbers]) -> Numbers:
+        closed = positive(touch.compression)
+        found: Numbers = touch.patch.ellipse.C * closed * np.sqrt(closed)
+        return found
+
+    def _creepage(self, slides: Slip[Numbers], v: Numbers) -> Numbers:
+        found: Numbers = np.einsum("...ij,...j->...i", slides.J, v) / self.speed + slides.rolling
+        return found
+
+    def _tangential(
+        self, touch: Touch[Numbers], normal: Numbers, slides: Slip[Numbers], v: Numbers
+    ) -> Numbers:
+        found: Numbers = self.creep.force(touch.patch, normal, self._creepage(slides, v))
+        return found
