@@ -1,6 +1,7 @@
 """Models that take seconds to make, made once."""
 
 import os
+from functools import cache
 
 # As the command line does, and before numpy is loaded: the matrices are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -8,6 +9,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 
 from railcosim.analysis.pair.export_pair import export_pair
+from railcosim.fmus.content import contents
+from railcosim.fmus.export import NATIVE, packed
 from railcosim.track.parameters import Mesh, Track
 from railcosim.track.reduced import reduce_track
 from railcosim.vehicle.parameters import Vehicle
@@ -38,3 +41,24 @@ def short_reduced(short_track):
 def exported(tmp_path_factory, short_track):
     """The four FMUs of the default vehicle and the short track, by name; Pair.ssp beside them."""
     return export_pair(Vehicle(), short_track, tmp_path_factory.mktemp("fmus"))
+
+
+@pytest.fixture(scope="session")
+def short_contents(short_track):
+    """What those four carry, by name."""
+    return {content.name: content for content in contents(Vehicle(), short_track)}
+
+
+@pytest.fixture(scope="session")
+def packed_by(exported, short_contents, tmp_path_factory):
+    """Function: the same four as another runtime packs them."""
+
+    @cache
+    def made(runtime):
+        if runtime == NATIVE:
+            return exported
+        folder = tmp_path_factory.mktemp("packed")
+        with packed(short_contents.values(), folder, runtime=runtime) as files:
+            return files
+
+    return made

@@ -6,7 +6,6 @@ import zipfile
 
 import numpy as np
 import pytest
-from fmpy.validation import validate_fmu
 
 from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.export import PythonRuntime, Start, export_track
@@ -14,6 +13,8 @@ from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Layout
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.parameters import Vehicle
+
+from ..fmpy_problems import problems_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:a ring of")  # as short as it can be
 TINY = Track(mesh=Mesh(cells=6, elements_per_bay=2, highest_slab_frequency=200,
@@ -72,7 +73,7 @@ def test_the_runtime_against_its_twin(made, name):
 def test_the_description_is_valid_and_names_every_port(made):
     layout, files = made
     for path in files.values():
-        assert validate_fmu(str(path)) == []
+        assert problems_of(path) == []
     with FmuComponent.load(files["Track"]) as fmu:
         about = fmu.description
     assert [v.name for v in about.inputs] == [

@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Model
 from fmpy.fmi3 import FMU3Model
-from fmpy.validation import validate_fmu
 from lxml import etree
 
-from railcosim.fmus.content import contact_defaults, contents
+from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.description import fmi2, fmi3
 from railcosim.fmus.description.about import NATIVE, PYTHON, Description
 from railcosim.fmus.description.build import build_description
@@ -33,6 +32,8 @@ from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
+
+from ..fmpy_problems import problems_of
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema"
 LOAD = Vehicle().wheel_load
@@ -139,7 +140,7 @@ def test_the_description_follows_the_schema(subject, fmi):
 @each
 @versions
 def test_fmpy_finds_no_problem_in_the_description(subject, fmi, tmp_path):
-    assert validate_fmu(subject.write(tmp_path, fmi)) == []
+    assert problems_of(subject.write(tmp_path, fmi)) == []
 
 
 @each
@@ -556,12 +557,10 @@ def test_directional_derivatives_at_rest_are_zero_where_nothing_is_declared(exch
 
 @pytest.mark.parametrize("name", OURS)
 def test_directional_derivatives_of_arrays_are_zero_where_nothing_is_declared(
-    name, short_track, tmp_path
+    name, packed_by, tmp_path
 ):
     """FMI 3.0: whole variables, along random seeds."""
-    (content,) = [c for c in contents(Vehicle(), short_track) if c.name == name]
-    path = tmp_path / f"{name}.fmu"
-    NativeRuntime(fmi=3).pack(content, path, lambda text: None)
+    path = packed_by(NativeRuntime(fmi=3))[name]
     read = fmpy.read_model_description(path)
     fmpy.extract(path, tmp_path)
     fmu = FMU3Model(

@@ -10,35 +10,30 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.util import read_csv
-from fmpy.validation import validate_fmu
 from lxml import etree, html
 
-from railcosim.fmus.content import contents
 from railcosim.fmus.description.drawing import signs
-from railcosim.fmus.export import NativeRuntime, PythonRuntime
-from railcosim.vehicle.parameters import Vehicle
+from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime
 
 from ..c_compiler import c_compiler
+from ..fmpy_problems import problems_of
 
 NAMES = ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"]
 REPOSITORY = Path(__file__).parents[2]
 
 
+RUNTIMES = {
+    "native, FMI 2": NATIVE, "native, FMI 3": NativeRuntime(fmi=3), "python": PythonRuntime()
+}  # fmt: skip
+
+
 @pytest.fixture(scope="module")
-def made(tmp_path_factory, short_track, exported):
+def made(packed_by):
     """The four FMUs by runtime and name."""
-    found = {"native, FMI 2": exported}
-    runtimes = {"native, FMI 3": NativeRuntime(fmi=3), "python": PythonRuntime()}
-    described = contents(Vehicle(), short_track)
-    for runtime, pack in runtimes.items():
-        folder = tmp_path_factory.mktemp("documented")
-        found[runtime] = {c.name: folder / f"{c.name}.fmu" for c in described}
-        for content in described:
-            pack.pack(content, found[runtime][content.name], lambda text: None)
-    return found
+    return {name: packed_by(runtime) for name, runtime in RUNTIMES.items()}
 
 
-@pytest.fixture(params=["native, FMI 2", "native, FMI 3", "python"])
+@pytest.fixture(params=RUNTIMES)
 def runtime(request, made):
     return made[request.param]
 
@@ -67,9 +62,8 @@ def page_of(folder):
 
 
 @each
-@pytest.mark.slow  # fmpy compiles the sources
 def test_fmpy_finds_no_problem_in_the_whole(runtime, name):
-    assert validate_fmu(str(runtime[name])) == []
+    assert problems_of(runtime[name]) == []
 
 
 @each

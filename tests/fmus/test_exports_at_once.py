@@ -6,9 +6,7 @@ import sys
 
 import pytest
 
-from railcosim.fmus.content import contents
 from railcosim.fmus.export import MixedExport, NativeRuntime, packed
-from railcosim.vehicle.parameters import Vehicle
 
 pytestmark = pytest.mark.slow  # four processes export everything at once
 
@@ -25,8 +23,8 @@ for _ in range(3):
 
 
 @pytest.fixture(scope="module")
-def made(short_track):
-    return contents(Vehicle(), short_track)[:1]
+def made(short_contents):
+    return [short_contents["Vehicle"]]
 
 
 def test_four_processes_export_the_same(made, tmp_path):

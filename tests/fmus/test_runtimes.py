@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from railcosim.fmus.export import PythonRuntime, export
+from railcosim.fmus.export import PythonRuntime
 from railcosim.master.component import Hold
 from railcosim.master.fmi.fmu import FmuComponent
-from railcosim.vehicle.parameters import Vehicle
 
 STEP, STEPS, SPEED = 1e-4, 80, 70.0  # s, -, m/s
 # A static compression of the contacts to start from, m: down for the wheel, up for the rail.
@@ -14,9 +13,8 @@ PRESSED = {"TrackWithContact": ("wheel_z", 1.3e-3), "VehicleWithContact": ("rail
 
 
 @pytest.fixture(scope="module")
-def python(short_track, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("python")
-    return export(Vehicle(), short_track, folder, runtime=PythonRuntime())
+def python(packed_by):
+    return packed_by(PythonRuntime())
 
 
 def start_values(component, name):

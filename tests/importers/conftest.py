@@ -16,8 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from railcosim.fmus.export import NativeRuntime, export
-from railcosim.vehicle.parameters import Vehicle
+from railcosim.fmus.export import NativeRuntime
 
 from .job import Job, make_job
 
@@ -63,10 +62,9 @@ def ssp_job(exported) -> Job:
 
 
 @pytest.fixture(scope="session")
-def exported3(tmp_path_factory, short_track):
+def exported3(packed_by):
     """The same FMUs as FMI 3.0."""
-    runtime = NativeRuntime(fmi=3)
-    return export(Vehicle(), short_track, tmp_path_factory.mktemp("fmi3"), runtime=runtime)
+    return packed_by(NativeRuntime(fmi=3))
 
 
 @pytest.fixture
