@@ -14,7 +14,6 @@ from fmpy import read_model_description
 
 from railcosim.analysis.pair.pair import FORCES, Journey
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.analysis.parallel import Progress, Task, Workers
 from railcosim.analysis.response.frequency import (
     Models,
     coupled,
@@ -28,6 +27,7 @@ from railcosim.master.component import FloatArray
 from railcosim.master.course import Course
 from railcosim.master.files import load, save
 from railcosim.master.linear.receptance import Response
+from railcosim.master.parallel import Progress, Task, Workers
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.mechanics.law import coefficient_for
 from railcosim.track.irregularity import Profile, synthesise

@@ -6,8 +6,8 @@ from collections.abc import Callable, Collection, Iterator
 from importlib.metadata import version
 from pathlib import Path
 
-from railcosim.analysis.parallel import Progress, Task, Workers
 from railcosim.master.files import save
+from railcosim.master.parallel import Progress, Task, Workers
 from railcosim.plots.chart import Chart
 from railcosim.plots.page import Section, write_page
 from railcosim.plots.picture import save_picture

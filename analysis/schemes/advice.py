@@ -13,9 +13,9 @@ import xarray as xr
 
 from railcosim.analysis.pair.contact import NONLINEAR, Parameters
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
-from railcosim.analysis.parallel import Task, Workers
 from railcosim.analysis.response.frequency import wheelset_positions
 from railcosim.master.component import FloatArray
+from railcosim.master.parallel import Task, Workers
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 from railcosim.track.irregularity import Spectrum

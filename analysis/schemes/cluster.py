@@ -14,7 +14,7 @@ from typing import Any, TypeAlias, TypeVar
 
 import distributed
 
-from railcosim.analysis.parallel import TICK
+from railcosim.master.parallel import TICK
 
 from .catalogue import FMUS, Owner
 from .study_point import Fmus, Measurement, Point, Ride, measure, reference

@@ -13,7 +13,7 @@ import xarray as xr
 
 from railcosim.analysis.pair.contact import Parameters
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
-from railcosim.analysis.parallel import Task, Workers
+from railcosim.master.parallel import Task, Workers
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 

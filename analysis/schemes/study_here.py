@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from railcosim.analysis.parallel import Progress, Task, Workers
+from railcosim.master.parallel import Progress, Task, Workers
 
 from .catalogue import FMUS, Owner
 from .coupled_reference import ContactForces

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from railcosim.analysis.parallel import Task, WorkerLostError, Workers
+from railcosim.master.parallel import Task, WorkerLostError, Workers
 
 
 @pytest.fixture(autouse=True)
@@ -62,7 +62,7 @@ import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 import parallel_tasks
-from railcosim.analysis.parallel import Task, Workers
+from railcosim.master.parallel import Task, Workers
 if __name__ == "__main__":
     files = [Path(name) for name in sys.argv[2:]]
     work = [Task(name=f.name, function=parallel_tasks.nap, arguments=(f,), cost=1.0) for f in files]
