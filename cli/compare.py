@@ -26,6 +26,7 @@ from railcosim.analysis.schemes.catalogue import FMUS, Owner
 from railcosim.analysis.schemes.choice import choice_of, maker_of
 from railcosim.master.component import FloatArray
 from railcosim.master.course import Course, count_steps
+from railcosim.mechanics.law import LinearContact
 from railcosim.reference.monolithic import assemble
 from railcosim.track.irregularity.named import irregularity as named
 
@@ -128,7 +129,9 @@ def compare(
             if stopped is not None:
                 raise stopped
     with progress("Newmark, monolithic") as update:
-        wrong = time_error(run, mono, models.positions, k_H, journey, course, update)
+        wrong = time_error(
+            run, mono, models.positions, LinearContact(k_H=k_H), journey, course, update
+        )
     console.print(
         f"contact force in time, {course.scheme.describe()}, step {step:g} s: relative RMS error "
         f"{wrong:.2e} of its dynamic part"

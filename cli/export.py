@@ -13,14 +13,14 @@ from typing import Annotated
 import typer
 
 from railcosim.analysis.pair.export_pair import PAIR, export_pair
-from railcosim.fmus.content import contact_defaults
-from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime, Runtime, Start, export_track
+from railcosim.fmus.content import start_of
+from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime, Runtime, export_track
 from railcosim.fmus.native_runtime.platforms import platforms_named
 from railcosim.mechanics.ports import MOST_WHEELSETS, SIDES
 from railcosim.storage.archive import digest_of
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
-from railcosim.vehicle.train import Train, train_of
+from railcosim.vehicle.train import Train
 
 from .fmus import tell_of_losses
 from .options import (
@@ -160,11 +160,7 @@ def exported_tracks(
 ) -> dict[str, Path]:
     """The same of tracks under other wheelsets, with the static load and contact of a vehicle."""
     sides = SIDES[:1] if one_rail else SIDES
-    start = Start(
-        loads=[train_of(vehicle).wheel_load] * (len(sides) * len(places)),
-        positions=places,
-        contact=contact_defaults(vehicle),
-    )
+    start = start_of(vehicle, places, sides)
     make = partial(export_track, track, start, out, sides=sides, runtime=runtime)
     return _told(track, out, make)
 

@@ -166,7 +166,7 @@ def exudyn_run(
     """Roll exudyn's vehicle over Track.fmu; returns samples, shape (n, 11)."""
     step, stop = times.step, times.stop
     with TemporaryDirectory() as unpacked, progress(f"exudyn, {1e3 * step:g} ms") as update:
-        track, vehicle = TrackFmu(path, unpacked), ExudynVehicle(p, contact_defaults(p).C)
+        track, vehicle = TrackFmu(path, unpacked), ExudynVehicle(p, contact_defaults(p).C[0])
         irregularity = journey.profile.under(track.start, SPEED)
         rail_z = track.settle(np.full(8, p.wheel_load))
         vehicle.put_rails(rail_z + irregularity(0.0), np.zeros(8))

@@ -34,7 +34,9 @@ def heights_at_rest(vehicle: Content, track: Content) -> dict[str, float]:
     start = {(v.role, v.index): float(v.start or 0) for v in track.table}
     rails, n = track.body, track.body.layout.wheelsets
     positions = [start[Role.IN_POSITION, i] for i in range(n)]
-    G, C = rails.at(np.array(positions)).static_compliance(), start[Role.HERTZ, 0]
+    G = rails.at(np.array(positions)).static_compliance()
+    # Of all wheels, or of those of each wheelset, on both sides alike.
+    C = np.resize([float(v.start or 0) for v in track.table if v.role is Role.HERTZ], len(G))
 
     def sunk(heights: FloatArray) -> FloatArray:
         load = loads_on(vehicle.body, heights)

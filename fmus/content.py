@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import SIDES, Layout
-from railcosim.parameters import write_toml
+from railcosim.parameters import ParameterError, write_toml
 from railcosim.track.decay import check_ring, decay_along
 from railcosim.track.parameters import Track
 from railcosim.track.reduced import reduce_track
@@ -19,12 +19,14 @@ from railcosim.vehicle.files import write_stock
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
-from railcosim.vehicle.train import Train, train_of
+from railcosim.vehicle.train import Train
 
 from .interface import Contact, Scalar, Start, interface, owns_contact
 
 FloatArray = NDArray[np.float64]
 Annotations = dict[str, dict[str, str]]
+ROUNDING = 1e-9
+"""Of loads: the static ones of like wheels are solved for, to some 1e-14."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,11 +65,46 @@ class Content:
         return owns_contact(self.table)
 
 
+def start_of(
+    vehicle: Vehicle | Train, positions: Sequence[float], sides: tuple[str, ...] = SIDES
+) -> Start:
+    """Loads and contacts of a vehicle's wheels, for wheelsets that stand at positions (m).
+
+    As many wheelsets as the vehicle has are its own; others carry its mean load.
+
+    Raises
+    ------
+    ParameterError
+        If they are others, and its wheels have no contact law in common.
+    """
+    cars, count = build_multibody(vehicle), len(positions)
+    load, C = cars.wheel_load, cars.hertz_coefficient
+    if load.size != count:
+        if len(_in_common(C)) > 1:
+            raise ParameterError(
+                f"{count} wheelsets, but the vehicle has {load.size} whose wheels have different "
+                f"contact laws (Hertz coefficients from {C.min():g} to {C.max():g} N/m1.5): must "
+                f"be {load.size}, or all of one [wheelset] radius and [contact]"
+            )
+        load, C = np.full(count, load.mean()), np.full(count, C[0])
+    loads = np.tile(load, len(sides)).tolist()
+    return Start(loads=loads, positions=positions, contact=_contact(C, load))
+
+
 def contact_defaults(vehicle: Vehicle | Train) -> Contact:
-    """Contact parameters of the wheels: C, and k_H at their mean static load (eq. 18)."""
-    train = train_of(vehicle)
-    k_H = tangent_stiffness(train.hertz_coefficient, train.wheel_load)
-    return Contact(k_H=k_H, C=train.hertz_coefficient)
+    """Contact parameters of the wheels: C, and k_H at their static load (eq. 18)."""
+    cars = build_multibody(vehicle)
+    return _contact(cars.hertz_coefficient, cars.wheel_load)
+
+
+def _contact(C: FloatArray, load: FloatArray) -> Contact:
+    return Contact(k_H=_in_common(tangent_stiffness(C, load)), C=_in_common(C))
+
+
+def _in_common(of_wheelsets: FloatArray) -> tuple[float, ...]:
+    """One number if all are the same but for rounding, else all."""
+    alike = np.ptp(of_wheelsets) <= ROUNDING * of_wheelsets.max()
+    return tuple((of_wheelsets[:1] if alike else of_wheelsets).tolist())
 
 
 def ring_annotations(track: Track) -> Annotations:
@@ -94,11 +131,7 @@ def contents(
     cars = vehicle_body(build_multibody(vehicle))
     ahead = wheelset_x(cars)
     # The rearmost wheelset starts above a railseat, the paper's place.
-    start = Start(
-        loads=cars.preload.tolist(),
-        positions=(ahead - ahead[-1] + track.fastening.spacing / 2).tolist(),
-        contact=contact_defaults(vehicle),
-    )
+    start = start_of(vehicle, (ahead - ahead[-1] + track.fastening.spacing / 2).tolist())
     rails = track_under(track, start, progress)
     made = []
     for with_contact in (False, True):

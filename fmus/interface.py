@@ -21,6 +21,7 @@ from .variables import (
     input_hold,
     internal_step,
     journey,
+    law_at,
     names,
     ports_of,
     position,
@@ -87,7 +88,7 @@ def interface(body: ModalBody, start: Start, *, with_contact: bool) -> list[Scal
     if stays or with_contact:
         table.append(internal_step())
     # Whose wheels they are tells the law, also where another owns the contact.
-    return [*table, *(law if stays or with_contact else [told_coefficient(start.contact)])]
+    return [*table, *(law if stays or with_contact else told_coefficient(start.contact))]
 
 
 def _answers(
@@ -111,7 +112,8 @@ def _answers(
         replace(at.rate(), depends_on=everything if stays else ()),
     ]
     if law:
-        own = here + names([at.motion(at.body.face.other, "input"), at.irregularity(), *law])
+        laws = law_at(law, at.port.wheelset)
+        own = here + names([at.motion(at.body.face.other, "input"), at.irregularity(), *laws])
         start = everything if stays else own + own_height
         table.append(replace(at.force("output"), depends_on=own, starts_from=start))
     return table

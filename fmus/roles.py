@@ -30,7 +30,9 @@ class Role(IntEnum):
     INTERNAL_STEP = 12
     NONLINEAR = 13
     STIFFNESS = 14
+    """Of all contacts, or of those of a wheelset."""
     HERTZ = 15
+    """Likewise."""
     SPEED = 16
     START_POSITION = 17
     START_Z = 18

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
@@ -82,10 +83,16 @@ class Scalar:
 
 @dataclass(frozen=True, kw_only=True)
 class Contact:
-    """Start values of the contact parameters: k_H in N/m, C in N/m^1.5."""
+    """Start values of the contact parameters.
 
-    k_H: float
-    C: float
+    Attributes
+    ----------
+    k_H, C : tuple of float
+        N/m and N/m^1.5: one number of all wheels, or one of those of each wheelset.
+    """
+
+    k_H: tuple[float, ...]
+    C: tuple[float, ...]
 
 
 def names(table: Iterable[Scalar]) -> tuple[str, ...]:
@@ -267,7 +274,7 @@ def axleboxes(body: ModalBody, heights: Sequence[str], law: Sequence[Scalar]) ->
         own = [at for at in ports_of(body) if at.port.wheelset == i]
         if law:
             given = [at.motion(body.face.other, "input") for at in own]
-            depends = names([*given, *(at.irregularity() for at in own), *law])
+            depends = names([*given, *(at.irregularity() for at in own), *law_at(law, i)])
         else:
             depends = names(at.force("input") for at in own)
         # A wheelset's own force is its contact's; others reach it where suspensions are strained.
@@ -335,26 +342,45 @@ def contact_parameters(contact: Contact) -> list[Scalar]:
             causality="parameter", variability="fixed", start=True,
             description="true: F = C delta^1.5 with loss of contact; false: F = k_H delta",
         ),
-        Scalar(
-            name="contact.stiffness", role=Role.STIFFNESS, unit="N/m", display_unit="GN/m",
-            causality="parameter", variability="fixed",
-            start=contact.k_H, minimum=1.0, nominal=1e9,
+        *_of_wheels(
+            "contact.stiffness", contact.k_H, role=Role.STIFFNESS, unit="N/m", display_unit="GN/m",
+            nominal=1e9,
             description="k_H of the linear law; default: tangent of Hertz at the static load",
         ),
-        _coefficient(contact, "C of the nonlinear law"),
+        *_coefficient(contact, "C of the nonlinear law"),
     ]  # fmt: skip
 
 
-def told_coefficient(contact: Contact) -> Scalar:
+def told_coefficient(contact: Contact) -> list[Scalar]:
     """Of a vehicle that does not own the contact, whose wheels it is made with all the same."""
     return _coefficient(contact, "C of its wheels on the rail, for the owner of the contact")
 
 
-def _coefficient(contact: Contact, description: str) -> Scalar:
-    return Scalar(
-        name="contact.hertz_coefficient", role=Role.HERTZ, unit="N/m1.5", causality="parameter",
-        variability="fixed", start=contact.C, minimum=1.0, nominal=1e11, description=description,
+def law_at(law: Sequence[Scalar], wheelset: int) -> list[Scalar]:
+    """Contact parameters that count at a wheelset."""
+    rows = Counter(v.role for v in law)
+    return [v for v in law if rows[v.role] == 1 or v.index == wheelset - 1]
+
+
+def _coefficient(contact: Contact, description: str) -> list[Scalar]:
+    return _of_wheels(
+        "contact.hertz_coefficient", contact.C, role=Role.HERTZ, unit="N/m1.5", nominal=1e11,
+        description=description,
     )  # fmt: skip
+
+
+def _of_wheels(name: str, starts: Sequence[float], **known: Any) -> list[Scalar]:
+    """A parameter of all wheels, or one of those of each wheelset."""
+    owners = [wheelset_name(i) for i in range(1, len(starts) + 1)] if len(starts) > 1 else [""]
+    description = known.pop("description")
+    return [
+        Scalar(
+            name=f"{owner}.{name}" if owner else name, index=k, start=start, minimum=1.0,
+            causality="parameter", variability="fixed",
+            description=f"{description}, {owner}" if owner else description, **known,
+        )
+        for k, (owner, start) in enumerate(zip(owners, starts, strict=True))
+    ]  # fmt: skip
 
 
 def journey(start_position: float, last: int) -> list[Scalar]:

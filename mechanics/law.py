@@ -6,12 +6,13 @@ Needs numpy only: a copy of this file travels in every FMU.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
 
 class ContactLaw(Protocol):
@@ -29,7 +30,11 @@ class ContactLaw(Protocol):
 
 
 class NormalLaw:
-    """A law of one direction, so of arrays of any shape, number by number."""
+    """A law of one direction, so of arrays of any shape, number by number.
+
+    What belongs to every contact stands along the last axis, or alone in it beside its contact, as
+    in a `ContactLaw`.
+    """
 
     directions: ClassVar[int] = 1
 
@@ -52,19 +57,19 @@ class LinearContact(NormalLaw):
 
     Attributes
     ----------
-    k_H : float
-        Stiffness, N/m.
+    k_H : float or array, shape (n_contacts,)
+        Stiffness of all contacts, or of each, N/m.
     """
 
-    k_H: float
+    k_H: float | FloatArray
 
     def force(self, compression: FloatArray) -> FloatArray:
         """Contact force, N."""
-        return self.k_H * compression
+        return _beside(self.k_H, compression) * compression
 
     def stiffness(self, compression: FloatArray) -> FloatArray:
         """Stiffness, N/m."""
-        return np.full_like(compression, self.k_H)
+        return np.full_like(compression, _beside(self.k_H, compression))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,20 +78,27 @@ class HertzContact(NormalLaw):
 
     Attributes
     ----------
-    C : float
-        Coefficient, N/m^1.5.
+    C : float or array, shape (n_contacts,)
+        Coefficient of all contacts, or of each, N/m^1.5.
     """
 
-    C: float
+    C: float | FloatArray
 
     def force(self, compression: FloatArray) -> FloatArray:
         """Contact force, N."""
         closed = np.maximum(compression, 0.0)
-        return self.C * closed * np.sqrt(closed)
+        return _beside(self.C, compression) * closed * np.sqrt(closed)
 
     def stiffness(self, compression: FloatArray) -> FloatArray:
         """Tangent stiffness, N/m."""
-        return 1.5 * self.C * np.sqrt(np.maximum(compression, 0.0))
+        return 1.5 * _beside(self.C, compression) * np.sqrt(np.maximum(compression, 0.0))
+
+
+def _beside(number: float | FloatArray, compression: FloatArray) -> float | FloatArray:
+    """What belongs to contacts, in the shape in which their compressions come."""
+    if isinstance(number, np.ndarray) and compression.ndim > 1 and compression.shape[-1] == 1:
+        return number[:, None]
+    return number
 
 
 def hertz_coefficient(
@@ -111,11 +123,13 @@ def hertz_coefficient(
     return float(2 / 3 * modulus * (wheel_radius * rail_radius) ** 0.25)
 
 
-def tangent_stiffness(C: float, static_force: float) -> float:
+def tangent_stiffness(C: Numbers, static_force: Numbers) -> Numbers:
     """k_H = dF/d delta of F = C delta^1.5 at a static force, eq. 18: N/m."""
-    return float(1.5 * C ** (2 / 3) * static_force ** (1 / 3))
+    k_H: Numbers = 1.5 * C ** (2 / 3) * static_force ** (1 / 3)
+    return k_H
 
 
-def coefficient_for(k_H: float, static_force: float) -> float:
+def coefficient_for(k_H: Numbers, static_force: Numbers) -> Numbers:
     """C of F = C delta^1.5 (N/m^1.5) whose tangent at a static force (N) is k_H (N/m)."""
-    return float((k_H / (1.5 * static_force ** (1 / 3))) ** 1.5)
+    C: Numbers = (k_H / (1.5 * static_force ** (1 / 3))) ** 1.5
+    return C

@@ -204,7 +204,7 @@ def _stretch(
 def frequency_response(
     mono: Monolithic,
     omega: FloatArray,
-    k_H: float,
+    k_H: float | FloatArray,
     position: FloatArray,
     loads: FloatArray,
     progress: Callable[[int, int], None] | None = None,
@@ -217,8 +217,8 @@ def frequency_response(
         The system.
     omega : array, shape (n_omega,)
         rad/s.
-    k_H : float
-        Contact stiffness, N/m; 0 leaves vehicle and track apart.
+    k_H : float or array, shape (n_contacts,)
+        Contact stiffness of all or of each, N/m; 0 leaves vehicle and track apart.
     position : array, shape (n_wheelsets,)
         Of the wheelsets, m.
     loads : array, shape (n, n_loads) or (n_omega, n, n_loads)
@@ -232,7 +232,8 @@ def frequency_response(
         Complex amplitudes.
     """
     compression = mono.wheels - mono.rails(position)
-    K = mono.K + 1j * mono.K_loss + k_H * (compression.T @ compression)
+    stiffness = np.broadcast_to(k_H, compression.shape[:1])
+    K = mono.K + 1j * mono.K_loss + compression.T @ (sparse.diags_array(stiffness) @ compression)
     out = np.empty((len(omega), K.shape[0], loads.shape[-1]), dtype=complex)
     for k, w in enumerate(omega):
         D = (K + 1j * w * mono.C - w**2 * mono.M).tocsc()

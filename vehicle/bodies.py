@@ -43,12 +43,15 @@ class Body:
         About x, y and z through the centre of mass, kg m2.
     place : tuple of float
         The centre of mass, m.
+    hertz_coefficient : float
+        C of F = C delta^1.5 of each of its wheels, N/m^1.5; 0 of what has none.
     """
 
     kind: str
     mass: float
     inertia: Vector
     place: Vector
+    hertz_coefficient: float = 0.0
 
     @property
     def directions(self) -> tuple[str, ...]:

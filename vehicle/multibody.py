@@ -69,6 +69,8 @@ class Multibody:
         Wheelsets from the front, forward of the first vehicle's middle, m.
     wheel_load : array, shape (n_wheelsets,)
         Static load of one wheel of each, N.
+    hertz_coefficient : array, shape (n_wheelsets,)
+        C of F = C delta^1.5 of each of its wheels, N/m^1.5.
     """
 
     names: tuple[str, ...]
@@ -79,6 +81,7 @@ class Multibody:
     stretch: FloatArray
     wheelset_x: FloatArray
     wheel_load: FloatArray
+    hertz_coefficient: FloatArray
 
     def at(self, body: str, direction: str) -> int:
         """Place of a body's coordinate among all."""
@@ -133,7 +136,7 @@ def build_multibody(stock: Vehicle | Train, dimension: Dimension = VERTICAL) -> 
     if train.toppling:
         T, k = _toppling(parts.bodies, rest.toppling, coordinates)
         K, S = K + T.T @ (k[:, None] * T), np.vstack([S, T])
-    wheelsets = [body.place[0] for body in parts.bodies if body.kind == WHEELSET]
+    wheelsets = [body for body in parts.bodies if body.kind == WHEELSET]
     return Multibody(
         names=names_of(parts.bodies),
         coordinates=coordinates,
@@ -141,8 +144,9 @@ def build_multibody(stock: Vehicle | Train, dimension: Dimension = VERTICAL) -> 
         C=C,
         K=K,
         stretch=S,
-        wheelset_x=np.array(wheelsets),
+        wheelset_x=np.array([axle.place[0] for axle in wheelsets]),
         wheel_load=rest.wheel_load,
+        hertz_coefficient=np.array([axle.hertz_coefficient for axle in wheelsets]),
     )
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from railcosim.mechanics.law import hertz_coefficient
+
 from .bodies import (
     ALONG_X,
     ALONG_Y,
@@ -25,7 +27,6 @@ from .parameters import (
     SecondarySuspension,
     Vehicle,
 )
-from .parameters import Wheelset as WheelsetParameters
 
 SIDES = (-1.0, 1.0)  # left, right: y is to the right
 
@@ -78,12 +79,19 @@ def _carbody(vehicle: Vehicle, k: int) -> Body:
     )
 
 
-def _wheelset(known: WheelsetParameters, x: float, z: float) -> Body:
+def _wheelset(vehicle: Vehicle, place: BogiePlace | AxlePlace, x: float, z: float) -> Body:
+    known, contact = place.wheelset or vehicle.wheelset, vehicle.contact
     return Body(
         kind=WHEELSET,
         mass=known.mass,
         inertia=(known.inertia_roll, known.inertia_spin, known.inertia_yaw),
         place=(x, 0.0, z),
+        hertz_coefficient=hertz_coefficient(
+            young_modulus=contact.young_modulus,
+            poisson_ratio=contact.poisson_ratio,
+            wheel_radius=known.radius,
+            rail_radius=contact.rail_radius,
+        ),
     )
 
 
@@ -105,16 +113,14 @@ def _bogie(vehicle: Vehicle, place: BogiePlace, cars: Sequence[Body]) -> _Runnin
     below = place.primary_suspension or vehicle.primary_suspension
     for ahead in place.wheelsets:
         x = place.x + ahead
-        axle = _wheelset(
-            place.wheelset or vehicle.wheelset, x, z + vehicle.geometry.wheelset_height
-        )
+        axle = _wheelset(vehicle, place, x, z + vehicle.geometry.wheelset_height)
         primary += _primary(below, frame, axle, x, z + vehicle.geometry.primary_height)
         bodies.append(axle)
     return _RunningGear(bodies, secondary, primary)
 
 
 def _axle(vehicle: Vehicle, place: AxlePlace, car: Body) -> _RunningGear:
-    axle = _wheelset(place.wheelset or vehicle.wheelset, place.x, vehicle.geometry.wheelset_height)
+    axle = _wheelset(vehicle, place, place.x, vehicle.geometry.wheelset_height)
     below = place.primary_suspension or vehicle.primary_suspension
     return _RunningGear([axle], [], _primary(below, car, axle, place.x, 0.0))
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from railcosim.mechanics.law import hertz_coefficient
 from railcosim.mechanics.ports import MOST_WHEELSETS
 from railcosim.parameters import ParameterError
 
@@ -53,8 +52,8 @@ class Train:
     Raises
     ------
     ParameterError
-        If there is none, there are more wheelsets than `MOST_WHEELSETS`, gravity or toppling
-        differ, or one contact law does not do for all wheels.
+        If there is none, there are more wheelsets than `MOST_WHEELSETS`, or gravity or toppling
+        differ.
     """
 
     vehicles: tuple[TrainVehicle, ...]
@@ -77,23 +76,6 @@ class Train:
                     f"vehicle {number}: [geometry] gravity = {one.vehicle.geometry.gravity:g} m/s2:"
                     f" must be that of vehicle 1, {first.geometry.gravity:g} m/s2"
                 )
-            if coefficient_of(one.vehicle) != coefficient_of(first):
-                raise ParameterError(
-                    f"vehicle {number}: Hertz coefficient {coefficient_of(one.vehicle):g} N/m1.5 "
-                    f"and of vehicle 1 {coefficient_of(first):g}: one law is for all wheels of a "
-                    "train; give all the same [wheelset] radius and the same [contact]"
-                )
-
-    @property
-    def hertz_coefficient(self) -> float:
-        """C of F = C delta^1.5 of its wheels, N/m^1.5."""
-        return coefficient_of(self.vehicles[0].vehicle)
-
-    @property
-    def wheel_load(self) -> float:
-        """Mean static load of its wheels, N."""
-        loads = [one.wheelsets * one.vehicle.wheel_load for one in self.vehicles]
-        return sum(loads) / sum(one.wheelsets for one in self.vehicles)
 
     @property
     def gravity(self) -> float:
@@ -128,17 +110,6 @@ class Train:
 def train_of(stock: Vehicle | Train) -> Train:
     """A vehicle as a train of one."""
     return stock if isinstance(stock, Train) else Train(vehicles=(TrainVehicle(vehicle=stock),))
-
-
-def coefficient_of(vehicle: Vehicle) -> float:
-    """C of F = C delta^1.5 of a vehicle's wheels, N/m^1.5."""
-    c = vehicle.contact
-    return hertz_coefficient(
-        young_modulus=c.young_modulus,
-        poisson_ratio=c.poisson_ratio,
-        wheel_radius=vehicle.wheelset.radius,
-        rail_radius=c.rail_radius,
-    )
 
 
 def _last_car(parts: Parts) -> Body:

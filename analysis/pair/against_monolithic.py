@@ -13,12 +13,13 @@ from railcosim.analysis.response.frequency import Models, coupled, response
 from railcosim.master.component import FloatArray
 from railcosim.master.course import Course
 from railcosim.master.linear.realisation import ComplexArray
-from railcosim.mechanics.law import LinearContact
+from railcosim.mechanics.law import NormalLaw
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.reference.agreement import near, relative_rms
 from railcosim.reference.monolithic import Monolithic, frequency_response
 from railcosim.reference.newmark import newmark
 
+from .contact import Stiffness
 from .pair import Journey
 
 Progress = Callable[[float, float], None]
@@ -35,7 +36,7 @@ def time_error(
     run: xr.Dataset,
     mono: Monolithic,
     positions: FloatArray,
-    k_H: float,
+    law: NormalLaw,
     journey: Journey,
     course: Course,
     progress: Progress,
@@ -50,8 +51,8 @@ def time_error(
         The same vehicle and track in one.
     positions : array, shape (n_wheelsets,)
         Of the wheelsets, m.
-    k_H : float
-        Contact stiffness, N/m.
+    law : NormalLaw
+        Of the contacts.
     journey, course : Journey, Course
         What was run.
     progress : callable
@@ -59,14 +60,14 @@ def time_error(
     """
     forces = Layout(len(positions)).names(FORCE)
     ours = np.stack([run[name].values for name in forces], axis=1)
-    reference = newmark_forces(mono, positions, k_H, journey, course, progress)
+    reference = newmark_forces(mono, positions, law, journey, course, progress)
     return relative_rms(ours, reference, mono.load)
 
 
 def newmark_forces(
     mono: Monolithic,
     positions: FloatArray,
-    k_H: float,
+    law: NormalLaw,
     journey: Journey,
     course: Course,
     progress: Progress,
@@ -75,9 +76,7 @@ def newmark_forces(
     heights = journey.profile.under(positions, journey.speed)
     steps = round(course.stop / course.step) * REFINEMENT
     forces = []
-    march = newmark(
-        mono, LinearContact(k_H=k_H), lambda t: positions, heights, course.step / REFINEMENT, steps
-    )
+    march = newmark(mono, law, lambda t: positions, heights, course.step / REFINEMENT, steps)
     for k, instant in enumerate(march):
         if k % REFINEMENT == 0:
             forces.append(instant.force)
@@ -86,16 +85,22 @@ def newmark_forces(
 
 
 def frequency_errors(
-    models: Models, mono: Monolithic, k_H: float, frequency: FloatArray, progress: Progress
+    models: Models, mono: Monolithic, k_H: Stiffness, frequency: FloatArray, progress: Progress
 ) -> Errors:
     """Relative errors, NaN within 1 % of an antiresonance, and where the response is not weak."""
     fine = np.geomspace(frequency[0], frequency[-1], FINE)
+    stiffness = np.resize(k_H, len(mono.load))
     rails, positions = mono.rails(models.positions), models.positions
     last = len(positions)
     on_wheelset = np.asarray(mono.wheels[[last - 1]].toarray().T)
     on_rails = np.asarray(rails[[last - 1, 2 * last - 1]].sum(axis=0))[:, None]
     solved = frequency_response(
-        mono, 2 * np.pi * frequency, k_H, positions, np.hstack([on_wheelset, on_rails]), progress
+        mono,
+        2 * np.pi * frequency,
+        stiffness,
+        positions,
+        np.hstack([on_wheelset, on_rails]),
+        progress,
     )
     compression = (mono.wheels - rails).toarray()
     found: Errors = {}
@@ -109,7 +114,7 @@ def frequency_errors(
             for output, name in _observed(mono, last).items()
         }
         rail_z = direct @ rails.toarray().T
-        force = k_H * direct @ compression.T
+        force = stiffness * (direct @ compression.T)
         for i in sorted({1, last}):
             references[f"track.wheelset[{i}].left.rail_z"] = rail_z[:, i - 1]
             references[f"wheelset[{i}].left.force"] = force[:, i - 1]

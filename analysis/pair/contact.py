@@ -1,8 +1,9 @@
 """The contact of wheel and rail: its numbers, made once for a pair, and its law in the master.
 
 Whoever owns the contact, FMU, master or reference, is given the same complete parameters:
-``contact.nonlinear``, and ``contact.hertz_coefficient`` or ``contact.stiffness``. What is not given
-is the vehicle's, whose wheels they are.
+``contact.nonlinear``, and ``contact.hertz_coefficient`` or ``contact.stiffness`` of all wheels, or
+the same of every wheelset, ``wheelset[i].contact.stiffness``. What is not given is the vehicle's,
+whose wheels they are.
 """
 
 from __future__ import annotations
@@ -10,8 +11,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import TypeAlias
 
-from railcosim.master.component import Variable
+import numpy as np
+
+from railcosim.master.component import FloatArray, Variable
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.law import Law
@@ -30,11 +34,16 @@ WHEELSETS, WHEELS, FORCES = LAYOUT.axles, LAYOUT.wheels, LAYOUT.names(FORCE)
 
 Parameters = Mapping[str, float | bool]
 """Of FMUs, by name; of the contact, also `TANGENT`."""
+Stiffness: TypeAlias = float | FloatArray
+"""Of all contacts, or one a wheelset from the front, N/m."""
 
 NONLINEAR, STIFFNESS = "contact.nonlinear", "contact.stiffness"
 HERTZ = "contact.hertz_coefficient"
+AT_REST = 1e-6
+"""Of a static load: how well it is found, see `STILL` of a pair."""
 TANGENT = "contact.tangent"
-"""Asks for Hertz's law whose tangent at the static load is this, N/m; `at_load` answers."""
+"""Asks for Hertz's law whose tangent at every wheelset's static load is this, N/m; `at_load`
+answers."""
 
 
 def layout_of(
@@ -80,46 +89,92 @@ def _counted(layout: Layout) -> str:
     return f"{layout.wheelsets} wheelset{'s' if layout.wheelsets > 1 else ''}{rails}"
 
 
-def completed(parameters: Parameters, fmus: Sequence[LoadedFmu]) -> dict[str, float | bool]:
-    """With the number that the contact law needs and that is not given, if an FMU tells it.
+def completed(
+    parameters: Parameters, fmus: Sequence[LoadedFmu], layout: Layout
+) -> dict[str, float | bool]:
+    """With the numbers that the contact law needs and that are not given, if an FMU tells them.
 
     Parameters
     ----------
     parameters : mapping
         Of the contact, as far as they are given, and others.
     fmus : sequence of LoadedFmu
-        Those that may tell, by the start value of a parameter of this name. The first one counts:
+        Those that may tell, by the start values of parameters of these names. The first one counts:
         the vehicle, whose wheels they are. If another tells something else, a warning says so.
+    layout : Layout
+        Of the wheels.
     """
     known = {NONLINEAR: True, **parameters}
     needed = HERTZ if known[NONLINEAR] else STIFFNESS
-    if needed in known or TANGENT in known:
+    each = layout.of_axles(needed)
+    if needed in known or TANGENT in known or known.keys() >= set(each):
         return known
-    told = {
-        fmu.description.path.name: float(fmu.description.parameters[needed].start)
-        for fmu in fmus
-        if needed in fmu.description.parameters and fmu.description.parameters[needed].start
-    }
-    for path, value in told.items():
-        known.setdefault(needed, value)
-        if value != known[needed]:
-            first = next(iter(told))
+    told = {fmu.description.path.name: _told(fmu, needed, each) for fmu in fmus}
+    told = {path: numbers for path, numbers in told.items() if numbers}
+    first = next(iter(told), None)
+    if first is None:
+        return known
+    for path, numbers in told.items():
+        ours, theirs = (np.resize(list(of.values()), len(each)) for of in (told[first], numbers))
+        if (ours != theirs).any():
+            i = int(np.argmax(ours != theirs))
             warnings.warn(
-                f"{needed} is {known[needed]:.6g} in {first} and {value:.6g} in {path}: that of "
-                "the vehicle is taken; --contact-stiffness hertz:N/m or N/m sets another",
+                f"{needed} is {ours[i]:.6g} in {first} and {theirs[i]:.6g} in {path} "
+                f"({layout.axles[i]}): that of the vehicle is taken; --contact-stiffness hertz:N/m "
+                "or N/m sets another",
                 stacklevel=2,
             )
-    return known
+    if known.keys() & set(each):  # some are given: the others are those of the FMU
+        return (
+            dict(zip(each, np.resize(list(told[first].values()), len(each)), strict=True)) | known
+        )
+    return known | told[first]
 
 
-def at_load(parameters: Parameters, load: float) -> dict[str, float | bool]:
-    """With Hertz's coefficient for the tangent that is asked for at a static load (N)."""
+def _told(fmu: LoadedFmu, needed: str, each: Iterable[str]) -> dict[str, float]:
+    """The number of all wheels, or those of each wheelset, that an FMU tells; else none."""
+    rows = fmu.description.parameters
+    names = [needed] if needed in rows else [name for name in each if name in rows]
+    starts = {name: float(rows[name].start or 0.0) for name in names}
+    return starts if all(starts.values()) else {}
+
+
+def fitting(parameters: Parameters, fmu: LoadedFmu, layout: Layout) -> dict[str, float | bool]:
+    """Those parameters that an FMU has; a number of all wheels where it has one a wheelset.
+
+    Raises
+    ------
+    CouplingError
+        If it owns the contact and has one law only, where wheelsets differ.
+    """
+    rows = fmu.description.parameters
+    given = dict(parameters)
+    for name in (STIFFNESS, HERTZ):
+        each = layout.of_axles(name)
+        if name in given:
+            given |= dict.fromkeys(each, given[name])
+        elif NONLINEAR in rows and name in rows and given.keys() & set(each):
+            raise CouplingError(
+                f"{fmu.description.path}: has one contact law for all wheels, {name}, and those of "
+                "the vehicle have different ones: export it for that vehicle, give an FMU without "
+                "contact, or one number by --contact-stiffness"
+            )
+    return {name: value for name, value in given.items() if name in rows}
+
+
+def at_load(parameters: Parameters, loads: FloatArray, layout: Layout) -> dict[str, float | bool]:
+    """With Hertz's coefficients for the tangent asked for at static loads (n_wheelsets,), in N."""
     others = {name: value for name, value in parameters.items() if name != TANGENT}
-    return {**others, NONLINEAR: True, HERTZ: coefficient_for(float(parameters[TANGENT]), load)}
+    known = {**others, NONLINEAR: True}
+    k_H = float(parameters[TANGENT])
+    if np.ptp(loads) <= AT_REST * loads.max():
+        return known | {HERTZ: coefficient_for(k_H, float(loads.mean()))}
+    C = coefficient_for(np.full_like(loads, k_H), loads)
+    return known | dict(zip(layout.of_axles(HERTZ), C.tolist(), strict=True))
 
 
-def law_of(parameters: Parameters) -> HertzContact | LinearContact:
-    """The law that complete parameters describe.
+def law_of(parameters: Parameters, layout: Layout) -> HertzContact | LinearContact:
+    """The law that complete parameters describe: of all contacts, or of each.
 
     Raises
     ------
@@ -127,19 +182,26 @@ def law_of(parameters: Parameters) -> HertzContact | LinearContact:
         If a number is missing.
     """
     needed = HERTZ if parameters[NONLINEAR] else STIFFNESS
-    if needed not in parameters:
-        raise CouplingError(
-            f"neither FMU tells {needed}, and it is not given: the vehicle should have it as a "
-            "parameter, or give --contact-stiffness hertz:N/m or N/m"
-        )
-    number = float(parameters[needed])
+    number: Stiffness
+    if needed in parameters:
+        number = float(parameters[needed])
+    else:
+        each = layout.of_axles(needed)
+        if not parameters.keys() >= set(each):
+            raise CouplingError(
+                f"neither FMU tells {needed}, and it is not given: the vehicle should have it as a "
+                "parameter, or give --contact-stiffness hertz:N/m or N/m"
+            )
+        number = layout.at_wheelsets(float(parameters[name]) for name in each)
     return HertzContact(C=number) if needed == HERTZ else LinearContact(k_H=number)
 
 
-def stiffness_at(parameters: Parameters, load: float) -> float:
-    """The tangent of the law of complete parameters at a load (N), N/m."""
-    law = law_of(parameters)
-    return tangent_stiffness(law.C, load) if isinstance(law, HertzContact) else law.k_H
+def stiffness_at(parameters: Parameters, loads: FloatArray, layout: Layout) -> FloatArray:
+    """Tangents of the law of complete parameters at loads (n_wheelsets,) in N: N/m."""
+    law = law_of(parameters, layout)
+    at_ports = law.C if isinstance(law, HertzContact) else law.k_H
+    numbers = np.resize(at_ports, len(loads))  # those of the left wheels
+    return tangent_stiffness(numbers, loads) if isinstance(law, HertzContact) else numbers
 
 
 def contact_law(law: NormalLaw, layout: Layout, nominal: Mapping[str, float]) -> Law:
@@ -148,7 +210,7 @@ def contact_law(law: NormalLaw, layout: Layout, nominal: Mapping[str, float]) ->
     Parameters
     ----------
     law : NormalLaw
-        Of every contact.
+        Of the contacts.
     layout : Layout
         Of the contacts.
     nominal : mapping

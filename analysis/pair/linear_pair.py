@@ -24,7 +24,7 @@ from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
 from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 
-from .contact import layout_of
+from .contact import Stiffness, layout_of
 
 CONDENSED = 1e-6
 """Of the largest Hankel singular value, where modes of the track are left out. With 1e-4 some
@@ -58,6 +58,10 @@ class Part:
     wheels: tuple[str, ...]
     vehicle: StateSpace
     track: Modal
+
+    def of_wheels(self, of_wheelsets: Stiffness) -> FloatArray:
+        """At its wheels, what is given for all wheelsets or for each, from the front."""
+        return np.resize(of_wheelsets, len(self.wheels))
 
     def compliance(self, omega: FloatArray) -> ComplexArray:
         """Of both sides of the contacts together, (n_omega, n_wheels, n_wheels), m/N."""

@@ -33,6 +33,7 @@ from .contact import (
     at_load,
     completed,
     contact_law,
+    fitting,
     law_of,
     layout_of,
 )
@@ -63,13 +64,12 @@ class Pair:
     layout: Layout
 
     @property
-    def static_load(self) -> float:
-        """Force at rest of the most loaded contact, N; of a pair that has not moved."""
+    def static_loads(self) -> FloatArray:
+        """Forces at rest (n_wheelsets,), N, of the more loaded wheel; before the pair has moved."""
         self.system.exchange()
-        names = [name.partition(".")[2] for name in self.system.names]
-        return float(
-            max(self.system.outputs[names.index(force)] for force in self.layout.names(FORCE))
-        )
+        forces = self.system.outputs[_columns(self.system, self.layout.names(FORCE))]
+        largest: FloatArray = forces.reshape(-1, self.layout.wheelsets).max(axis=0)
+        return largest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,23 +116,23 @@ def open_pair(
     with ExitStack() as stack:
         cars = stack.enter_context(load(vehicle, name="vehicle"))
         rails = stack.enter_context(load(track, name="track"))
-        given = completed(parameters, (cars, rails))
+        layout = layout_of((vehicle, _variables(cars)), (track, _variables(rails)))
+        given = completed(parameters, (cars, rails), layout)
         first = given
         if TANGENT in given:  # the static load does not depend on the law: any does to find it
             first = {**given, NONLINEAR: False, STIFFNESS: given[TANGENT]}
-        _set(first, cars, rails)
+        _set(first, layout, cars, rails)
         if "speed" in cars.description.parameters:
             cars.set_parameters({"speed": 0.0 if journey.held else journey.speed})
         for fmu in (cars, rails):
             fmu.enter_initialization(0.0)
-        layout = layout_of((vehicle, _variables(cars)), (track, _variables(rails)))
         forces = layout.names(FORCE)
         place = _positions(cars, layout)
         check_ring_of(track, place)
         irregularity = _irregularity(journey, layout, place)
         owned = any(v.name == forces[0] for fmu in (cars, rails) for v in fmu.outputs)
         nominal = {v.name: v.nominal for v in (*cars.inputs, *rails.inputs)}
-        law: list[Law] = [] if owned else [contact_law(law_of(first), layout, nominal)]
+        law: list[Law] = [] if owned else [contact_law(law_of(first, layout), layout, nominal)]
         components = [irregularity, cars, *law, rails]
         needed = [*layout.of_axles("position"), *forces]
         connections = connect_by_name(components, required=needed)
@@ -140,10 +140,10 @@ def open_pair(
         rest = settle()
         complete = first
         if TANGENT in given:
-            complete = at_load(given, _static_load(cars, layout, rest))
-            _set(complete, cars, rails)
+            complete = at_load(given, _static_loads(cars, layout, rest), layout)
+            _set(complete, layout, cars, rails)
             for spring in law:
-                spring.law = law_of(complete)
+                spring.law = law_of(complete, layout)
             rest = settle()
         system = System(components, connections)
         system.outputs[:] = rest.outputs[: system.outputs.size]
@@ -153,11 +153,10 @@ def open_pair(
         yield Pair(cars, rails, system, complete, layout)
 
 
-def _set(parameters: Parameters, *fmus: LoadedFmu) -> None:
+def _set(parameters: Parameters, layout: Layout, *fmus: LoadedFmu) -> None:
     """Set the parameters that an FMU has."""
     for fmu in fmus:
-        known = fmu.description.parameters
-        fmu.set_parameters({k: v for k, v in parameters.items() if k in known})
+        fmu.set_parameters(fitting(parameters, fmu, layout))
 
 
 def _variables(fmu: LoadedFmu) -> list[Variable]:
@@ -170,14 +169,15 @@ def _columns(system: System, names: Sequence[str]) -> list[int]:
     return [known.index(name) for name in names]
 
 
-def _static_load(vehicle: LoadedFmu, layout: Layout, rest: System) -> float:
-    """The mean of the contact forces at rest, N."""
-    load = float(np.mean(rest.outputs[_columns(rest, layout.names(FORCE))]))
-    if layout.of_axles("start_z")[0] in vehicle.description.parameters and load > 0.0:
+def _static_loads(vehicle: LoadedFmu, layout: Layout, rest: System) -> FloatArray:
+    """The mean of the contact forces of each wheelset at rest, N."""
+    forces = rest.outputs[_columns(rest, layout.names(FORCE))]
+    load: FloatArray = forces.reshape(-1, layout.wheelsets).mean(axis=0)
+    if layout.of_axles("start_z")[0] in vehicle.description.parameters and load.min() > 0.0:
         return load
     raise CouplingError(
         f"{vehicle.description.path}: its static load was not found (it has no "
-        f"{layout.axles[0]}.start_z, or nothing rests on the wheels), so no law has its tangent "
+        f"{layout.axles[0]}.start_z, or nothing rests on some wheels), so no law has its tangent "
         "there; give --contact-stiffness hertz or N/m"
     )
 

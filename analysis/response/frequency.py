@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.pair.contact import layout_of
+from railcosim.analysis.pair.contact import Stiffness, layout_of
 from railcosim.analysis.pair.ring import check_ring_of
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
@@ -172,8 +172,8 @@ def _taking_forces(fmu: Path) -> tuple[FmuDescription, Layout]:
     return about, layout
 
 
-def joints(k_H: float, wheels: Sequence[str]) -> list[Joint]:
-    """Contacts of wheels by their names."""
+def joints(k_H: Stiffness, wheels: Sequence[str]) -> list[Joint]:
+    """Contacts of wheels by their names, all of one stiffness or those of each wheelset."""
     return [
         Joint(
             name=wheel,
@@ -181,18 +181,18 @@ def joints(k_H: float, wheels: Sequence[str]) -> list[Joint]:
             first_output=f"{wheel}.wheel_z",
             second_input=f"{wheel}.force_z",
             second_output=f"{wheel}.rail_z",
-            stiffness=k_H,
+            stiffness=float(k),
         )
-        for wheel in wheels
+        for wheel, k in zip(wheels, np.resize(k_H, len(wheels)), strict=True)
     ]
 
 
-def coupled(models: Models, omega: FloatArray, k_H: float) -> Response:
+def coupled(models: Models, omega: FloatArray, k_H: Stiffness) -> Response:
     """Vehicle on the track."""
     return couple(*responses(models, omega), joints(k_H, models.wheels))
 
 
-def on_rigid_track(models: Models, omega: FloatArray, k_H: float) -> Response:
+def on_rigid_track(models: Models, omega: FloatArray, k_H: Stiffness) -> Response:
     """Vehicle on its contact springs alone."""
     return couple(frequency_response(models.vehicle, omega), None, joints(k_H, models.wheels))
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.pair.contact import NONLINEAR, Parameters
+from railcosim.analysis.pair.contact import NONLINEAR, Parameters, Stiffness
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
 from railcosim.analysis.response.frequency import wheelset_positions
 from railcosim.master.component import FloatArray
@@ -82,7 +82,7 @@ class Advice:
     options : list of Option
         Cheapest first; at least one.
     accuracy, stiffness, speed : float
-        What was asked for; N/m, m/s.
+        What was asked for; N/m (the largest where wheelsets differ), m/s.
     growth : float
         See `StabilityTable`.
     """
@@ -151,7 +151,7 @@ def advise(
             "--schemes",
         )  # fmt: skip
     found.sort(key=lambda option: option.cost)
-    return Advice(found, accuracy, k_H, speed, exact_growth(parts, k_H))
+    return Advice(found, accuracy, float(np.max(k_H)), speed, exact_growth(parts, k_H))
 
 
 def check_accuracy(accuracy: float) -> None:
@@ -162,7 +162,11 @@ def check_accuracy(accuracy: float) -> None:
 
 
 def _tasks(
-    parts: tuple[Part, ...], k_H: float, names: list[str], accuracy: float, source: Excitation
+    parts: tuple[Part, ...],
+    k_H: Stiffness,
+    names: list[str],
+    accuracy: float,
+    source: Excitation,
 ) -> list[Task]:
     """Some schemes of one owner each."""
     catalogue = members()
@@ -185,7 +189,7 @@ def _tasks(
 def _options(
     parts: tuple[Part, ...],
     owner: Owner,
-    k_H: float,
+    k_H: Stiffness,
     schemes: dict[str, Scheme],
     accuracy: float,
     source: Excitation,

@@ -199,8 +199,9 @@ def _balance(
     """Changes of the forces, by Newton's method from `F`, for which law and bodies agree."""
     for _ in range(ITERATIONS):
         compression = free + gain @ F
-        residual = at_rest + F - law.force(compression)
-        slope = np.eye(F.size) - law.stiffness(compression)[:, None] * gain
+        stages = compression.reshape(STAGES, -1)
+        residual = at_rest + F - law.force(stages).ravel()
+        slope = np.eye(F.size) - law.stiffness(stages).reshape(-1, 1) * gain
         change = np.linalg.solve(slope, residual)
         F = F - change
         if np.abs(change).max() <= NEWTON * max(np.abs(at_rest + F).max(), np.abs(at_rest).max()):

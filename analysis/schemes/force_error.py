@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from railcosim.analysis.pair.contact import Stiffness
 from railcosim.analysis.pair.linear_pair import Part
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.linear.receptance import lag
@@ -65,19 +66,19 @@ class ForceError:
     ----------
     part : Part
         The pair where both rails are alike, the first of its parts: no other moves.
-    k_H : float
+    k_H : float or array, shape (n_wheelsets,)
         Contact stiffness, N/m.
     source : Excitation
         What excites the vehicle.
     """
 
-    def __init__(self, part: Part, k_H: float, source: Excitation) -> None:
+    def __init__(self, part: Part, k_H: Stiffness, source: Excitation) -> None:
         n = len(part.wheels)
         self._omega = source.omega
         self._heights = np.asarray(
             np.tile(source.heights, (1, n // source.heights.shape[1])), dtype=np.complex128
         )
-        flexible = part.compliance(source.omega) + np.eye(n) / k_H
+        flexible = part.compliance(source.omega) + np.diag(1 / part.of_wheels(k_H))
         solved = np.linalg.solve(flexible, -self._heights[:, :, None])[:, :, 0]
         self._exact = np.asarray(solved, dtype=np.complex128)
 

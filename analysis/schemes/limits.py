@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.pair.contact import Parameters
+from railcosim.analysis.pair.contact import Parameters, Stiffness
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
 from railcosim.master.parallel import Task, Workers
 from railcosim.master.schemes import Scheme
@@ -39,7 +39,7 @@ class StabilityTable:
     limits : dict
         By scheme and owner, one for each contact.
     stiffness : list of float
-        Of the contacts, at the static load, N/m.
+        Of the contacts, at the static load, N/m; the largest where wheelsets differ.
     growth : list of float
         Rates (1/s) at which something grows at each contact where vehicle and track are coupled
         exactly; negative or zero if both are passive.
@@ -87,7 +87,8 @@ def stability(
     found = _all_limits(
         parts, k_H, names, lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0)
     )
-    return StabilityTable(found, k_H, [exact_growth(parts, k) for k in k_H])
+    stiffness = [float(np.max(k)) for k in k_H]
+    return StabilityTable(found, stiffness, [exact_growth(parts, k) for k in k_H])
 
 
 def predictable(words: Sequence[str]) -> list[str]:
@@ -114,14 +115,14 @@ def predictable(words: Sequence[str]) -> list[str]:
     return list(chosen)
 
 
-def exact_growth(parts: Sequence[Part], k_H: float) -> float:
+def exact_growth(parts: Sequence[Part], k_H: Stiffness) -> float:
     """Rate (1/s) at which something grows if vehicle and track are coupled exactly."""
-    return max(part.growth(np.full(len(part.wheels), k_H)) for part in parts)
+    return max(part.growth(part.of_wheels(k_H)) for part in parts)
 
 
 def _all_limits(
     parts: tuple[Part, ...],
-    k_H: list[float],
+    k_H: list[Stiffness],
     names: list[str],
     update: Progress,
 ) -> Found:
@@ -156,7 +157,11 @@ def _all_limits(
 
 
 def _limits(
-    parts: Sequence[Part], owner: Owner, k_H: float, schemes: dict[str, Scheme], progress: Progress
+    parts: Sequence[Part],
+    owner: Owner,
+    k_H: Stiffness,
+    schemes: dict[str, Scheme],
+    progress: Progress,
 ) -> dict[str, Limit]:
     """Largest stable steps of several schemes at one contact, by their names."""
     pair = SprungPair(parts, owner, k_H)

@@ -10,7 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from railcosim.analysis.pair.contact import NONLINEAR, STIFFNESS, Parameters, stiffness_at
+from railcosim.analysis.pair.contact import (
+    NONLINEAR,
+    STIFFNESS,
+    Parameters,
+    Stiffness,
+    stiffness_at,
+)
 from railcosim.analysis.pair.linear_pair import Part, coupled
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.master.component import ComponentError, FloatArray
@@ -92,8 +98,8 @@ class SprungPair:
         The pair.
     owner : Owner
         Of the contact springs.
-    k_H : float
-        Their stiffness, N/m.
+    k_H : float or array, shape (n_wheelsets,)
+        Their stiffness, of all or of each wheelset, N/m.
 
     Attributes
     ----------
@@ -108,8 +114,8 @@ class SprungPair:
         Step at which the track's fastest mode turns by half, s.
     """
 
-    def __init__(self, parts: Sequence[Part], owner: Owner, k_H: float) -> None:
-        k = [np.full(len(part.wheels), k_H) for part in parts]
+    def __init__(self, parts: Sequence[Part], owner: Owner, k_H: Stiffness) -> None:
+        k = [part.of_wheels(k_H) for part in parts]
         self.systems = [coupled(part, owner, its) for part, its in zip(parts, k, strict=True)]
         self.exact = max(0.0, *(part.growth(its) for part, its in zip(parts, k, strict=True)))
         self.rate = RATE + self.exact
@@ -242,8 +248,8 @@ def _observed(scheme: Scheme) -> Scheme:
     return scheme
 
 
-def static_stiffness(vehicle: Path, track: Path, contact: float | Parameters) -> float:
-    """Stiffness of the most loaded contact at its static load, N/m.
+def static_stiffness(vehicle: Path, track: Path, contact: float | Parameters) -> Stiffness:
+    """Stiffness of every wheelset's contacts at its static load, N/m; one number if one is given.
 
     Parameters
     ----------
@@ -258,4 +264,4 @@ def static_stiffness(vehicle: Path, track: Path, contact: float | Parameters) ->
         return float(contact[STIFFNESS])
     journey = Journey(speed=1.0, held=True, profile=flat())
     with open_pair(vehicle, track, contact, journey) as pair:
-        return stiffness_at(pair.parameters, pair.static_load)
+        return stiffness_at(pair.parameters, pair.static_loads, pair.layout)

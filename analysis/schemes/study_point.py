@@ -164,7 +164,7 @@ def reference(
         positions = np.array([now[name] for name in layout.of_axles("position")])
         rest = layout.compression @ [now[name] for name in layout.motions]
         model = compression_model(cars, rails, positions)
-        law = law_of(pair.parameters)
+        law = law_of(pair.parameters, pair.layout)
     heights = ride.profile.under(positions, ride.speed)
     return converged_forces(model, law, rest, heights, ride.stop, progress)
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from ...mechanics.law import ContactLaw, HertzContact, LinearContact
 from ...mechanics.modal import ModalBody
 from ...mechanics.motion import Forces, FromOutside, Inputs, Mover, OwnContact
-from ...mechanics.solve import forces, solve_compression
+from ...mechanics.solve import forces as forces_of
+from ...mechanics.solve import solve_compression
 from ...mechanics.stepping import State
 from ..roles import Role, Slot
 
@@ -32,11 +33,12 @@ class Places:
         return np.array(at, dtype=int), np.array([self._slots[k].owner for k in at], dtype=int)
 
 
-def contact_law(parameters: Parameters) -> ContactLaw:
-    """The law the parameters ask for."""
-    if parameters[Role.NONLINEAR, 0]:
-        return HertzContact(C=parameters[Role.HERTZ, 0])
-    return LinearContact(k_H=parameters[Role.STIFFNESS, 0])
+def contact_law(parameters: Parameters, contacts: int) -> ContactLaw:
+    """The law the parameters ask for, of all wheels or of those of each wheelset."""
+    role = Role.HERTZ if parameters[Role.NONLINEAR, 0] else Role.STIFFNESS
+    numbers = [parameters[key] for key in sorted(parameters) if key[0] is role]
+    each = np.resize(numbers, contacts)  # wheelsets from the front, side by side
+    return HertzContact(C=each) if role is Role.HERTZ else LinearContact(k_H=each)
 
 
 class Model:
@@ -62,11 +64,13 @@ class Model:
 
     def configure(self, parameters: Parameters) -> None:
         """Take the parameters, before `rest`."""
-        outside: Forces = FromOutside()
+        forces: Forces = FromOutside()
         own = self._out[Role.OUT_FORCE][0].size > 0
         # Where nothing is solved for and no position is an input, a step of any length is exact.
         step = parameters.get((Role.INTERNAL_STEP, 0), np.inf)
-        self.mover = Mover(self.body, OwnContact(contact_law(parameters)) if own else outside, step)
+        if own:
+            forces = OwnContact(contact_law(parameters, self.body.layout.contacts))
+        self.mover = Mover(self.body, forces, step)
         known = self.body.coordinates
         if known is not None:
             numbers = range(self.body.layout.wheelsets)
@@ -95,7 +99,7 @@ class Model:
         met, force = self.mover.met(start.position), start.load
         if isinstance(self.mover.forces, OwnContact):
             law, G = self.mover.forces.law, met.static_compliance()
-            force = forces(law, solve_compression(law, G, start.load, guess=start.load))
+            force = forces_of(law, solve_compression(law, G, start.load, guess=start.load))
         return met.rest(force)
 
     def write(self, state: State, now: Inputs, time: float, y: FloatArray) -> None:

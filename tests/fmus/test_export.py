@@ -24,7 +24,7 @@ from railcosim.vehicle.parameters import Vehicle
 
 NAMES = ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"]
 LOAD = Vehicle().wheel_load
-HERTZ = HertzContact(C=contact_defaults(Vehicle()).C)
+HERTZ = HertzContact(C=contact_defaults(Vehicle()).C[0])
 STATIC_COMPRESSION = (LOAD / HERTZ.C) ** (2 / 3)
 WHEELS = [f"wheelset[{i}].{side}" for side in ("left", "right") for i in (1, 2, 3, 4)]
 STEP = 1e-3

@@ -12,6 +12,7 @@ from railcosim.analysis.schemes.study_point import Contact, Point, Ride, measure
 from railcosim.fmus.export import export
 from railcosim.master.connections import CouplingError
 from railcosim.mechanics.law import hertz_coefficient, tangent_stiffness
+from railcosim.mechanics.ports import Layout
 from railcosim.track.irregularity import flat, synthesise
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.parameters import CarBody, Vehicle, Wheelset
@@ -45,7 +46,7 @@ def test_numbers_are_those_of_the_vehicle_given(heavy, owner, given, stiffness) 
     files = [heavy[name] for name in FMUS[owner]]
     with open_pair(*files, given, REST) as pair:
         # 1e-9: the search for the equilibrium ends at 1e-13 of some millimetres.
-        assert pair.static_load == pytest.approx(LOAD, rel=1e-9)
+        assert pair.static_loads == pytest.approx(LOAD, rel=1e-9)
         if given == {}:
             assert pair.parameters["contact.hertz_coefficient"] == C
     assert static_stiffness(*files, given) == pytest.approx(stiffness, rel=1e-9)
@@ -84,4 +85,4 @@ def test_where_two_fmus_tell_different_wheels_the_vehicle_counts(heavy, exported
 
 def test_a_law_without_its_number_is_refused() -> None:
     with pytest.raises(CouplingError, match="neither FMU tells"):
-        law_of({"contact.nonlinear": True})
+        law_of({"contact.nonlinear": True}, Layout())

@@ -16,6 +16,7 @@ from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.receptance import frequency_response
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
+from railcosim.mechanics.law import LinearContact
 from railcosim.reference.agreement import near, relative_rms
 from railcosim.reference.monolithic import assemble
 from railcosim.track.irregularity import flat, synthesise
@@ -51,7 +52,7 @@ def test_contact_force_against_newmark(exported, models, scheme, limit) -> None:
     assert stopped is None
     ours = np.stack([dataset[name].values for name in FORCES], axis=1)
     mono = assemble(exported.vehicle, exported.track, models.positions)
-    theirs = newmark_forces(mono, models.positions, 1e9, journey, course, quiet)
+    theirs = newmark_forces(mono, models.positions, LinearContact(k_H=1e9), journey, course, quiet)
     assert relative_rms(ours, theirs, np.full(8, exported.vehicle.wheel_load)) < limit
 
 

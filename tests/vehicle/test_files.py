@@ -160,7 +160,6 @@ PLACES = "[[carbodies]]\n[[bogies]]\nx = 5\n[[bogies]]\nx = -5\n"
         ("vehicle = 3", ["[[vehicle]]"]),
         ("vehicle = [3]", ["[[vehicle]]"]),
         ("[[vehicle]]\n[carbody]\nmass = 4e4", ["[carbody]", "allowed: coupler"]),
-        ("[[vehicle]]\n[[vehicle]]\nfile = 'wagon'", ["vehicle 2", "radius"]),
     ],
 )  # fmt: skip
 def test_a_mistake_is_named_in_one_line(write, text, said):

@@ -6,25 +6,25 @@
 enum { MAX_ITERATIONS = 50 }; /* Newton takes 3 or 4 */
 static const double RELATIVE_TOLERANCE = 1e-12; /* four digits above rounding */
 
-double contact_force(const ContactLaw *law, double compression)
+double contact_force(const ContactLaw *law, size_t k, double compression)
 {
     if (!law->nonlinear)
-        return law->k_H * compression;
-    return compression > 0 ? law->C * compression * sqrt(compression) : 0.0;
+        return law->number[k] * compression;
+    return compression > 0 ? law->number[k] * compression * sqrt(compression) : 0.0;
 }
 
-double contact_stiffness(const ContactLaw *law, double compression)
+double contact_stiffness(const ContactLaw *law, size_t k, double compression)
 {
     if (!law->nonlinear)
-        return law->k_H;
-    return compression > 0 ? 1.5 * law->C * sqrt(compression) : 0.0;
+        return law->number[k];
+    return compression > 0 ? 1.5 * law->number[k] * sqrt(compression) : 0.0;
 }
 
 /* Nodes (0..1) and weights of Gauss's rule: exact for a line times a parabola. */
 static const double NODE[3] = {0.11270166537925831, 0.5, 0.88729833462074169};
 static const double WEIGHT[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
 
-void contact_over_step(const ContactLaw *law, const double d[3], double force[2],
+void contact_over_step(const ContactLaw *law, size_t k, const double d[3], double force[2],
                        double tangent[2][3])
 {
     memset(force, 0, 2 * sizeof(double));
@@ -34,13 +34,13 @@ void contact_over_step(const ContactLaw *law, const double d[3], double force[2]
         /* Of the parabola with the ends d[0] and d[2], and d[1] on average. */
         const double by[3] = {-0.5 * odd + 0.5 * bow, 1 - bow, 0.5 * odd + 0.5 * bow};
         const double compression = by[0] * d[0] + by[1] * d[1] + by[2] * d[2];
-        const double f = WEIGHT[j] * contact_force(law, compression);
-        const double k = WEIGHT[j] * contact_stiffness(law, compression);
+        const double f = WEIGHT[j] * contact_force(law, k, compression);
+        const double slope = WEIGHT[j] * contact_stiffness(law, k, compression);
         force[0] += f;
         force[1] += 3 * odd * f;
         for (int i = 0; i < 3; i++) {
-            tangent[0][i] += k * by[i];
-            tangent[1][i] += 3 * odd * k * by[i];
+            tangent[0][i] += slope * by[i];
+            tangent[1][i] += 3 * odd * slope * by[i];
         }
     }
 }
@@ -86,8 +86,8 @@ int contact_solve(const ContactLaw *law, size_t n, const double *G, const double
     for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
         double largest = 0, size = 0;
         for (size_t j = 0; j < n; j++) {
-            force[j] = contact_force(law, delta[j]);
-            stiffness[j] = contact_stiffness(law, delta[j]);
+            force[j] = contact_force(law, j, delta[j]);
+            stiffness[j] = contact_stiffness(law, j, delta[j]);
         }
         for (size_t k = 0; k < n; k++) {
             change[k] = delta[k] - gap[k];
@@ -149,7 +149,7 @@ int contact_change(const ContactLaw *law, size_t n, const double *G, const doubl
     for (size_t k = 0; k < n; k++) {
         const double d[3] = {begin[k], compression[k], compression[n + k]};
         double force[2], tangent[2][3];
-        contact_over_step(law, d, force, tangent);
+        contact_over_step(law, k, d, force, tangent);
         soften(n, G, k, tangent, work);
         for (size_t part = 0; part < 2; part++)
             dforce[part * n + k] = tangent[part][0] * dbegin[k] + tangent[part][1] * dfree[k] +
@@ -163,7 +163,7 @@ int contact_balance(const ContactLaw *law, size_t n, const double *G, const doub
 {
     double *change = work + 4 * n * n;
     for (size_t k = 0; k < n; k++) {
-        force[k] = contact_force(law, begin[k]);
+        force[k] = contact_force(law, k, begin[k]);
         force[n + k] = 0;
     }
     for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
@@ -172,7 +172,7 @@ int contact_balance(const ContactLaw *law, size_t n, const double *G, const doub
         for (size_t k = 0; k < n; k++) {
             const double d[3] = {begin[k], compression[k], compression[n + k]};
             double found[2], tangent[2][3];
-            contact_over_step(law, d, found, tangent);
+            contact_over_step(law, k, d, found, tangent);
             soften(n, G, k, tangent, work);
             change[k] = force[k] - found[0];
             change[n + k] = force[n + k] - found[1];

@@ -7,21 +7,22 @@
 /* F = C delta^1.5 with loss of contact, or F = k_H delta, which also pulls. */
 typedef struct {
     int nonlinear;
-    double C, k_H;
+    double *number; /* C or k_H of each contact */
 } ContactLaw;
 
-double contact_force(const ContactLaw *law, double compression);
-double contact_stiffness(const ContactLaw *law, double compression);
+/* Of contact k. */
+double contact_force(const ContactLaw *law, size_t k, double compression);
+double contact_stiffness(const ContactLaw *law, size_t k, double compression);
 
 /* Solve delta + G force(delta) = gap of n contacts by Newton's method from delta = gap; 0: it did
    not settle. `work` has room for CONTACT_WORK(n) numbers. */
 #define CONTACT_WORK(n) ((n) * ((n) + 3))
 int contact_solve(const ContactLaw *law, size_t n, const double *G, const double *gap,
                   double *delta, double *work);
-/* A contact over a step, from its compressions d at the beginning, on average and at the end: mean
+/* Contact k over a step, from its compressions d at the beginning, on average and at the end: mean
    and slope of the line that is nearest to its force along the parabola through them, and their
    derivatives by d. */
-void contact_over_step(const ContactLaw *law, const double d[3], double force[2],
+void contact_over_step(const ContactLaw *law, size_t k, const double d[3], double force[2],
                        double tangent[2][3]);
 /* Forces [means, slopes] of n contacts over a step. `begin` are their compressions; on average and
    at the end these are `free`, [averages, ends], and what forces add: G has four parts, averages by

@@ -56,6 +56,7 @@ typedef struct {
     Inputs now, change;
     InputPath over, over_change;            /* the last or the next step */
     double *heights, *dheights;             /* of wheelsets at the start */
+    double *dlaw;                           /* of wheelsets: changes of k_H, then of C */
     double *force, *z, *vz;                 /* of contacts, and their changes */
 } Instance;
 

@@ -14,7 +14,8 @@ typedef struct {
    in initialisation parameters. */
 typedef struct {
     double *du, *dx;
-    double time, position, speed, *heights, C, k_H;
+    double time, position, speed, *heights;
+    double *law; /* by k_H, then by C, of each wheelset; one of all is the first one's */
 } Seeds;
 
 /* Where the seed of a variable of the table goes; NULL: derivatives are not taken by it now. */
@@ -33,8 +34,8 @@ static double *seed_of(const Instance *i, Seeds *seeds, uint32_t ref)
     case ROLE_SPEED: return &seeds->speed;
     case ROLE_START_POSITION: return &seeds->position;
     case ROLE_START_Z: return &seeds->heights[v->index];
-    case ROLE_STIFFNESS: return &seeds->k_H;
-    case ROLE_HERTZ: return &seeds->C;
+    case ROLE_STIFFNESS: return &seeds->law[v->index];
+    case ROLE_HERTZ: return &seeds->law[i->model.wheelsets + v->index];
     default: return NULL;
     }
 }
@@ -46,6 +47,7 @@ static Status read_seeds(Instance *i, const uint32_t *knowns, size_t n, const do
     memset(seeds->du, 0, i->model.inputs * sizeof(double));
     memset(seeds->dx, 0, i->model.states * sizeof(double));
     memset(seeds->heights, 0, i->model.wheelsets * sizeof(double));
+    memset(seeds->law, 0, 2 * i->model.wheelsets * sizeof(double));
     for (size_t k = 0; k < n; k++) {
         const size_t ref = knowns[k];
         double *place = NULL;
@@ -66,15 +68,19 @@ static Status read_seeds(Instance *i, const uint32_t *knowns, size_t n, const do
    d / (1.5 C) of compression, F = k_H d as by d / k_H. */
 static void law_change(Instance *i, const Seeds *seeds, const Inputs *now, Inputs *change)
 {
-    const int sign = i->model.contact_sign;
+    const Model *m = &i->model;
     const ContactLaw *law = &i->motion.law;
+    const size_t first = law->nonlinear ? m->wheelsets : 0;
     double *z = i->z;
-    if (sign == 0 || (seeds->C == 0 && seeds->k_H == 0))
+    if (m->contact_sign == 0)
         return;
-    const double part = law->nonlinear ? seeds->C / (1.5 * law->C) : seeds->k_H / law->k_H;
     body_observe(&i->motion.body, body_shapes(&i->motion.body, now->position), i->x, z);
-    for (size_t k = 0; k < i->model.contacts; k++)
+    for (size_t k = 0; k < m->contacts; k++) {
+        const Variable *number = &m->variable[m->law[first + k % m->rows]];
+        const double seed = seeds->law[first + number->index];
+        const double part = seed / ((law->nonlinear ? 1.5 : 1) * law->number[k]);
         change->load[k] -= part * (z[k] - now->load[k]);
+    }
 }
 
 /* Change of an output; those of forces, motions and rates are already in the scratch. */
@@ -191,7 +197,7 @@ Status instance_directional(Instance *i, const uint32_t *unknowns, size_t n_unkn
                             const uint32_t *knowns, size_t n_knowns, const double *seed,
                             double *sensitivity)
 {
-    Seeds seeds = {i->plan[0], i->dx, 0, 0, 0, i->dheights, 0, 0};
+    Seeds seeds = {i->plan[0], i->dx, 0, 0, 0, i->dheights, i->dlaw};
     const int stepped = !i->model_exchange && i->clock->step > 0;
     const double *end = stepped ? i->u_end : i->shown;
     double *du = seeds.du;

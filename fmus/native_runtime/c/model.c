@@ -220,7 +220,7 @@ static size_t owners(const Model *m, int role)
     switch (role) {
     case ROLE_IN_POSITION: return m->nodes > 0 ? m->wheelsets : 0;
     case ROLE_OUT_POSITION: return m->nodes > 0 ? 0 : m->wheelsets;
-    case ROLE_START_Z: return m->wheelsets;
+    case ROLE_START_Z: case ROLE_STIFFNESS: case ROLE_HERTZ: return m->wheelsets;
     case ROLE_OUT_FORCE: return m->contact_sign != 0 ? m->contacts : 0;
     case ROLE_IN_LOAD: case ROLE_IN_LOAD_LESS: return m->contacts;
     case ROLE_OUT_CONTACT_Z: case ROLE_OUT_CONTACT_VZ: return m->nodes > 0 ? m->contacts : 0;
@@ -263,10 +263,28 @@ static void read_variable(Reader *reader, size_t k, const int32_t row[4], const 
     demand(reader, v->type == REAL || fabs(v->start) <= MAX_WHOLE, "a start value");
     if (v->causality == PARAMETER && role != ROLE_START_Z)
         m->of_role[role] = (uint32_t)k;
+    if (role == ROLE_STIFFNESS || role == ROLE_HERTZ)
+        m->law[(role == ROLE_HERTZ) * m->wheelsets + v->index] = (uint32_t)k;
     if (v->causality == INPUT)
         m->input[m->inputs++] = (uint32_t)k;
     if (v->causality == OUTPUT)
         m->output[m->outputs++] = (uint32_t)k;
+}
+
+/* One number is of all wheelsets, else there must be one of each. */
+static void share_law(Reader *reader)
+{
+    const Model *m = reader->model;
+    for (int which = 0; reader->good && m->contact_sign != 0 && which < 2; which++) {
+        uint32_t *law = m->law + (size_t)which * m->wheelsets;
+        size_t given = 0;
+        for (size_t k = 0; k < m->wheelsets; k++)
+            given += law[k] != UINT32_MAX;
+        demand(reader, given == m->wheelsets || (given == 1 && law[0] != UINT32_MAX),
+               "a wheelset without a contact law");
+        for (size_t k = 1; given == 1 && k < m->wheelsets; k++)
+            law[k] = law[0];
+    }
 }
 
 static void read_interface(Reader *reader)
@@ -280,6 +298,9 @@ static void read_interface(Reader *reader)
     m->variable = allocate(reader, n, sizeof *m->variable);
     m->input = allocate(reader, n, sizeof *m->input);
     m->output = allocate(reader, n, sizeof *m->output);
+    m->law = allocate(reader, 2 * m->wheelsets, sizeof *m->law);
+    for (size_t k = 0; reader->good && k < 2 * m->wheelsets; k++)
+        m->law[k] = UINT32_MAX;
     for (int role = 0; role < ROLES; role++)
         m->of_role[role] = UINT32_MAX;
     demand(reader, reader->good && n < 1 << 16 && names[text - 1] == 0, "the interface");
@@ -300,6 +321,7 @@ static void read_interface(Reader *reader)
                            (role == ROLE_INTERNAL_STEP && (m->contact_sign != 0 || m->nodes > 0));
         demand(reader, !needed || m->of_role[role] != UINT32_MAX, "a parameter is missing");
     }
+    share_law(reader);
 }
 
 int model_load(Model *model, const char *path, char *why, size_t room)
@@ -347,6 +369,7 @@ void model_free(Model *model)
     free(model->variable);
     free(model->input);
     free(model->output);
+    free(model->law);
     resource_free(&model->resource);
     memset(model, 0, sizeof *model);
 }

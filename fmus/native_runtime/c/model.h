@@ -35,8 +35,8 @@ typedef enum {
     ROLE_HOLD = 11,
     ROLE_INTERNAL_STEP = 12,
     ROLE_NONLINEAR = 13,
-    ROLE_STIFFNESS = 14,
-    ROLE_HERTZ = 15,
+    ROLE_STIFFNESS = 14, /* of all contacts, or of those of a wheelset */
+    ROLE_HERTZ = 15,     /* likewise */
     ROLE_SPEED = 16,
     ROLE_START_POSITION = 17,
     ROLE_START_Z = 18, /* of a wheelset */
@@ -100,6 +100,7 @@ typedef struct {
     Variable *variable;
     uint32_t *input, *output; /* references */
     uint32_t of_role[ROLES];  /* reference of a parameter; UINT32_MAX if there is none */
+    uint32_t *law;            /* references of k_H, then of C, of each wheelset */
 } Model;
 
 /* Return 1, or 0 with a sentence in `why`; then nothing is left to free. */

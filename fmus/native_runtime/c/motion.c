@@ -34,7 +34,8 @@ int motion_create(Motion *motion, const Model *model)
                        &motion->z,         &motion->dz,        &motion->moved,
                        &motion->begin,     &motion->dbegin,    &motion->inside, &motion->dinside,
                        &motion->seen[0],   &motion->seen[1],   &motion->seen[2],
-                       &motion->dseen[0],  &motion->dseen[1],  &motion->dseen[2]};
+                       &motion->dseen[0],  &motion->dseen[1],  &motion->dseen[2],
+                        &motion->law.number};
     double **of_2c[] = {&motion->over, &motion->dover, &motion->free, &motion->dfree,
                         &motion->pressed};
     Inputs *of_u[] = {&motion->now,  &motion->middle,  &motion->end,
@@ -162,7 +163,7 @@ void motion_forces(Motion *motion, const Inputs *now, const double *x, double *f
     }
     body_observe(&motion->body, body_shapes(&motion->body, now->position), x, motion->z);
     for (size_t k = 0; k < m->contacts; k++)
-        force[k] = contact_force(&motion->law, sign * (motion->z[k] - now->load[k]));
+        force[k] = contact_force(&motion->law, k, sign * (motion->z[k] - now->load[k]));
 }
 
 int motion_still(const Model *model, const InputPath *path)
@@ -270,7 +271,7 @@ int motion_rest(Motion *motion, const Inputs *now, const double *heights, double
                            motion->solving))
             return 0;
         for (size_t k = 0; k < m->contacts; k++)
-            force[k] = contact_force(&motion->law, delta[k]);
+            force[k] = contact_force(&motion->law, k, delta[k]);
     }
     body_at_rest(&motion->body, motion_driven(motion, shapes, force), x);
     return 1;

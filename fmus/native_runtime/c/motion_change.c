@@ -42,7 +42,7 @@ static void balance_change(const Motion *motion, const double *G, const double *
     const size_t n = motion->body.model->contacts;
     double *A = motion->solving;
     for (size_t k = 0; k < n; k++) {
-        const double tangent = sign * contact_stiffness(&motion->law, sign * (z[k] - load[k]));
+        const double tangent = sign * contact_stiffness(&motion->law, k, sign * (z[k] - load[k]));
         df[k] = tangent * (dz[k] - dload[k]);
         for (size_t j = 0; j < n && G != NULL; j++)
             A[k * n + j] = (k == j) - tangent * G[k * n + j];

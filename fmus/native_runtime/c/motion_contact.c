@@ -76,7 +76,7 @@ static void begin(Motion *motion, const double *x)
     body_observe(body, shapes, x, motion->seen[0]);
     press(motion, motion->seen[0], motion->now.load, motion->begin);
     for (size_t k = 0; k < body->model->contacts; k++)
-        force[k] = contact_force(&motion->law, motion->begin[k]);
+        force[k] = contact_force(&motion->law, k, motion->begin[k]);
     if (!motion_is_driven(motion, force))
         motion_drive(motion, shapes, force, g0);
     motion->g1 = motion->g0;
@@ -143,7 +143,7 @@ static void begin_change(Motion *motion, const double *x, const double *dx)
     motion_observe_change(motion, shapes, slope, x, dx, motion->dseen[0]);
     press(motion, motion->dseen[0], motion->dnow.load, motion->dbegin);
     for (size_t k = 0; k < body->model->contacts; k++)
-        dforce[k] = contact_stiffness(&motion->law, motion->begin[k]) * motion->dbegin[k];
+        dforce[k] = contact_stiffness(&motion->law, k, motion->begin[k]) * motion->dbegin[k];
     motion_drive_change(motion, shapes, slope, force, dforce, motion->d0);
     shapes = body_shapes_between(body, motion->middle.position);
     slope = body_slope(body, shapes, motion->dmiddle.position);

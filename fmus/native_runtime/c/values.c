@@ -42,9 +42,12 @@ double instance_parameter(const Instance *i, Role role)
 
 void instance_configure(Instance *i)
 {
-    i->motion.law.nonlinear = instance_parameter(i, ROLE_NONLINEAR) != 0;
-    i->motion.law.C = instance_parameter(i, ROLE_HERTZ);
-    i->motion.law.k_H = instance_parameter(i, ROLE_STIFFNESS);
+    const Model *m = &i->model;
+    ContactLaw *law = &i->motion.law;
+    law->nonlinear = instance_parameter(i, ROLE_NONLINEAR) != 0;
+    const uint32_t *refs = m->law + (law->nonlinear ? m->wheelsets : 0);
+    for (size_t k = 0; m->contact_sign != 0 && k < m->contacts; k++)
+        law->number[k] = i->value[refs[k % m->rows]];
     i->motion.internal_step = instance_parameter(i, ROLE_INTERNAL_STEP);
 }
 
