@@ -73,7 +73,9 @@ def one_side(
     nonlinear = stiffness == "hertz"
     parameters: dict[str, float | bool] = {"contact.nonlinear": nonlinear}
     if nonlinear:
-        k = float(np.max(static_stiffness(folder / "Vehicle.fmu", folder / "Track.fmu", parameters)))
+        k = float(
+            np.max(static_stiffness(folder / "Vehicle.fmu", folder / "Track.fmu", parameters))
+        )
     else:
         k = float(stiffness)
         parameters["contact.stiffness"] = k
