@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from railcosim.analysis.response.frf import frequency_response
     from railcosim.analysis.response.map import response_map
     from railcosim.analysis.response.receptance import receptance, track_receptance
+    from railcosim.analysis.response.vehicle_modes import vehicle_modes
     from railcosim.analysis.schemes.advice import advise
     from railcosim.analysis.schemes.catalogue import catalogue as schemes
     from railcosim.analysis.schemes.choice import scheme
@@ -68,6 +69,7 @@ __all__ = [
     "stability",
     "study",
     "track_receptance",
+    "vehicle_modes",
 ]
 
 _PLACES = {
@@ -96,6 +98,7 @@ _PLACES = {
     "stability": "analysis.schemes.limits:stability",
     "study": "analysis.schemes.grid_run:study",
     "track_receptance": "analysis.response.receptance:track_receptance",
+    "vehicle_modes": "analysis.response.vehicle_modes:vehicle_modes",
 }
 
 

@@ -65,6 +65,11 @@ COMMANDS = {
         "track_receptance",
         "Driving-point receptance of the rail on a track without end, from the finite elements.",
     ),
+    "modes": Place(
+        "modes_command",
+        "modes",
+        "Eigenmodes of a vehicle in space, by their names: frequencies and damping.",
+    ),
     "compare": Place(
         "compare",
         "compare",

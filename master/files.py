@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from itertools import chain
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -35,7 +36,8 @@ def save(dataset: xr.Dataset, path: str | Path) -> None:
         For CSV: variables along one dimension, the same for all.
     path : str or Path
         ``.nc`` (netCDF 4, keeps the attributes) or ``.csv`` (a line of units, a line of names,
-        the numbers in full precision; drops attributes and other coordinates).
+        the numbers in full precision, the dimension perhaps in words; drops attributes and other
+        coordinates).
 
     Raises
     ------
@@ -105,12 +107,18 @@ def _write_csv(dataset: xr.Dataset, path: Path) -> None:
     dim = str(next(iter(split.dims)))
     columns: list[xr.DataArray] = [split[dim], *split.data_vars.values()]
     units = ", ".join(f"{c.name} {c.attrs.get('units') or _NO_UNIT}" for c in columns)
-    table = np.column_stack([np.asarray(c.values, dtype=float) for c in columns])
+    words = split[dim].dtype.kind in "UO"
+    numbers = columns[1:] if words else columns
+    table = np.column_stack([np.asarray(c.values, dtype=float) for c in numbers])
     with path.open("w", encoding="utf-8", newline="") as file:
         file.write(f"{_UNITS}{units}\n")
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([str(c.name) for c in columns])
-        np.savetxt(file, table, fmt="%.17g", delimiter=",")  # 17 digits give back the same bits
+        if words:
+            rows = zip(split[dim].values, table, strict=True)
+            writer.writerows([word, *(f"{x:.17g}" for x in row)] for word, row in rows)
+        else:
+            np.savetxt(file, table, fmt="%.17g", delimiter=",")  # 17 digits give back the same bits
 
 
 def _read_csv(path: Path) -> xr.Dataset:
@@ -120,12 +128,12 @@ def _read_csv(path: Path) -> xr.Dataset:
         if not first.startswith(_UNITS):
             raise ValueError(f"{path}: its first line must start with {_UNITS!r}")
         names = next(csv.reader(file))
-        table = np.loadtxt(file, delimiter=",", ndmin=2)
+        values = _columns(file)
     dim, *others = names
     units = _parse_units(first.removeprefix(_UNITS).rstrip("\n"), names)
     columns = {
-        name: (dim, table[:, i], {"units": units[name]} if units[name] else {})
-        for i, name in enumerate(names)
+        name: (dim, column, {"units": units[name]} if units[name] else {})
+        for name, column in zip(names, values, strict=True)
     }
     dataset = xr.Dataset({name: columns[name] for name in others}, {dim: columns[dim]})
     for name in others:
@@ -133,6 +141,19 @@ def _read_csv(path: Path) -> xr.Dataset:
         if {f"{stem}.re", f"{stem}.im"} <= set(others):
             dataset[name].attrs["complex_part"] = part
     return _join_complex(dataset)
+
+
+def _columns(lines: Iterable[str]) -> list[np.ndarray]:
+    """Columns of numbers; the first perhaps of words."""
+    lines = iter(lines)
+    first = next(lines, "")
+    try:
+        float(first.partition(",")[0])
+    except ValueError:
+        rows = list(csv.reader(chain([first], lines)))
+        numbers = np.array([row[1:] for row in rows], dtype=float)
+        return [np.array([row[0] for row in rows]), *numbers.T]
+    return list(np.loadtxt(chain([first], lines), delimiter=",", ndmin=2).T)
 
 
 def _parse_units(text: str, names: list[str]) -> dict[str, str]:

@@ -208,6 +208,10 @@ class Contact(ParameterSet):
         0.3, "m", "radius of the rail head across", above=0,
         usual=Usual(0.05, 1.0, "a worn edge to a flattened head"), source="CHN60 rail section",
     )  # fmt: skip
+    half_distance: float = quantity(
+        0.7465, "m", f"half the distance of the points of contact across; {LATERAL}", above=0,
+        usual=Usual(0.4, 0.9, "narrow to broad gauge"), source="middles of the heads of CHN60",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -46,6 +46,11 @@ MISTAKES = {
     "export --out e --one-rail": "--positions and --one-rail: need --wheelsets",
     "export --out ''": "the argument behind --out is empty",
     "run '' --out r.nc": "the argument behind run is empty",
+    "modes vehicle --speed 100": "--speed: wheels creep by both: give --conicity as well",
+    "modes vehicle --speed 100 --conicity 0.1": "--wheels fixed: wheels that are held do not creep",
+    "modes vehicle --conicity 2 --speed 9 --wheels contact": "--conicity 2: must be from 0 to 1",
+    "modes vehicle --track t.toml": "--track: only with --wheels rails",
+    "modes train": "'train' is not one of 'vehicle'",
     # Numbers that are none, or too large or small for anything.
     f"{RUN} --time 1e300": "--time 1e+300: must be from 1e-09 to 1e+09 s",
     f"{RUN} --time nan": "--time nan: must be > 0 s",

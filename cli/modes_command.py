@@ -1,0 +1,118 @@
+"""railcosim modes."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+import xarray as xr
+from rich.table import Table
+
+from railcosim.analysis.response.vehicle_modes import Gravity, Wheels, vehicle_modes
+
+from .options import (
+    TrackFile,
+    UsageError,
+    VehicleFile,
+    Vehicles,
+    console,
+    progress,
+    speed_of,
+    track_of,
+    vehicle_of,
+)
+from .results import RESULTS, keep
+
+SHALLOW, STEEP = 0.0, 1.0  # tangents: of a cylinder, of a flange
+
+
+class Subject(StrEnum):
+    """Whose modes."""
+
+    VEHICLE = "vehicle"
+
+
+OutFile = Annotated[
+    Path | None, typer.Option("--out", help="Result as well: .nc or .csv.", metavar="FILE")
+]
+Conicity = Annotated[
+    float | None,
+    typer.Option(help="Tangent of the angle of conical wheels; with --speed: they creep."),
+]
+GravityOption = Annotated[
+    Gravity,
+    typer.Option(
+        help="Conical wheels: springs along the contact normals, or vertical ones and the "
+        "textbook's gravity stiffness."
+    ),
+]
+
+
+def modes(
+    subject: Annotated[Subject, typer.Argument(help="Whose modes: vehicle.")],
+    vehicle: VehicleFile = None,
+    vehicles: Vehicles = 1,
+    wheels: Annotated[
+        Wheels,
+        typer.Option(
+            help="fixed: wheelsets held; contact: on contact springs on rigid rails; rails: on "
+            "rails that give way downwards as the track does."
+        ),
+    ] = Wheels.FIXED,
+    speed: Annotated[
+        float | None, typer.Option(help="km/h; with --conicity: wheels creep, linearly.")
+    ] = None,
+    conicity: Conicity = None,
+    gravity: GravityOption = Gravity.NORMALS,
+    track: TrackFile = None,
+    out: OutFile = None,
+) -> None:
+    """Eigenmodes of a vehicle in space, by their names: frequencies and damping.
+
+    Names are read from the shapes. What nothing holds, and with creep what does not swing, is left
+    out.
+    """
+    del subject  # there is one
+    RESULTS.check(out)
+    if track is not None and wheels is not Wheels.RAILS:
+        raise UsageError("--track: only with --wheels rails")
+    stock = vehicle_of(vehicle, vehicles)
+    with progress("finding modes") as update:
+        result = vehicle_modes(
+            stock,
+            wheels=wheels,
+            speed=None if speed is None else speed_of(speed),
+            conicity=None if conicity is None else conicity_of(conicity),
+            gravity=gravity,
+            track=track_of(track, stock) if wheels is Wheels.RAILS else None,
+            progress=update,
+        )
+    console.print(_table(result))
+    if result.attrs["free_motions"]:
+        console.print(f"{result.attrs['free_motions']} free motions left out: nothing holds them")
+    if (result["damping_ratio"] < 0).any():
+        console.print("damping below 0: what is displaced so grows, and leaves the rails")
+    keep(result, out, f"{result.sizes['name']} modes")
+
+
+def conicity_of(conicity: float) -> float:
+    """Check the conicity."""
+    if not SHALLOW <= conicity <= STEEP:
+        raise UsageError(f"--conicity {conicity:g}: must be from {SHALLOW:g} to {STEEP:g}")
+    return conicity
+
+
+def _table(result: xr.Dataset) -> Table:
+    table = Table(title=f"Modes of the vehicle, wheels: {result.attrs['wheels']}")
+    table.add_column("mode")
+    for heading in ("undamped, Hz", "damped, Hz", "damping ratio"):
+        table.add_column(heading, justify="right")
+    for name in result["name"].values:
+        one = result.sel(name=name)
+        frequencies = (float(one["undamped_frequency"]), float(one["damped_frequency"]))
+        table.add_row(
+            str(name), *(f"{x:.4g}" for x in frequencies), f"{float(one['damping_ratio']):.4f}"
+        )
+    return table
