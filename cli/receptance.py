@@ -33,8 +33,16 @@ from .results import PICTURES, RESULTS, keep
 ANY = 1e-12, 1e12  # Hz: an FMU may be of any field
 
 
+class Along(StrEnum):
+    """Along what a rail is loaded, or its motion seen."""
+
+    DOWN = "z"
+    RIGHT = "y"
+    ROLL = "roll"
+
+
 class Load(StrEnum):
-    """On which rails a unit force acts."""
+    """On which rails a unit load acts."""
 
     BOTH = "both"
     SINGLE = "single"
@@ -92,6 +100,16 @@ def receptance(
 def track_receptance(
     out: Out,
     track: TrackFile = None,
+    direction: Annotated[
+        Along,
+        typer.Option(help="Of the load at the head: z down, y to the right, roll a moment."),
+    ] = Along.DOWN,
+    response: Annotated[
+        Along | None,
+        typer.Option(
+            help="Of the motion at the head, the left rail's; without it that of the load."
+        ),
+    ] = None,
     position: Annotated[
         str,
         typer.Option(
@@ -100,8 +118,19 @@ def track_receptance(
             help="railseat, midspan, or m along the track, from where a cell begins.",
         ),
     ] = "railseat",
+    offset: Annotated[
+        float,
+        typer.Option(
+            min=-1,
+            max=1,
+            help="Of load and response from the middle of the head towards the track's centre, m.",
+        ),
+    ] = 0.0,
     load: Annotated[
-        Load, typer.Option(help="both: a unit force on each rail (the paper's); single: on one.")
+        Load,
+        typer.Option(
+            help="both: the same unit load on each rail (the paper's); single: on the left one."
+        ),
     ] = Load.BOTH,
     frequencies: Frequencies = "1:2000:1",
     ring: Annotated[
@@ -109,8 +138,9 @@ def track_receptance(
     ] = False,
     plot: PlotFile = None,
 ) -> None:
-    """Driving-point receptance of the rail on a track without end, from the finite elements.
+    """Receptance of the rail on a track without end, where it is loaded, from the finite elements.
 
+    z for z is the vertical model's; all others are of rails that also bend sideways and twist.
     Says by how much the ring of cells in the FMUs differs.
     """
     RESULTS.check(out)
@@ -120,8 +150,15 @@ def track_receptance(
     with progress("solving") as update:
         result = of.track_receptance(
             parameters, frequency,
-            position=position, both_rails=load is Load.BOTH, ring=ring, progress=update,
+            direction=direction, response=response or direction, position=position, offset=offset,
+            both_rails=load is Load.BOTH, ring=ring, progress=update,
         )  # fmt: skip
+    if not np.any(result["receptance"]):
+        plot = None
+        console.print(
+            "none: upright rails loaded in the middle of the head move up or down only by vertical "
+            "loads, and only so; see --offset, and [slab] tilts_rails"
+        )
     keep(result, out, f"{frequency.size} frequencies", plot, _chart)
     console.print(
         f"{of.ring_of(parameters)}: differs from the endless track by at most "

@@ -47,8 +47,12 @@ class Direction:
 Z = Direction("z", "m", "N", 1, "down")
 Y = Direction("y", "m", "N", -1, "to the right")
 X = Direction("x", "m", "N", 1, "forward")
-DIRECTIONS = (Z, Y, X)
+ROLL = Direction("roll", "rad", "N.m", -1, "about the forward axis, the right side down")
+DIRECTIONS = (Z, Y, X, ROLL)
 """All that have a name, the vertical one first."""
+
+DIMENSIONS = {"vertical": (Z,), "spatial": (Z, Y, ROLL)}
+"""In what directions a model moves, by the name of the choice."""
 
 
 @dataclass(frozen=True)

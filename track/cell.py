@@ -1,22 +1,25 @@
 """One cell of the track: a slab on its foundation with its length of rail, as open matrices.
 
-The cross-section is symmetric, so loads split into an even part (equal on both rails) and an odd
-part (opposite); each is a problem of ONE rail and half a slab. A cell has both its end nodes; a
+The cross-section is symmetric, so loads split into an even part (on both rails, as in a mirror
+between them) and an odd part (the opposite of that); each is a problem of ONE rail and half a slab. A cell has both its end nodes; a
 ring joins the last to the first of the next, which need not be an equal cell.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.mechanics.shape_functions import shape_functions
+from railcosim.mechanics.ports import Direction, Y, Z
 
+from .fastenings import springs_of
 from .parameters import Track
 from .rail import assemble, element_matrices
-from .slab import PlateModes, free_plate_modes
+from .section import VERTICAL, Section, section_of
+from .slab import SlabModes, free_plate_modes
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -29,7 +32,8 @@ NODE_TOLERANCE = 1e-6  # m; a point this near to a node is that node
 class Cell:
     """Matrices of one cell for one parity, per rail.
 
-    The unknowns are [w, theta] of every rail node from end to end, then the slab's modes.
+    The unknowns are those of the rail's section at every node from end to end, then the slab's
+    modes. The rail is the right one; the left one is its mirror image (even) or its opposite.
 
     Attributes
     ----------
@@ -43,7 +47,9 @@ class Cell:
         EVEN or ODD.
     track : Track
         The parameters it was built from.
-    plate : PlateModes or None
+    section : Section
+        What moves of the rail: [w, theta] of the vertical model.
+    slab : SlabModes or None
         The slab's modes; None where fastenings stand on rigid ground.
     """
 
@@ -54,12 +60,17 @@ class Cell:
     nodes: FloatArray
     parity: int
     track: Track
-    plate: PlateModes | None
+    section: Section
+    slab: SlabModes | None
 
     @property
     def rail_size(self) -> int:
         """Number of rail unknowns."""
-        return 2 * self.nodes.size
+        return self.section.size * self.nodes.size
+
+    def left(self, direction: Direction) -> int:
+        """Sign of the left rail's motion in a direction to the right rail's."""
+        return self.parity * direction.mirror
 
     def viscous_damping(self) -> FloatArray:
         """C with the hysteretic part made viscous at the stated frequency, for time domain."""
@@ -76,22 +87,33 @@ class Cell:
         D: ComplexArray = (self.K + 1j * self.K_loss) + 1j * w * self.C - w**2 * self.M
         return D
 
-    def rail_row(self, x: float) -> FloatArray:
-        """Participation of a rail point: w(x) = row @ u, shape (n,); x in the cell, m."""
-        row = np.zeros(self.K.shape[0])
+    def rail_row(self, x: float, direction: Direction = Z, offset: float = 0.0) -> FloatArray:
+        """Participation of a point at the rail's head: its motion is row @ u, shape (n,).
+
+        Parameters
+        ----------
+        x : float
+            In the cell, m.
+        direction : Direction
+            Of its motion.
+        offset : float
+            To the right of the head's middle, m.
+        """
+        row, d = np.zeros(self.K.shape[0]), self.section.size
         e = int(np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, self.nodes.size - 2))
         L = self.nodes[e + 1] - self.nodes[e]
-        phi = 12 * self.track.rail.bending_stiffness / (self.track.rail.shear_stiffness * L**2)
-        N_w, _ = shape_functions((x - self.nodes[e]) / L, L, phi)
-        row[2 * e : 2 * e + 4] = N_w
+        parts = self.section.deflections(direction, offset, -self.track.rail.head_height)
+        for i, (member, part) in enumerate(zip(self.section.members, parts, strict=True)):
+            at = e * d + self.section.element_unknowns(i)
+            row[at] = part * member.shapes((x - self.nodes[e]) / L, L)
         return row
 
-    def slab_row(self, x: float, y: float) -> FloatArray:
+    def slab_row(self, x: float, y: float, direction: Direction = Z) -> FloatArray:
         """Participation of a slab point, shape (n,); x in the cell, y from the centre line, m."""
         row = np.zeros(self.K.shape[0])
-        if self.plate is not None:
+        if self.slab is not None:
             centre = self.track.cell_length / 2
-            row[self.rail_size :] = self.plate.at(np.array([x - centre]), np.array([y]))[0]
+            row[self.rail_size :] = self.slab.at(direction, np.array([x - centre]), np.array([y]))
         return row
 
 
@@ -100,7 +122,12 @@ def railseats(track: Track) -> FloatArray:
     return (np.arange(track.bays, dtype=np.float64) + 0.5) * track.fastening.spacing
 
 
-def build_cell(track: Track, parity: int, points: FloatArray | None = None) -> Cell:
+def build_cell(
+    track: Track,
+    parity: int,
+    points: FloatArray | None = None,
+    directions: Collection[Direction] = VERTICAL,
+) -> Cell:
     """Assemble one cell.
 
     Parameters
@@ -108,36 +135,43 @@ def build_cell(track: Track, parity: int, points: FloatArray | None = None) -> C
     track : Track
         Parameters.
     parity : int
-        EVEN: both rails loaded alike; ODD: opposite.
+        EVEN: both rails loaded as mirror images of each other; ODD: opposite to that.
     points : array, optional
         Rail positions in the cell (m) that get a node of their own: between the nodes of the
         regular mesh a point load finds the element too stiff by its own local flexibility, some
         per cent of the receptance at 1 kHz.
+    directions : collection of Direction
+        In which the track moves; the vertical model is that for Z alone.
 
     Returns
     -------
     Cell
     """
-    nodes = _nodes(track, points)
-    M_e, K_e = element_matrices(track.rail, np.diff(nodes))
-    plate = (
-        free_plate_modes(track.slab, parity, track.mesh.highest_slab_frequency)
-        if track.slab.present
-        else None
-    )
-    n_rail, n_plate = 2 * nodes.size, plate.omega.size if plate else 0
-    size = n_rail + n_plate
+    nodes, section = _nodes(track, points), section_of(track.rail, directions)
+    M_e, K_e = element_matrices(track.rail, np.diff(nodes), directions)
+    slab = _slab(track, parity, directions) if track.slab.present else None
+    n_rail = section.size * nodes.size
+    size = n_rail + (slab.size if slab else 0)
     M, C, K, K_loss = (np.zeros((size, size)) for _ in range(4))
     M[:n_rail, :n_rail], K[:n_rail, :n_rail] = assemble(M_e), assemble(K_e)
     K_loss += track.rail.loss_factor * K
-    _add_slab(M, C, K, track, plate, n_rail)
-    stretch = _fastening_stretch(track, plate, nodes, size)
-    fastening = track.fastening
-    K += fastening.stiffness * stretch.T @ stretch
-    C += fastening.damping * stretch.T @ stretch
-    K_loss += fastening.loss_factor * fastening.stiffness * stretch.T @ stretch
+    _add_slab(M, C, K, track, slab, n_rail)
+    for spring in springs_of(track.fastening, directions):
+        stretch = _stretch(track, section, slab, nodes, spring.direction)
+        K += spring.stiffness * stretch.T @ stretch
+        C += spring.damping * stretch.T @ stretch
+        K_loss += track.fastening.loss_factor * spring.stiffness * stretch.T @ stretch
     return Cell(
-        M=M, C=C, K=K, K_loss=K_loss, nodes=nodes, parity=parity, track=track, plate=plate
+        M=M, C=C, K=K, K_loss=K_loss, nodes=nodes, parity=parity, track=track, section=section,
+        slab=slab,
+    )  # fmt: skip
+
+
+def _slab(track: Track, parity: int, directions: Collection[Direction]) -> SlabModes:
+    plate = free_plate_modes(track.slab, parity, track.mesh.highest_slab_frequency)
+    # Equal motion of both rails to the right is the opposite of its mirror image.
+    return SlabModes(
+        slab=track.slab, plate=plate, sideways=Y in directions and parity == Y.mirror
     )  # fmt: skip
 
 
@@ -151,29 +185,37 @@ def _nodes(track: Track, points: FloatArray | None) -> FloatArray:
 
 
 def _add_slab(
-    M: FloatArray, C: FloatArray, K: FloatArray, track: Track, plate: PlateModes | None, first: int
+    M: FloatArray, C: FloatArray, K: FloatArray, track: Track, slab: SlabModes | None, first: int
 ) -> None:
     """Half a slab (one rail's share) on its foundation; the modes stay uncoupled on it."""
-    if plate is None:
+    if slab is None:
         return
-    index = np.arange(first, first + plate.omega.size)
-    per_mass = 1 / track.slab.mass_per_area
+    index, ground = np.arange(first, first + slab.size), track.foundation
+    free = np.append(slab.plate.omega, np.zeros(slab.size - slab.plate.omega.size))
     M[index, index] = 0.5
-    K[index, index] = 0.5 * (plate.omega**2 + track.foundation.series_stiffness * per_mass)
-    C[index, index] = 0.5 * track.foundation.damping * per_mass
+    K[index, index] = 0.5 * (
+        free**2 + slab.per_mass(ground.series_stiffness, ground.stiffness_lateral)
+    )
+    C[index, index] = 0.5 * slab.per_mass(ground.damping, ground.damping_lateral)
 
 
-def _fastening_stretch(
-    track: Track, plate: PlateModes | None, nodes: FloatArray, size: int
+def _stretch(
+    track: Track,
+    section: Section,
+    slab: SlabModes | None,
+    nodes: FloatArray,
+    direction: Direction,
 ) -> FloatArray:
-    """Rows giving rail minus slab deflection at every railseat, shape (bays, size)."""
-    seats = railseats(track)
-    stretch = np.zeros((seats.size, size))
+    """Rows giving motion of the foot less that of the slab at every railseat, (bays, size)."""
+    seats, n_rail = railseats(track), section.size * nodes.size
+    stretch = np.zeros((seats.size, n_rail + (slab.size if slab else 0)))
     at = np.argmin(np.abs(nodes[None, :] - seats[:, None]), axis=1)
-    stretch[np.arange(seats.size), 2 * at] = 1.0
-    if plate is not None:
+    for i, part in enumerate(section.deflections(direction, 0.0, track.rail.centroid_height)):
+        deflection = section.element_unknowns(i)[0]
+        stretch[np.arange(seats.size), section.size * at + deflection] = part
+    if slab is not None:
         side = np.full(seats.size, track.rail.lateral_distance / 2)
-        stretch[:, 2 * nodes.size :] = -plate.at(seats - track.cell_length / 2, side)
+        stretch[:, n_rail:] = -slab.at(direction, seats - track.cell_length / 2, side)
     return stretch
 
 

@@ -18,22 +18,21 @@ from .cell import Cell
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-BAND = 3  # diagonals on either side: a node's w and theta meet those of the next node
-
 
 @dataclass(frozen=True, kw_only=True)
 class CondensedCell:
     """What a cell is to its neighbours, at every frequency.
 
-    The ends' unknowns are [w, theta] of the first rail node and of the last.
+    The ends' unknowns are the d of the first rail node ([w, theta] of the vertical model), then
+    those of the last.
 
     Attributes
     ----------
-    stiffness : array, shape (n_omega, 4, 4)
+    stiffness : array, shape (n_omega, 2 d, 2 d)
         Dynamic stiffness between the ends.
-    forces : array, shape (n_omega, 4, n_loads)
+    forces : array, shape (n_omega, 2 d, n_loads)
         What unit loads inside are to the ends.
-    motions : array, shape (n_omega, n_observed, 4)
+    motions : array, shape (n_omega, n_observed, 2 d)
         Deflections inside that follow the ends.
     within : array, shape (n_omega, n_observed, n_loads)
         Deflections inside for loads inside, the ends being held.
@@ -63,14 +62,14 @@ def condense(
     -------
     CondensedCell
     """
-    size, rail = cell.K.shape[0], cell.rail_size
-    ends, inner = np.r_[0:2, rail - 2 : rail], np.r_[2 : rail - 2, rail:size]
+    size, rail, d = cell.K.shape[0], cell.rail_size, cell.section.size
+    ends, inner = np.r_[0:d, rail - d : rail], np.r_[d : rail - d, rail:size]
     at_ends = _dynamic(cell, omega, inner, ends)
     right = np.concatenate(
         [at_ends, np.broadcast_to(loads[inner], (omega.size, *loads[inner].shape))], axis=2
     )
     solved = _solve_inside(cell, omega, right)
-    follow, moved = solved[:, :, :4], solved[:, :, 4:]
+    follow, moved = solved[:, :, : 2 * d], solved[:, :, 2 * d :]
     up = np.swapaxes(follow, 1, 2)
     return CondensedCell(
         stiffness=_dynamic(cell, omega, ends, ends) - np.swapaxes(at_ends, 1, 2) @ follow,
@@ -102,8 +101,8 @@ def _at_frequencies(omega: FloatArray, *coefficients: ComplexArray) -> ComplexAr
 
 def _solve_inside(cell: Cell, omega: FloatArray, right: ComplexArray) -> ComplexArray:
     """Inner unknowns for right-hand sides (n_omega, n_inner, n), the ends being held."""
-    size, rail = cell.K.shape[0], cell.rail_size
-    on_rail, on_slab = np.arange(2, rail - 2), np.arange(rail, size)
+    size, rail, d = cell.K.shape[0], cell.rail_size, cell.section.size
+    on_rail, on_slab = np.arange(d, rail - d), np.arange(rail, size)
     seats = np.flatnonzero(np.any(cell.K[on_rail[:, None], on_slab], axis=1))
     n, columns = on_rail.size, right.shape[2]
     unit = np.broadcast_to(np.eye(n)[:, seats], (omega.size, n, seats.size))
@@ -121,15 +120,17 @@ def _solve_inside(cell: Cell, omega: FloatArray, right: ComplexArray) -> Complex
 
 def _solve_rail(cell: Cell, omega: FloatArray, right: ComplexArray) -> ComplexArray:
     """Rail held at the ends, on fastenings whose slabs are held: all frequencies as one band."""
-    n, inner = right.shape[1], slice(2, cell.rail_size - 2)
-    band = np.zeros((2 * BAND + 1, omega.size, n), dtype=complex)
+    d = cell.section.size
+    n, inner = right.shape[1], slice(d, cell.rail_size - d)
+    reach = 2 * d - 1  # diagonals on either side: a node's unknowns meet those of the next node
+    band = np.zeros((2 * reach + 1, omega.size, n), dtype=complex)
     matrices = [A[inner, inner] for A in _matrices(cell)]
-    for k in range(-BAND, BAND + 1):
+    for k in range(-reach, reach + 1):
         place = slice(max(k, 0), n + min(k, 0))
-        band[BAND - k, :, place] = _at_frequencies(omega, *(A.diagonal(k) for A in matrices))
+        band[reach - k, :, place] = _at_frequencies(omega, *(A.diagonal(k) for A in matrices))
     flat = right.reshape(omega.size * n, -1)
     solved: ComplexArray = solve_banded(
-        (BAND, BAND), band.reshape(2 * BAND + 1, -1), flat,
+        (reach, reach), band.reshape(2 * reach + 1, -1), flat,
         overwrite_ab=True, overwrite_b=True, check_finite=False,
     )  # fmt: skip
     return solved.reshape(right.shape)

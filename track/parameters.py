@@ -14,13 +14,17 @@ POISSON = Usual(0.1, 0.45, "concrete to rubber")
 SECOND_MOMENT = Usual(5e-7, 1e-4, "light railways, lateral, to crane rails")
 PAD = Usual(1e6, 3e9, "the softest fastenings to stiff pads")
 PAD_DAMPING = Usual(300.0, 1e6, "soft fastenings to stiff pads")
+ROLL = (
+    "an ASSUMPTION: {} b^2/12 of {} all over a foot b = 0.15 m wide; it decides how stiff the rail "
+    "is to lateral forces on its head"
+)
 BAND = Usual(200.0, 20000.0, "ride to corrugation")
 MOST_CELLS = 400
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rail(ParameterSet):
-    """A Timoshenko rail."""
+    """A Timoshenko rail that bends both ways and twists."""
 
     young_modulus: float = quantity(
         2.059e11, "N/m2", "elastic modulus", above=0, usual=STEEL, source=A2
@@ -49,9 +53,35 @@ class Rail(ParameterSet):
         5.24e-6, "m4", "for lateral bending, I_rz; not used by the vertical model", above=0,
         usual=SECOND_MOMENT, source=A2,
     )  # fmt: skip
+    shear_coefficient_lateral: float = quantity(
+        0.45, "1", "kappa of lateral bending; not used by the vertical model", above=0, maximum=1,
+        usual=Usual(0.2, 0.9, "thin webs to a solid bar"), source="as other rails'; none known",
+    )  # fmt: skip
     torsional_rigidity: float = quantity(
         1.9587e5, "N.m2", "GJ, printed in N m/rad; not used by the vertical model", above=0,
         usual=Usual(1e4, 1e6, "light railways to heavy haul"), source=A2,
+    )  # fmt: skip
+    polar_inertia: float = quantity(
+        0.29367, "kg.m", "about the centroid; not used by the vertical model", above=0,
+        usual=Usual(0.02, 1.0, "light railways to crane rails"),
+        source=f"7850 kg/m3 times 3.741e-5 m4, {CHN60}",
+    )  # fmt: skip
+    warping_constant: float = quantity(
+        0.0, "m6", "about the shear centre; 0: none; not used by the vertical model", minimum=0,
+        usual=Usual(1e-9, 2e-7, "light railways to heavy haul"), source="none in the paper",
+    )  # fmt: skip
+    shear_centre_depth: float = quantity(
+        0.0, "m", "shear centre below the centroid; not used by the vertical model", minimum=0,
+        maximum=0.2, usual=Usual(0.005, 0.06, "rails: towards the foot"),
+        source="none in the paper; 33 mm for UIC60",
+    )  # fmt: skip
+    centroid_height: float = quantity(
+        0.081, "m", "centroid above the foot; not used by the vertical model", above=0, maximum=1,
+        usual=Usual(0.03, 0.12, "light railways to crane rails"), source=CHN60,
+    )  # fmt: skip
+    head_height: float = quantity(
+        0.095, "m", "top of the head above the centroid; not used by the vertical model", above=0,
+        maximum=1, usual=Usual(0.03, 0.12, "light railways to crane rails"), source=CHN60,
     )  # fmt: skip
     loss_factor: float = quantity(
         0.0, "1", "hysteretic loss factor of bending and shear", minimum=0, maximum=1,
@@ -64,18 +94,22 @@ class Rail(ParameterSet):
 
     @property
     def bending_stiffness(self) -> float:
-        """EI, N m2."""
+        """EI of vertical bending, N m2."""
         return self.young_modulus * self.second_moment
 
     @property
+    def shear_modulus(self) -> float:
+        """G, N/m2."""
+        return self.young_modulus / (2 * (1 + self.poisson_ratio))
+
+    @property
     def shear_stiffness(self) -> float:
-        """Kappa G A, N."""
-        shear_modulus = self.young_modulus / (2 * (1 + self.poisson_ratio))
-        return self.shear_coefficient * shear_modulus * self.area
+        """Kappa G A of vertical bending, N."""
+        return self.shear_coefficient * self.shear_modulus * self.area
 
     @property
     def rotary_inertia(self) -> float:
-        """Rho I, kg m."""
+        """Rho I of vertical bending, kg m."""
         return self.mass_per_length / self.area * self.second_moment
 
 
@@ -94,6 +128,16 @@ class Fastening(ParameterSet):
     damping_lateral: float = quantity(
         2.5e4, "N.s/m", "lateral damping; not used by the vertical model", minimum=0,
         usual=PAD_DAMPING, source=A2,
+    )  # fmt: skip
+    roll_stiffness: float = quantity(
+        56250.0, "N.m/rad", "against roll of the foot; not used by the vertical model", above=0,
+        usual=Usual(5e3, 5e6, "the softest to the stiffest under a foot 0.15 m wide"),
+        source=ROLL.format("stiffness", "3e7 N/m"),
+    )  # fmt: skip
+    roll_damping: float = quantity(
+        46.875, "N.m.s/rad", "of roll of the foot; not used by the vertical model", minimum=0,
+        usual=Usual(0.5, 2e3, "soft to stiff fastenings under a foot 0.15 m wide"),
+        source=ROLL.format("damping", "2.5e4 N s/m"),
     )  # fmt: skip
     loss_factor: float = quantity(
         0.0, "1", "hysteretic loss factor of the railpad", minimum=0, maximum=2,
@@ -137,6 +181,10 @@ class Slab(ParameterSet):
         0.05, "m", "gap between two slabs", minimum=0,
         usual=Usual(0.005, 0.3, "sealed to open joints"), source="a cell of 5.00 m, 8 railseats",
     )  # fmt: skip
+    tilts_rails: bool = switch(
+        False, "rails roll and shift with the bent slab's surface; not used by the vertical model",
+        source="the school's models have upright rails; then vertical loads move none sideways",
+    )  # fmt: skip
 
     @property
     def bending_stiffness(self) -> float:
@@ -161,6 +209,15 @@ class Foundation(ParameterSet):
     damping: float = quantity(
         1e4, "N.s/m3", "damping per area", minimum=0,
         usual=Usual(1e3, 1e6, "floating slabs to soft soil"), source=A2,
+    )  # fmt: skip
+    stiffness_lateral: float = quantity(
+        6e7, "N/m3", "lateral stiffness per area; not used by the vertical model", above=0,
+        usual=Usual(1e6, 1e10, "floating slabs to rock"),
+        source=f"{A2}: k_ty, which by its subscript is lateral, read as per area",
+    )  # fmt: skip
+    damping_lateral: float = quantity(
+        1e4, "N.s/m3", "lateral damping per area; not used by the vertical model", minimum=0,
+        usual=Usual(1e3, 1e6, "floating slabs to soft soil"), source=f"{A2}: c_ty, per area",
     )  # fmt: skip
     ca_layer_stiffness: float = quantity(
         0.0, "N/m3", "cement-asphalt layer in series; 0: none (the paper prints 1.3e9)", minimum=0,

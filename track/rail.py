@@ -1,18 +1,23 @@
-"""Timoshenko rail elements with rotary inertia, free of shear locking."""
+"""Rail elements: Timoshenko beams with rotary inertia, free of shear locking, and torsion bars."""
 
 from __future__ import annotations
+
+from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.mechanics.shape_functions import shape_functions
+from railcosim.mechanics.ports import Direction
 
 from .parameters import Rail
+from .section import GAUSS, VERTICAL, Section, section_of
 
 FloatArray = NDArray[np.float64]
 
 
-def element_matrices(rail: Rail, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+def element_matrices(
+    rail: Rail, length: FloatArray, directions: Collection[Direction] = VERTICAL
+) -> tuple[FloatArray, FloatArray]:
     """Mass and stiffness of elements.
 
     The mass is the mean of consistent and lumped: in elements as short as a railpad's spacing asks
@@ -22,52 +27,57 @@ def element_matrices(rail: Rail, length: FloatArray) -> tuple[FloatArray, FloatA
     Parameters
     ----------
     rail : Rail
-        The section.
+        The rail.
     length : array, shape (n,)
         Lengths of the elements, m.
+    directions : collection of Direction
+        In which its section moves, see `section_of`.
 
     Returns
     -------
-    M, K : array, shape (n, 4, 4)
-        For [w_a, theta_a, w_b, theta_b]; kg, kg m, kg m2 and N/m, N, N m.
+    M, K : array, shape (n, 2 d, 2 d)
+        For the d unknowns of the first node (vertical: [w, theta]), then those of the second; kg,
+        kg m, kg m2 and N/m, N, N m.
 
     References
     ----------
     Goudreau, G. L. & Taylor, R. L. (1973), Evaluation of numerical integration methods in
     elastodynamics, Comput. Methods Appl. Mech. Eng. 2(1), 69-97 (on the averaged mass).
     """
-    L = np.asarray(length, dtype=float)
-    phi = 12 * rail.bending_stiffness / (rail.shear_stiffness * L**2)
-    points, weights = np.polynomial.legendre.leggauss(4)  # exact to degree 7; N_w squared has 6
-    xi = (points[:, None] + 1) / 2
-    weight = weights[:, None] / 2 * L
-    N_w, N_theta = shape_functions(xi, L, phi)
-    M = rail.mass_per_length * np.einsum("gn,gni,gnj->nij", weight, N_w, N_w)
-    M += rail.rotary_inertia * np.einsum("gn,gni,gnj->nij", weight, N_theta, N_theta)
-    corner = np.arange(4)
-    lumped = L[:, None] / 2 * np.array(2 * [rail.mass_per_length, rail.rotary_inertia])
-    M[:, corner, corner] += lumped
-    M /= 2
-    K = np.empty((L.size, 4, 4))
-    six, two, four = 6 * L, (2 - phi) * L**2, (4 + phi) * L**2
-    twelve = np.full_like(L, 12.0)
-    rows = [
-        [twelve, six, -twelve, six],
-        [six, four, -six, two],
-        [-twelve, -six, twelve, -six],
-        [six, two, -six, four],
-    ]
-    for i, row in enumerate(rows):
-        for j, entry in enumerate(row):
-            K[:, i, j] = entry
-    K *= (rail.bending_stiffness / (L**3 * (1 + phi)))[:, None, None]
+    L, section = np.asarray(length, dtype=float), section_of(rail, directions)
+    M, K = np.zeros((2, L.size, 2 * section.size, 2 * section.size))
+    for i, member in enumerate(section.members):
+        at = section.element_unknowns(i)
+        own = member.consistent_mass(L)
+        corner = np.arange(at.size)
+        own[:, corner, corner] += L[:, None] / 2 * np.array(2 * member.inertias)
+        M[:, at[:, None], at] = own / 2
+        K[:, at[:, None], at] = member.stiffness(L)
+    for i, j, inertia in section.shared:
+        one, other = section.element_unknowns(i), section.element_unknowns(j)
+        M_ij = _shared_mass(section, i, j, L) * inertia
+        M[:, one[:, None], other] = M_ij
+        M[:, other[:, None], one] = np.swapaxes(M_ij, 1, 2)
     return M, K
 
 
+def _shared_mass(section: Section, i: int, j: int, L: FloatArray) -> FloatArray:
+    """Mean of consistent and lumped between the deflections of two members, for a unit inertia."""
+    xi, weight = (GAUSS[0][:, None] + 1) / 2, GAUSS[1][:, None] / 2 * L
+    one, other = (section.members[k].shapes(xi, L) for k in (i, j))
+    M = np.einsum("gn,gni,gnj->nij", weight, one, other)
+    # Deflections are the first of a node's unknowns.
+    for a, b in ((0, 0), (M.shape[1] // 2, M.shape[2] // 2)):
+        M[:, a, b] += L / 2
+    mean: FloatArray = M / 2
+    return mean
+
+
 def assemble(matrices: FloatArray) -> FloatArray:
-    """Chain element matrices (n, 4, 4) into one (2 n + 2, 2 n + 2) matrix of an open rail."""
-    n = matrices.shape[0]
-    out = np.zeros((2 * n + 2, 2 * n + 2))
+    """Chain element matrices (n, 2 d, 2 d) into one of n d + d unknowns, of an open rail."""
+    n, d = matrices.shape[0], matrices.shape[1] // 2
+    out = np.zeros((n * d + d, n * d + d))
     for e in range(n):
-        out[2 * e : 2 * e + 4, 2 * e : 2 * e + 4] += matrices[e]
+        at = slice(e * d, e * d + 2 * d)
+        out[at, at] += matrices[e]
     return out

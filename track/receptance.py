@@ -12,9 +12,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.ports import Direction, Z
+
 from .cell import EVEN, ODD, Cell, build_cell
 from .condensation import CondensedCell, condense
 from .parameters import Track
+from .section import directions_for
 from .waves import waves
 
 FloatArray = NDArray[np.float64]
@@ -35,25 +38,35 @@ class Point:
     side : int
         -1 left, 1 right.
     slab_y : float or None
-        None: on the rail of that side. Else on the slab, this far from the centre line (m, >= 0).
+        None: at the head of the rail of that side. Else on the slab, this far from the centre line
+        (m, >= 0).
+    direction : Direction
+        Of load and motion.
+    offset : float
+        On the rail, to the right of the middle of the head, m.
     """
 
     x: float
     side: int = -1
     slab_y: float | None = None
+    direction: Direction = Z
+    offset: float = 0.0
 
     def row(self, cell: Cell) -> FloatArray:
         """Participation in the unknowns of its cell, shape (n,)."""
         x = self.x % cell.track.cell_length
-        row = cell.rail_row(x) if self.slab_y is None else cell.slab_row(x, self.slab_y)
-        return row * (self.side if cell.parity == ODD else 1)
+        if self.slab_y is None:
+            row = cell.rail_row(x, self.direction, self.side * self.offset)
+        else:
+            row = cell.slab_row(x, self.slab_y, self.direction)
+        return row * (cell.left(self.direction) if self.side < 0 else 1)
 
 
 class Joined(Protocol):
     """Ends of cells that are joined: what a force at one does to another."""
 
     def away(self, cells: int) -> ComplexArray:
-        """[w, theta] at an end for unit loads that many cells behind, (n_omega, 2, 2)."""
+        """Motion of an end for unit loads that many cells behind, (n_omega, d, d)."""
 
     def is_same(self, cells: int) -> bool:
         """Whether that many cells further is the same cell."""
@@ -68,8 +81,8 @@ class Ring:
 
     Attributes
     ----------
-    between : array, shape (n_omega, n_cells, 2, 2)
-        [w, theta] of every end for unit loads at the first.
+    between : array, shape (n_omega, n_cells, d, d)
+        Motion of every end for unit loads at the first.
     """
 
     between: ComplexArray
@@ -85,10 +98,10 @@ class Ring:
 
 def ring(cell: CondensedCell, cells: int) -> Ring:
     """Close equal cells by Bloch waves: the end of a cell is its beginning, e^{i mu} further on."""
-    S = cell.stiffness[:, None]
+    S, d = cell.stiffness[:, None], cell.stiffness.shape[1] // 2
     turn = np.exp(2j * np.pi * np.arange(cells) / cells)[:, None, None]
-    forward, backward = S[..., :2, 2:] * turn, S[..., 2:, :2] / turn
-    waves_of_all = np.linalg.inv(S[..., :2, :2] + S[..., 2:, 2:] + forward + backward)
+    forward, backward = S[..., :d, d:] * turn, S[..., d:, :d] / turn
+    waves_of_all = np.linalg.inv(S[..., :d, :d] + S[..., d:, d:] + forward + backward)
     return Ring(between=np.fft.ifft(waves_of_all, axis=1))
 
 
@@ -110,7 +123,8 @@ def direct_receptance(
     omega : array, shape (n_omega,)
         Frequencies, rad/s; zero is the static flexibility.
     loads, observed : list of Point
-        Where a unit force acts (down), and where the deflection (down) is wanted.
+        Where a unit load acts, and where the motion is wanted, in the points' directions. All down:
+        the vertical model; else the spatial one.
     progress : callable, optional
         Called with (done, total).
     viscous : bool
@@ -119,7 +133,7 @@ def direct_receptance(
     Returns
     -------
     array, shape (n_omega, n_observed, n_loads)
-        m/N.
+        m/N; rad for m where a roll is observed, N m for N where a moment acts.
 
     References
     ----------
@@ -164,7 +178,8 @@ def _receptance(
     omega = np.atleast_1d(np.asarray(omega, dtype=float))
     out = np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
     on_rail = [p.x % track.cell_length for p in (*loads, *observed) if p.slab_y is None]
-    cells = [build_cell(track, parity, np.array(on_rail)) for parity in (EVEN, ODD)]
+    directions = directions_for(p.direction for p in (*loads, *observed))
+    cells = [build_cell(track, parity, np.array(on_rail), directions) for parity in (EVEN, ODD)]
     if viscous:
         cells = [cell.made_viscous() for cell in cells]
     for start in range(0, omega.size, BLOCK):
@@ -190,7 +205,7 @@ def _one_parity(
     out = np.empty((omega.size, *apart.shape), dtype=complex)
     for d in np.unique(apart):
         near, far = joined.away(d), (joined.away(d - 1), joined.away(d + 1))
-        ends = np.block([[near, far[0]], [far[1], near]])  # (n_omega, 4, 4)
+        ends = np.block([[near, far[0]], [far[1], near]])  # (n_omega, 2 d, 2 d)
         rows, columns = np.nonzero(apart == d)
         moved = np.einsum(
             "wpe,wef,wfp->wp",

@@ -134,7 +134,7 @@ def _wave(cell: Cell, mu: float, highest: float, *, standing: bool, cells: int) 
 
 def _bloch(cell: Cell, mu: float) -> ComplexArray:
     """Open cell from closed one: the last rail node is the first one's, e^{i mu} further."""
-    size, n = cell.K.shape[0], cell.rail_size
+    size, n, d = cell.K.shape[0], cell.rail_size, cell.section.size
     T = np.eye(size, dtype=complex)
-    T[n - 2, 0] = T[n - 1, 1] = np.exp(1j * mu)
-    return np.delete(T, [n - 2, n - 1], axis=1)
+    T[np.arange(n - d, n), np.arange(d)] = np.exp(1j * mu)
+    return np.delete(T, np.arange(n - d, n), axis=1)

@@ -1,4 +1,4 @@
-"""Natural modes of a thin (Kirchhoff) plate with four free edges, by Ritz with Legendre series."""
+"""A slab: how it bends, as a thin (Kirchhoff) plate with free edges, and moves in its plane."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy.linalg import eigh
+
+from railcosim.mechanics.ports import ROLL, Direction, Y, Z
 
 from .parameters import Slab
 
@@ -40,14 +42,82 @@ class PlateModes:
 
     def at(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Mode shapes at points, shape (n_points, n), 1/sqrt(kg); x, y from the centre, m."""
-        P_x = legendre.legvander(2 * np.asarray(x) / self.length, self.coefficients.shape[1] - 1)
-        P_y = legendre.legvander(2 * np.asarray(y) / self.width, self.coefficients.shape[2] - 1)
-        shapes: FloatArray = np.einsum("pi,pj,nij->pn", P_x, P_y, self.coefficients, optimize=True)
+        return self._evaluate(x, y, self.coefficients)
+
+    def slope_across(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Their slopes dw/dy at points, shape (n_points, n), 1/(m sqrt(kg))."""
+        slopes = legendre.legder(self.coefficients, axis=2).astype(float) * (2 / self.width)
+        return self._evaluate(x, y, slopes)
+
+    def _evaluate(self, x: FloatArray, y: FloatArray, coefficients: FloatArray) -> FloatArray:
+        P_x = legendre.legvander(2 * np.asarray(x) / self.length, coefficients.shape[1] - 1)
+        P_y = legendre.legvander(2 * np.asarray(y) / self.width, coefficients.shape[2] - 1)
+        shapes: FloatArray = np.einsum("pi,pj,nij->pn", P_x, P_y, coefficients, optimize=True)
         return shapes
 
 
+@dataclass(frozen=True, kw_only=True)
+class SlabModes:
+    """What a slab does for loads of one parity: it bends, and moves sideways as a rigid body.
+
+    Attributes
+    ----------
+    slab : Slab
+        The slab.
+    plate : PlateModes
+        How it bends.
+    sideways : bool
+        Whether it shifts and yaws, two more modes: with equal lateral loads on both rails.
+    """
+
+    slab: Slab
+    plate: PlateModes
+    sideways: bool
+
+    @property
+    def size(self) -> int:
+        """Number of modes."""
+        return self.plate.omega.size + 2 * self.sideways
+
+    def per_mass(self, vertical: float, lateral: float) -> FloatArray:
+        """Of each mode what a foundation has of something per area, over the slab's mass."""
+        areas = [vertical] * self.plate.omega.size + [lateral] * (2 * self.sideways)
+        share: FloatArray = np.array(areas) * (1 / self.slab.mass_per_area)
+        return share
+
+    def at(self, direction: Direction, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Motion of the surface at points, shape (n_points, n), 1/sqrt(kg); x, y from the centre.
+
+        A thin plate's surface turns with it, and above the middle moves sideways as it does; that
+        is left out unless the slab tilts rails.
+        """
+        half = self.slab.thickness / 2
+        bent: FloatArray = {
+            Z: lambda: self.plate.at(x, y),
+            Y: lambda: half * self._tilt(x, y),
+            ROLL: lambda: self._tilt(x, y),
+        }[direction]()
+        shifted = np.zeros((bent.shape[0], 2 * self.sideways))
+        if direction is Y and self.sideways:
+            shifted[:] = self._across(x)
+        return np.concatenate([bent, shifted], axis=1)
+
+    def _tilt(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        if self.slab.tilts_rails:
+            return self.plate.slope_across(x, y)
+        return np.zeros((np.size(x), self.plate.omega.size))
+
+    def _across(self, x: FloatArray) -> FloatArray:
+        """Mass-normalised shift and yaw at points x from the centre, shape (n_points, 2)."""
+        slab = self.slab
+        mass = slab.mass_per_area * slab.length * slab.width
+        gyration = np.sqrt((slab.length**2 + slab.width**2) / 12)
+        across: FloatArray = np.stack([np.ones_like(x), x / gyration], axis=1) / np.sqrt(mass)
+        return across
+
+
 def free_plate_modes(slab: Slab, parity: int, highest_frequency: float) -> PlateModes:
-    """Modes of the free plate up to a frequency.
+    """Modes of the free plate up to a frequency, by Ritz with Legendre series.
 
     The stiffness is D times the integral of
     (w_xx + w_yy)^2 - 2 (1 - nu) (w_xx w_yy - w_xy^2); free edges are natural conditions, so plain

@@ -5,11 +5,11 @@ At a real frequency the cells' ends obey, with the stiffness of a condensed cell
 
     S_rl u[j-1] + (S_ll + S_rr) u[j] + S_lr u[j+1] = f[j].
 
-Its free waves u[j] = lambda^j u come in pairs lambda and 1/lambda (reciprocity), so the quartic for
-lambda is a quadratic for lambda + 1/lambda. What decays away from a load, u[j+1] = X u[j], has the
-two lambda of a side as eigenvalues; with their sum s and product p, X^2 = s X - p turns the
-equation for X into a linear one, and no eigenvector is needed: nothing is lost where two waves
-become one.
+Two cells joined are one of twice the length; joined over and over they become half a track without
+end, of which only the stiffness at its beginning is left. Errors of that fall as lambda^(2^n), with
+lambda the decay of the slowest wave from cell to cell, and no eigenvector is needed: nothing is
+lost where waves become one. Only where nothing at all damps them, waves never die on the way: those
+that carry power away from the load are taken, the limit of small damping.
 """
 
 from __future__ import annotations
@@ -18,28 +18,30 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eig
 
 from .condensation import CondensedCell
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+DOUBLINGS = 34  # of cells: waves with a decay of 1e-9 from cell to cell have died
+DEAD = 1e-25  # of the cell's stiffness: what is left between the ends of a long track
 TRAVELLING = 1e-6  # ||lambda| - 1| below which the way the power flows tells the side, not decay
-LENGTH = 0.1  # m, a rail's own: rotations times it are of the size of deflections
 
 
 @dataclass(frozen=True, kw_only=True)
 class Waves:
-    """The two waves that run away from a load to either side.
+    """The waves that run away from a load to either side, as many as a node has unknowns, d.
 
     Attributes
     ----------
-    decay : array, shape (n_omega, 2)
+    decay : array, shape (n_omega, d)
         Factors lambda from one cell to the next, the slowest wave first.
-    forward, backward : array, shape (n_omega, 2, 2)
-        [w, theta] at a cell's end from those at the end before, away from the load.
-    at_load : array, shape (n_omega, 2, 2)
-        [w, theta] at a cell's end for a unit force and a unit moment there.
+    forward, backward : array, shape (n_omega, d, d)
+        Motion of a cell's end from that of the end before, away from the load.
+    at_load : array, shape (n_omega, d, d)
+        Motion of a cell's end for unit loads there.
     """
 
     decay: ComplexArray
@@ -48,7 +50,7 @@ class Waves:
     at_load: ComplexArray
 
     def away(self, cells: int) -> ComplexArray:
-        """[w, theta] for unit loads that many cells behind (or, if negative, ahead)."""
+        """Motion for unit loads that many cells behind (or, if negative, ahead)."""
         step = self.forward if cells >= 0 else self.backward
         powers: ComplexArray = np.linalg.matrix_power(step, abs(cells)) @ self.at_load
         return powers
@@ -60,9 +62,6 @@ class Waves:
 
 def waves(cell: CondensedCell) -> Waves:
     """Find the waves of the infinite track.
-
-    Where nothing damps, waves travel without decay: those that carry power away from the load are
-    taken, the limit of small damping.
 
     Parameters
     ----------
@@ -78,62 +77,63 @@ def waves(cell: CondensedCell) -> Waves:
     Mead, D. J. (1973), A general theory of harmonic wave propagation in linear periodic systems
     with multiple coupling, J. Sound Vib. 27(2), 235-260.
     """
-    scale = np.array([1.0, 1 / LENGTH])
-    S = cell.stiffness * np.outer(np.tile(scale, 2), np.tile(scale, 2))
-    right, left = S[:, :2, 2:], S[:, 2:, :2]
-    own = S[:, :2, :2] + S[:, 2:, 2:]
-    factor = _decaying(S)
-    s, p = factor.sum(axis=1)[:, None, None], factor.prod(axis=1)[:, None, None]
-    forward = np.linalg.solve(own + s * right, p * right - left)
-    backward = np.linalg.solve(own + s * left, p * left - right)
-    at_load = np.linalg.inv(left @ backward + own + right @ forward).astype(complex)
-    similar = scale[:, None] / scale
-    return Waves(
-        decay=factor,
-        forward=forward * similar,
-        backward=backward * similar,
-        at_load=at_load * np.outer(scale, scale),
-    )
+    left_left, right, left, right_right = _quarters(cell.stiffness)
+    ahead, behind = _half_tracks(cell.stiffness)
+    forward = np.linalg.solve(right_right + ahead, -left).astype(complex)
+    backward = np.linalg.solve(left_left + behind, -right).astype(complex)
+    at_load = np.linalg.inv(ahead + behind).astype(complex)
+    decay: ComplexArray = np.linalg.eigvals(forward).astype(complex)
+    order = np.argsort(-np.abs(decay), axis=1)
+    sorted_: ComplexArray = np.take_along_axis(decay, order, axis=1)
+    return Waves(decay=sorted_, forward=forward, backward=backward, at_load=at_load)
 
 
-def _decaying(S: ComplexArray) -> ComplexArray:
-    """The two lambda of waves that run forward, the slower first, shape (n_omega, 2)."""
-    right, left = S[:, :2, 2:], S[:, 2:, :2]
-    own = S[:, :2, :2] + S[:, 2:, 2:]
-    # det(lambda right + own + left / lambda) = a z^2 + b z + c with z = lambda + 1 / lambda.
-    a = _mixed(right, right) / 2
-    b = _mixed(right, own)
-    c = _mixed(own, own) / 2 + _mixed(right, left) - 2 * a
-    root = np.sqrt(b * b - 4 * a * c)
-    large = -(b + np.where((np.conj(b) * root).real >= 0, root, -root)) / 2
-    z = np.stack([c / large, large / a], axis=1)
-    root = np.sqrt(z / 2 - 1) * np.sqrt(z / 2 + 1)
-    growing = z / 2 + np.where((np.conj(z) * root).real >= 0, root, -root)
-    factor = 1 / growing
+def _quarters(S: ComplexArray) -> tuple[ComplexArray, ...]:
+    d = S.shape[1] // 2
+    return S[:, :d, :d], S[:, :d, d:], S[:, d:, :d], S[:, d:, d:]
+
+
+def _half_tracks(S: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Stiffness of the tracks ahead of an end and behind it, each (n_omega, d, d)."""
+    ahead, right, left, behind = _quarters(S)
+    size = np.abs(S).max(axis=(1, 2))
+    for _ in range(DOUBLINGS):
+        inner = np.linalg.inv(behind + ahead)
+        past, back = right @ inner, left @ inner
+        ahead, behind = ahead - past @ left, behind - back @ right
+        right, left = -past @ right, -back @ left
+        alive = np.abs(right).max(axis=(1, 2)) > DEAD * size
+        if not alive.any():
+            return ahead, behind
+    for k in np.flatnonzero(alive):
+        ahead[k], behind[k] = _undamped(S[k])
+    return ahead, behind
+
+
+def _undamped(S: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """The same at one frequency, from single waves: each d x d."""
+    d = len(S) // 2
+    size = np.sqrt(np.abs(S).max(axis=1).reshape(2, d).max(axis=0))  # moments beside forces
+    scaled = (S / np.outer(np.tile(size, 2), np.tile(size, 2))).astype(complex)
+    left_left, right, left, right_right = (part[0] for part in _quarters(scaled[None]))
+    own, back = left_left + right_right, np.outer(size, size)
+    # f u = v, left u + own v + f right v = 0.
+    nothing, one = np.zeros((d, d)), np.eye(d)
+    factor, vectors = eig(np.block([[nothing, one], [-left, -own]]),
+                          np.block([[one, nothing], [nothing, right]]))  # fmt: skip
+    u = vectors[:d]
+    force = left_left @ u + (right @ u) * factor
+    power = np.sum(np.conj(u) * force, axis=0).imag
     travels = np.abs(np.abs(factor) - 1) < TRAVELLING
-    away = np.where(travels & (_power(S, factor) < 0), growing, factor)
-    order = np.argsort(-np.abs(away), axis=1)
-    sorted_: ComplexArray = np.take_along_axis(away, order, axis=1)
-    return sorted_
+    # Ahead run those that decay or carry power forward, the first d of all.
+    order = np.argsort(np.where(travels, np.where(power > 0, -1, 1), np.log(np.abs(factor))))
+    ahead, behind = order[:d], order[d:]
 
+    def step(which: NDArray[np.intp], factors: ComplexArray) -> ComplexArray:
+        shapes: ComplexArray = u[:, which]
+        return np.linalg.solve(shapes.T, (shapes * factors).T).T.astype(complex)
 
-def _mixed(A: ComplexArray, B: ComplexArray) -> ComplexArray:
-    """What is bilinear in det(A + B): det A + _mixed(A, B) + det B."""
-    mixed: ComplexArray = (
-        A[:, 0, 0] * B[:, 1, 1] + A[:, 1, 1] * B[:, 0, 0]
-        - A[:, 0, 1] * B[:, 1, 0] - A[:, 1, 0] * B[:, 0, 1]
-    )  # fmt: skip
-    return mixed
-
-
-def _power(S: ComplexArray, factor: ComplexArray) -> FloatArray:
-    """Power that each wave carries forward, but for a positive factor, shape (n_omega, 2)."""
-    f = factor[:, :, None, None]
-    Q = f * S[:, None, :2, 2:] + (S[:, :2, :2] + S[:, 2:, 2:])[:, None] + S[:, None, 2:, :2] / f
-    # The wave is what Q leaves at rest: at right angles to its larger row.
-    rows = np.linalg.norm(Q, axis=3)
-    row = np.take_along_axis(Q, np.argmax(rows, axis=2)[:, :, None, None], axis=2)[:, :, 0]
-    u = np.stack([-row[..., 1], row[..., 0]], axis=2)
-    force = np.einsum("wfij,wfj->wfi", S[:, None, :2, :2] + f * S[:, None, :2, 2:], u)
-    power: FloatArray = np.einsum("wfi,wfi->wf", np.conj(u), force).imag
-    return power
+    return (
+        back * (left_left + right @ step(ahead, factor[ahead])),
+        back * (right_right + left @ step(behind, 1 / factor[behind])),
+    )

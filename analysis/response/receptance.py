@@ -13,10 +13,12 @@ from railcosim.master.component import FloatArray
 from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT, Pulses, Wanted, Way, best_way
 from railcosim.master.linear.linear_form import error_estimate
 from railcosim.master.linear.realisation import ComplexArray
+from railcosim.mechanics.ports import Direction
 from railcosim.parameters import ArgumentError
 from railcosim.track.cell import railseats
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, direct_receptance, infinite_receptance
+from railcosim.track.section import SPATIAL
 
 from .frf import Progress, check_finite
 from .standing import standing
@@ -118,12 +120,15 @@ def track_receptance(
     track: Track,
     frequency: FloatArray,
     *,
+    direction: str = "z",
+    response: str = "z",
     position: str | float = "railseat",
+    offset: float = 0.0,
     both_rails: bool = True,
     ring: bool = False,
     progress: Progress = lambda done, total: None,
 ) -> xr.Dataset:
-    """Driving-point receptance of the rail, from the finite elements.
+    """Receptance of the left rail at the place of the load, from the finite elements.
 
     Parameters
     ----------
@@ -131,10 +136,16 @@ def track_receptance(
         Parameters.
     frequency : array, shape (n,)
         Hz.
+    direction, response : str
+        Of the load and of the motion, at the head: ``z`` (down), ``y`` (to the right), ``roll``
+        (about the forward axis: the right side down). z for z is the vertical model's, all others
+        are of the spatial one.
     position : str or float
         ``railseat``, ``midspan``, or m along the track from where a cell begins.
+    offset : float
+        Of load and response from the middle of the head towards the track's centre, m.
     both_rails : bool
-        A unit force on each rail, or on one.
+        The same unit load on each rail, or on the left one.
     ring : bool
         Of the ring of cells that the FMUs have, or of a track without end.
     progress : callable
@@ -145,10 +156,17 @@ def track_receptance(
     Dataset
         ``receptance``, complex. The attributes ``ring_error`` and ``ring_error_at`` say by how much
         the ring differs from the track without end, at most, and at what frequency (Hz).
+
+    Raises
+    ------
+    ArgumentError
+        If there is no such direction or place.
     """
     x = place_of(track, position)
-    here = Point(x=x)
-    loads = [here, Point(x=x, side=1)] if both_rails else [here]
+    loaded, seen = direction_of("direction", direction), direction_of("response", response)
+    sides = (-1, 1) if both_rails else (-1,)
+    loads = [Point(x=x, side=side, direction=loaded, offset=-side * offset) for side in sides]
+    here = Point(x=x, direction=seen, offset=offset)
     solved = []
     for k, receptance_of in enumerate((infinite_receptance, direct_receptance)):
 
@@ -158,16 +176,29 @@ def track_receptance(
         found = receptance_of(track, 2 * np.pi * frequency, loads, [here], half)
         solved.append(found[:, 0, :].sum(axis=1))
     endless, round_ = solved
-    error = np.abs(round_ / endless - 1)
+    off = np.abs(round_ - endless)
+    error = np.divide(off, np.abs(endless), out=np.zeros_like(off), where=off > 0)
     worst = int(np.argmax(error))
     about = {
+        "motion": f"{response} for {direction}",
         "at": f"{x:g} m from the beginning of a cell ({position})",
         "load": "both" if both_rails else "single",
         "track": f"{ring_of(track)}" if ring else "endless",
     }
+    unit = f"{seen.motion}/{f'({loaded.force})' if '.' in loaded.force else loaded.force}"
     worst_of_ring = {"ring_error": float(error[worst]), "ring_error_at": float(frequency[worst])}
     about = {"title": ", ".join(about.values()), **about}
-    return _dataset(frequency, round_ if ring else endless, "m/N", {**about, **worst_of_ring})
+    asked = {"direction": direction, "response": response, "offset": offset}
+    values = round_ if ring else endless
+    return _dataset(frequency, values, unit, {**about, **asked, **worst_of_ring})
+
+
+def direction_of(option: str, name: str) -> Direction:
+    """A direction by its name; ArgumentError if the track does not move in such a one."""
+    known = {direction.name: direction for direction in SPATIAL}
+    if name not in known:
+        raise ArgumentError(option, name, f"must be one of {', '.join(known)}")
+    return known[name]
 
 
 def ring_of(track: Track) -> str:

@@ -5,7 +5,9 @@ import pytest
 
 from railcosim.analysis.response.frf import Assembly, frequency_response
 from railcosim.analysis.response.receptance import receptance, track_receptance
+from railcosim.mechanics.ports import ROLL, Y
 from railcosim.parameters import ArgumentError
+from railcosim.track.receptance import Point, infinite_receptance
 
 FREQUENCY = np.array([20.0, 53.0, 120.0, 300.0, 600.0])  # modes begin to fade out at 900 Hz
 FORCE, RAIL = "wheelset[4].left.force_z", "wheelset[4].left.rail_z"
@@ -76,3 +78,27 @@ def test_rail_under_a_moved_vehicle_is_that_of_the_finite_elements(exported, sho
     )  # fmt: skip
     elements = track_receptance(short_track, FREQUENCY, position="midspan", ring=True)
     assert np.allclose(apart[RAIL], elements["receptance"], rtol=WRONG)
+
+
+def test_directions_of_load_and_response(short_track):
+    """Names, units, reciprocity; both rails pushed to the right, and a moment about x."""
+    x, f = 1.3, FREQUENCY[1:3]
+    y_for_roll = track_receptance(short_track, f, direction="roll", response="y", position=x)
+    roll_for_y = track_receptance(short_track, f, direction="y", response="roll", position=x)
+    assert y_for_roll["receptance"].attrs["units"] == "m/(N.m)"
+    assert roll_for_y["receptance"].attrs["units"] == "rad/N"
+    assert np.allclose(y_for_roll["receptance"], roll_for_y["receptance"], rtol=1e-9)
+    omega = 2 * np.pi * f
+    loads = [Point(x=x, side=side, direction=Y) for side in (-1, 1)]
+    known = infinite_receptance(short_track, omega, loads, [Point(x=x, direction=ROLL)])
+    assert np.allclose(roll_for_y["receptance"], known[:, 0].sum(axis=1), rtol=1e-12)
+    # Beside the middle, towards the track's centre: on the left rail to the right.
+    beside = track_receptance(
+        short_track, f, direction="z", response="y", position=x, offset=0.02, both_rails=False
+    )
+    single = track_receptance(
+        short_track, f, direction="roll", response="y", position=x, both_rails=False
+    )
+    assert np.allclose(beside["receptance"], 0.02 * single["receptance"], rtol=1e-9)
+    with pytest.raises(ArgumentError, match="direction yaw: must be one of z, y, roll"):
+        track_receptance(short_track, f, direction="yaw")

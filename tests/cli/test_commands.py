@@ -140,6 +140,20 @@ def test_track_receptance_of_own_parameters(railcosim, tmp_path) -> None:
     assert load(tmp_path / "r.csv")["receptance"].dtype == complex
 
 
+def test_track_receptance_in_other_directions(railcosim, tmp_path) -> None:
+    """Lateral force, roll: with units; and nothing moves down, which is told apart from a fault."""
+    for response, unit in (("roll", "rad/N"), ("z", "m/N")):
+        done = railcosim(
+            "track-receptance", "--direction", "y", "--response", response,
+            "--frequencies", "50:52:1", "--out", "r.csv", "--plot", "r.png", folder=tmp_path,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        found = load(tmp_path / "r.csv")["receptance"]
+        assert found.attrs["units"] == unit
+        assert bool((found == 0).all()) == (response == "z")
+    assert "none" in done.stdout
+
+
 def test_track_receptance_knows_the_error_of_the_ring(railcosim, tmp_path) -> None:
     """Endless by default, whatever the number of cells; the ring on request, and what it errs."""
     found = {}
