@@ -180,7 +180,7 @@ def track_receptance(
     error = np.divide(off, np.abs(endless), out=np.zeros_like(off), where=off > 0)
     worst = int(np.argmax(error))
     about = {
-        "motion": f"{response} for {direction}",
+        "motion": f"{seen.name} for {loaded.name}",
         "at": f"{x:g} m from the beginning of a cell ({position})",
         "load": "both" if both_rails else "single",
         "track": f"{ring_of(track)}" if ring else "endless",
@@ -188,7 +188,7 @@ def track_receptance(
     unit = f"{seen.motion}/{f'({loaded.force})' if '.' in loaded.force else loaded.force}"
     worst_of_ring = {"ring_error": float(error[worst]), "ring_error_at": float(frequency[worst])}
     about = {"title": ", ".join(about.values()), **about}
-    asked = {"direction": direction, "response": response, "offset": offset}
+    asked = {"direction": loaded.name, "response": seen.name, "offset": offset}
     values = round_ if ring else endless
     return _dataset(frequency, values, unit, {**about, **asked, **worst_of_ring})
 
