@@ -1,8 +1,9 @@
 """One cell of the track: a slab on its foundation with its length of rail, as open matrices.
 
 The cross-section is symmetric, so loads split into an even part (on both rails, as in a mirror
-between them) and an odd part (the opposite of that); each is a problem of ONE rail and half a slab. A cell has both its end nodes; a
-ring joins the last to the first of the next, which need not be an equal cell.
+between them) and an odd part (the opposite of that); each is a problem of ONE rail and half a slab.
+A cell has both its end nodes; a ring joins the last to the first of the next, which need not be an
+equal cell.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Rails that bend sideways and twist, against closed forms, a published model and statics.
 
 The closed form is that of a rail on a foundation at its foot, by motions u of the centroid, beta of
-lateral bending, phi of roll (here positive towards the foot: a point z below moves by u + z phi) and
-f of warping, after Kostovasilis: with the shear centre e below the centroid, energies per length
+lateral bending, phi of roll (here a point z below moves by u + z phi) and f of warping, after Kostovasilis: with the shear centre e below the centroid, energies per length
 
     kGA/2 (u' - beta + e (phi' - f))^2 + G Js/2 (phi' - f)^2 + GJ/2 phi'^2
         + E/2 (I_z beta'^2 + 2 I_wz beta' f' + I_w f'^2),
@@ -72,10 +71,11 @@ def test_closed_form_against_a_published_model():
     """
     G = RAIL.shear_modulus
     rail = Rail(
-        shear_coefficient_lateral=0.457, torsional_rigidity=G * 2.47335e-6, shear_centre_depth=0.033,
+        shear_coefficient_lateral=0.457, torsional_rigidity=G * 2.47335e-6,
+        shear_centre_depth=0.033,
         polar_inertia=60.64 / 7.745e-3 * (3.215e-5 + 5.24e-6), head_height=0.071,
     )  # fmt: skip
-    pads = dict(k=3.5e7 / SPACING, c=2.5e4 / SPACING, k_roll=9e4, c_roll=0.0, yaw=2.1e5)
+    pads = {"k": 3.5e7 / SPACING, "c": 2.5e4 / SPACING, "k_roll": 9e4, "c_roll": 0.0, "yaw": 2.1e5}
     warp = (0.6016 * (0.033 - 0.081)) ** 2 * 0.15**2 / 12 * pads["k"]
     secondary = 3.87711e-5 - rail.area * 0.457 * 0.033**2  # printed with the shear centre's part
     published = {

@@ -1,4 +1,4 @@
-"""The track in all directions: one model with the vertical one, mirrors, reciprocity, power, ring."""
+"""The track in all directions: one model with the vertical one, mirrors, reciprocity, power."""
 
 from dataclasses import replace
 
