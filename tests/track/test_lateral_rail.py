@@ -1,7 +1,8 @@
 """Rails that bend sideways and twist, against closed forms, a published model and statics.
 
 The closed form is that of a rail on a foundation at its foot, by motions u of the centroid, beta of
-lateral bending, phi of roll (here a point z below moves by u + z phi) and f of warping, after Kostovasilis: with the shear centre e below the centroid, energies per length
+lateral bending, phi of roll (here a point z below moves by u + z phi) and f of warping, after
+Kostovasilis: with the shear centre e below the centroid, energies per length
 
     kGA/2 (u' - beta + e (phi' - f))^2 + G Js/2 (phi' - f)^2 + GJ/2 phi'^2
         + E/2 (I_z beta'^2 + 2 I_wz beta' f' + I_w f'^2),
