@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from railcosim.analysis.pair.export_pair import export_pair as export
-    from railcosim.analysis.pair.run import run
     from railcosim.analysis.response.frf import frequency_response
     from railcosim.analysis.response.map import response_map
     from railcosim.analysis.response.receptance import receptance, track_receptance
     from railcosim.analysis.response.vehicle_modes import vehicle_modes
+    from railcosim.analysis.run import run
     from railcosim.analysis.schemes.advice import advise
     from railcosim.analysis.schemes.catalogue import catalogue as schemes
     from railcosim.analysis.schemes.choice import scheme
@@ -91,7 +91,7 @@ _PLACES = {
     "read_vehicle": "vehicle.files:read_stock",
     "receptance": "analysis.response.receptance:receptance",
     "response_map": "analysis.response.map:response_map",
-    "run": "analysis.pair.run:run",
+    "run": "analysis.run:run",
     "save_result": "master.files:save",
     "scheme": "analysis.schemes.choice:scheme",
     "schemes": "analysis.schemes.catalogue:catalogue",

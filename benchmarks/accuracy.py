@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.pair.against_monolithic import frequency_errors
+from railcosim.analysis.compare import frequency_errors
 from railcosim.analysis.pair.pair import WHEELS
 from railcosim.analysis.response.frequency import Models, linear_models
 from railcosim.cli.compare import error_table

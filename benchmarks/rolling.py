@@ -20,8 +20,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import FORCES, Journey, open_pair
-from railcosim.analysis.schemes.catalogue import FMUS, Owner
 from railcosim.fmus.export import export
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.schemes import Scheme

@@ -24,8 +24,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
-from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
+from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.growth import Bench, Kick
 from railcosim.analysis.schemes.stability import (
     LONGEST,

@@ -9,7 +9,7 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from railcosim.analysis.pair.against_monolithic import (
+from railcosim.analysis.compare import (
     FINE,
     WEAK,
     Errors,
@@ -17,12 +17,12 @@ from railcosim.analysis.pair.against_monolithic import (
     is_force,
     time_error,
 )
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.ring import check_frequencies_of
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.pair.verdict import DISAGREE, NotBelievedError
 from railcosim.analysis.response.frequency import linear_models
-from railcosim.analysis.schemes.catalogue import FMUS, Owner
 from railcosim.analysis.schemes.choice import choice_of, maker_of
 from railcosim.master.component import FloatArray
 from railcosim.master.course import Course, count_steps

@@ -10,8 +10,8 @@ from typing import Annotated
 import typer
 
 from railcosim.analysis.pair.kept_fmus import fmus_of_pair
+from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.roles import owns_contact
-from railcosim.analysis.schemes.catalogue import Owner
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train

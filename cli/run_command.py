@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.roles import owners
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.analysis.schemes.catalogue import FMUS, Owner
 from railcosim.analysis.schemes.choice import choice_of, maker_of, usual_step
 from railcosim.master.course import Course, count_steps
 from railcosim.track.irregularity.named import irregularity as named

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from railcosim.analysis.schemes.catalogue import Owner
+from railcosim.analysis.pair.owner import Owner
 from railcosim.master.continuation import NAMES
 from railcosim.master.schemes.catalogue import CATALOGUE
 

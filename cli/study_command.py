@@ -13,7 +13,8 @@ import xarray as xr
 from rich.box import SIMPLE
 from rich.table import Table
 
-from railcosim.analysis.schemes.catalogue import Member, Owner, members
+from railcosim.analysis.pair.owner import Owner
+from railcosim.analysis.schemes.catalogue import Member, members
 from railcosim.analysis.schemes.grid_run import NoDaskError
 from railcosim.analysis.schemes.grid_run import study as study_of
 from railcosim.analysis.schemes.study import Folder, Grid, StudyError, settings_of

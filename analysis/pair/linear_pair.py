@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csc_array
 
-from railcosim.analysis.schemes.catalogue import Owner
+from railcosim.analysis.pair.owner import Owner
 from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import CouplingError, connect_by_name
 from railcosim.master.law import Law

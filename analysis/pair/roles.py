@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from railcosim.analysis.schemes.catalogue import Owner
+from railcosim.analysis.pair.owner import Owner
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.description import describe_file

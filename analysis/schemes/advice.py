@@ -13,6 +13,7 @@ import xarray as xr
 
 from railcosim.analysis.pair.contact import NONLINEAR, Parameters, Stiffness
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
+from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.response.frequency import wheelset_positions
 from railcosim.master.component import FloatArray
 from railcosim.master.parallel import Task, Workers
@@ -21,7 +22,7 @@ from railcosim.parameters import ArgumentError
 from railcosim.track.irregularity import Spectrum
 from railcosim.track.irregularity.synthesis import quality
 
-from .catalogue import Owner, members
+from .catalogue import members
 from .force_error import Excitation, ForceError, excitation
 from .limits import LINEARISING, USUAL, Progress, exact_growth, predictable
 from .stability import Coupling, SprungPair, static_stiffness

@@ -1,30 +1,14 @@
-"""The schemes as they suit a pair: who owns the contact, and all members that studies compare."""
+"""The schemes as they suit a pair: who may own the contact, and all that studies compare."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 
+from railcosim.analysis.pair.owner import Owner
 from railcosim.master.continuation import NAMES
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.catalogue import CATALOGUE
 from railcosim.master.schemes.family import Family
-
-
-class Owner(StrEnum):
-    """Who owns the contact springs."""
-
-    VEHICLE = "vehicle"
-    TRACK = "track"
-    MASTER = "master"
-
-
-FMUS = {
-    Owner.VEHICLE: ("VehicleWithContact", "Track"),
-    Owner.TRACK: ("Vehicle", "TrackWithContact"),
-    Owner.MASTER: ("Vehicle", "Track"),
-}
-"""Names of our vehicle's and track's FMUs, by owner of the contact."""
 
 
 def owners_of(family: Family) -> tuple[Owner, ...]:

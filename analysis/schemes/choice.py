@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from railcosim.analysis.schemes.catalogue import Owner, owners_of
+from railcosim.analysis.pair.owner import Owner
+from railcosim.analysis.schemes.catalogue import owners_of
 from railcosim.master.continuation import NAMES
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.catalogue import CATALOGUE

@@ -14,9 +14,9 @@ from typing import Any, TypeAlias, TypeVar
 
 import distributed
 
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.master.parallel import TICK
 
-from .catalogue import FMUS, Owner
 from .study_point import Fmus, Measurement, Point, Ride, measure, reference
 
 PATIENCE = 10.0

@@ -13,11 +13,12 @@ import xarray as xr
 
 from railcosim.analysis.pair.contact import Parameters, Stiffness
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
+from railcosim.analysis.pair.owner import Owner
 from railcosim.master.parallel import Task, Workers
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 
-from .catalogue import Owner, members
+from .catalogue import members
 from .stability import Coupling, Limit, SprungPair, Window, static_stiffness
 
 Progress = Callable[[float, float], None]

@@ -18,6 +18,7 @@ from railcosim.analysis.pair.contact import (
     stiffness_at,
 )
 from railcosim.analysis.pair.linear_pair import Part, coupled
+from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.schemes import Scheme
@@ -26,8 +27,6 @@ from railcosim.master.stability.amplification import Amplification
 from railcosim.master.stability.amplifier import Amplifier
 from railcosim.master.stability.windows import Probe, unstable_ranges
 from railcosim.track.irregularity import flat
-
-from .catalogue import Owner
 
 RATE, FAST = 0.01, 1.0
 """Growth (1/s) that counts, and that is seen in a run of seconds. Slower growth than the first is

@@ -11,9 +11,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from railcosim.analysis.pair.owner import Owner
 from railcosim.storage.whole import write_whole
 
-from .catalogue import Member, Owner
+from .catalogue import Member
 from .study_point import INTERNAL_STEP, Contact, Measurement, Point, Ride
 
 SETTINGS = "study.json"

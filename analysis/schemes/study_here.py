@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.master.parallel import Progress, Task, Workers
 
-from .catalogue import FMUS, Owner
 from .coupled_reference import ContactForces
 from .study_point import Contact, Fmus, Measurement, Point, Ride, measure, reference
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from railcosim.analysis.pair.contact import law_of
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.cosimulation import Cosimulation, Divergence, FallbackWarning, cosimulate
@@ -26,7 +27,6 @@ from railcosim.storage.temporary import scratch
 from railcosim.track.decay import RingWarning
 from railcosim.track.irregularity import Profile
 
-from .catalogue import FMUS, Owner
 from .coupled_reference import ContactForces, compression_model, converged_forces
 
 INTERNAL_STEP = 5e-6

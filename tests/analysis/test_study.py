@@ -12,7 +12,8 @@ import scipy.sparse as sp
 import xarray as xr
 from scipy.integrate import solve_ivp
 
-from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
+from railcosim.analysis.pair.owner import FMUS, Owner
+from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.coupled_reference import converged_forces
 from railcosim.analysis.schemes.study import Folder, Grid, StudyError, settings_of
 from railcosim.analysis.schemes.study_here import measured as measured_here

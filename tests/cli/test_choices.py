@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import pytest
 
-from railcosim.analysis.schemes.catalogue import Owner, members
+from railcosim.analysis.pair.owner import Owner
+from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.choice import choice_of, maker_of
 from railcosim.analysis.schemes.limits import predictable
 from railcosim.cli.keeping_options import keeping_of, loader_of

@@ -7,7 +7,7 @@ from importlib.metadata import version
 
 import pytest
 
-from railcosim.analysis.schemes.catalogue import Owner
+from railcosim.analysis.pair.owner import Owner
 from railcosim.cli.commands import COMMANDS, loaded
 from railcosim.cli.scheme_options import Inputs
 from railcosim.master.schemes.catalogue import CATALOGUE

@@ -27,10 +27,11 @@ import pytest
 
 from railcosim.analysis.pair.export_pair import export_pair
 from railcosim.analysis.pair.linear_pair import linear_parts
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.response.frequency import coupled, linear_models, on_rigid_track, response
 from railcosim.analysis.response.plane import plane, transfer
-from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
+from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.stability import Coupling, SprungPair
 from railcosim.master.component import Hold
 from railcosim.master.cosimulation import cosimulate

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
-from railcosim.analysis.schemes.catalogue import FMUS, Owner
 from railcosim.master.checkpoint import Checkpoints, resume
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.pace import FixedStep

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railcosim.analysis.pair.against_monolithic import frequency_errors, newmark_forces
+from railcosim.analysis.compare import frequency_errors, newmark_forces
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.frequency import Models, linear_models
 from railcosim.analysis.schemes.advice import advise
-from railcosim.analysis.schemes.catalogue import FMUS, Owner
 from railcosim.fmus.export import export
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.course import Course

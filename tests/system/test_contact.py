@@ -5,8 +5,9 @@ import re
 import pytest
 
 from railcosim.analysis.pair.contact import law_of
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
-from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
+from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.stability import static_stiffness
 from railcosim.analysis.schemes.study_point import Contact, Point, Ride, measure, reference
 from railcosim.fmus.export import export

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railcosim.analysis.pair.against_monolithic import frequency_errors, newmark_forces
+from railcosim.analysis.compare import frequency_errors, newmark_forces
 from railcosim.analysis.pair.pair import FORCES, WHEELS, Journey, open_pair
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.frequency import linear_models

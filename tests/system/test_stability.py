@@ -10,10 +10,11 @@ import pytest
 
 from railcosim.analysis.pair.contact import WHEELS
 from railcosim.analysis.pair.linear_pair import linear_parts
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.response.frequency import wheelset_positions
 from railcosim.analysis.schemes.advice import STEPS, longest_step
-from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
+from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.force_error import ForceError, excitation
 from railcosim.analysis.schemes.growth import Bench, Kick
 from railcosim.analysis.schemes.stability import FAST, RATE, Coupling, SprungPair, static_stiffness

@@ -7,10 +7,11 @@ import sys
 import numpy as np
 import pytest
 
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.pair.verdict import confirmed, signs_of
-from railcosim.analysis.schemes.catalogue import FMUS, Owner, members
+from railcosim.analysis.schemes.catalogue import members
 from railcosim.master.course import Course
 from railcosim.master.files import load
 from railcosim.track.irregularity import synthesise

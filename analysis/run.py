@@ -6,6 +6,11 @@ from pathlib import Path
 
 import xarray as xr
 
+from railcosim.analysis.pair.contact import NONLINEAR, STIFFNESS, Parameters
+from railcosim.analysis.pair.pair import Journey
+from railcosim.analysis.pair.roles import owners
+from railcosim.analysis.pair.time_run import run_pair
+from railcosim.analysis.pair.verdict import NotBelievedError, confirmed, signs_of
 from railcosim.analysis.schemes.choice import choice_of, usual_step
 from railcosim.analysis.schemes.choice import scheme as scheme_of
 from railcosim.master.course import Course
@@ -13,12 +18,6 @@ from railcosim.master.recorded_run import Progress
 from railcosim.master.schemes import Scheme
 from railcosim.track.irregularity import Profile
 from railcosim.track.irregularity.named import irregularity as named
-
-from .contact import NONLINEAR, STIFFNESS, Parameters
-from .pair import Journey
-from .roles import owners
-from .time_run import run_pair
-from .verdict import NotBelievedError, confirmed, signs_of
 
 HERTZ: Parameters = {NONLINEAR: True}
 

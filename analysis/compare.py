@@ -9,6 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from railcosim.analysis.pair.contact import Stiffness
+from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.response.frequency import Models, coupled, response
 from railcosim.master.component import FloatArray
 from railcosim.master.course import Course
@@ -18,9 +20,6 @@ from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.reference.agreement import near, relative_rms
 from railcosim.reference.monolithic import Monolithic, frequency_response
 from railcosim.reference.newmark import newmark
-
-from .contact import Stiffness
-from .pair import Journey
 
 Progress = Callable[[float, float], None]
 REFINEMENT = (
