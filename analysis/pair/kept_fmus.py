@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import shutil
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -16,7 +17,6 @@ from tempfile import TemporaryDirectory, mkdtemp
 from time import time
 from typing import Any
 
-import railcosim
 from railcosim.fmus.native_runtime.kept import CacheRefused, cache, digest
 from railcosim.storage.archive import digest_of
 from railcosim.storage.temporary import scratch
@@ -144,7 +144,8 @@ def _content(place: Path) -> str:
 def _code() -> str:
     """Digest of the code that makes FMUs: a version alone says nothing of a checkout."""
     found = hashlib.sha256()
-    packages = sorted(path for root in railcosim.__path__ for path in Path(root).iterdir())
+    roots = sys.modules["railcosim"].__path__
+    packages = sorted(path for root in roots for path in Path(root).iterdir())
     for package in packages:
         if package.name in NO_MAKERS:
             continue
