@@ -76,7 +76,7 @@ def run() -> None:
         if usage is not None:
             _fail(_one_line(usage()), BAD_INPUT)
         # Here, since it loads what only commands need.
-        from .failures import BAD_INPUTS, FAILURES, sentence_of  # noqa: PLC0415
+        from .failures import BAD_INPUTS, FAILURES, sentence_of
 
         if isinstance(error, BAD_INPUTS):
             _fail(_one_line(sentence_of(error)), BAD_INPUT)
@@ -94,7 +94,7 @@ def _check_arguments(arguments: list[str]) -> None:
 
 def _note(message: Warning | str, category: type[Warning], *where: object, **more: object) -> None:
     """Show a warning as a line for users: which line of ours gave it is of no use to them."""
-    from .failures import ONCE  # noqa: PLC0415 - as above
+    from .failures import ONCE
 
     if category in ONCE:
         warnings.simplefilter("ignore", category)

@@ -117,7 +117,7 @@ def keep(
 def draw(chart: Chart, path: Path) -> None:
     """Draw a picture, and say where it is."""
     # Here, since most commands run without a picture, and it loads matplotlib.
-    from railcosim.plots.picture import save_picture  # noqa: PLC0415
+    from railcosim.plots.picture import save_picture
 
     save_picture(chart, path)
     console.print(str(path))

@@ -1,8 +1,8 @@
 """Our FMUs are made once, and never taken for what they are not."""
 
 import json
-import sys
 import os
+import sys
 from dataclasses import replace
 
 import pytest
