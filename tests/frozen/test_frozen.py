@@ -223,8 +223,9 @@ def differences(old: Arrays, new: Arrays) -> dict[str, float]:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return exported_into(tmp_path_factory.mktemp("frozen"))
+def folder(exported: dict[str, Path]) -> Path:
+    """As `exported_into` makes it; these are for all tests."""
+    return exported["Vehicle"].parent
 
 
 def test_the_same_words(folder: Path) -> None:

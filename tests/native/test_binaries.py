@@ -38,17 +38,18 @@ def declared(fmi):
     return found
 
 
-def test_plain_c_will_do(fmi, tiny, tmp_path, compile_driver, start_driver, use):
+def test_plain_c_will_do(tiny, tmp_path, compile_driver, start_driver, use):
     """Compilers that are not GNU's get sums without vectors; here GCC poses as one."""
-    gcc, fmu, runs = program("gcc", "gcc"), tiny["TrackWithContact"], []
+    # The sums are the same code whatever version of FMI is around them.
+    gcc, fmu, runs, fmi = program("gcc", "gcc"), tiny["TrackWithContact"], [], 2
     compile_driver([gcc, "-rdynamic"], fmi, tmp_path / "driver")
     include = sorted({f"-I{path.parent}" for path in headers(fmi)})
-    for k, flags in enumerate(([], ["-U__GNUC__"])):
-        library = tmp_path / f"{k}.so"
-        kernels, common = tmp_path / f"{k}.o", [gcc, "-std=c99", "-O2", "-fPIC", *include]
-        output(*common, *flags, "-c", "-o", str(kernels), str(SOURCES / "kernels.c"))
-        others = [str(path) for path in sources(fmi) if path.name != "kernels.c"]
-        output(*common, "-shared", "-o", str(library), str(kernels), *others, "-lm")
+    kernels, plain = tmp_path / "kernels.o", tmp_path / "plain.so"
+    common = [gcc, "-std=c99", "-O1", "-fPIC", *include]
+    output(*common, "-U__GNUC__", "-c", "-o", str(kernels), str(SOURCES / "kernels.c"))
+    others = [str(path) for path in sources(fmi) if path.name != "kernels.c"]
+    output(*common, "-shared", "-o", str(plain), str(kernels), *others, "-lm")
+    for library in (build(fmi)[local_platform()], plain):
         driver = start_driver([str(tmp_path / "driver"), str(library)], {})
         one, rows = use(driver, fmu, fmi), []
         one.initialise()

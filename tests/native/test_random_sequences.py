@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from railcosim.fmus.export import NativeRuntime, export
-from railcosim.vehicle.parameters import Vehicle
+from railcosim.fmus.export import NativeRuntime
 
 SEQUENCES = 125  # for each of four FMUs and two versions of FMI
 # m: of inputs that start at 0, heights at which the contacts inside carry some load.
@@ -136,12 +135,11 @@ class Life:
 
 
 @pytest.fixture(scope="module", params=[2, 3])
-def instances(request, tmp_path_factory, tiny_track):
+def instances(request, tmp_path_factory, packed_by):
     """Two instances of every FMU, by name."""
     folder = tmp_path_factory.mktemp("random")
-    files = export(Vehicle(), tiny_track, folder, runtime=NativeRuntime(fmi=request.param))
     made = {}
-    for name, path in files.items():
+    for name, path in packed_by(NativeRuntime(fmi=request.param)).items():
         description = fmpy.read_model_description(str(path))
         unpacked = fmpy.extract(str(path), unzipdir=str(folder / name))
         made[name] = [Instance(description, unpacked) for _ in range(2)]

@@ -1,6 +1,7 @@
 """The coupled pair against the monolithic system, in time and in frequency, and its orders."""
 
 import runpy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -37,23 +38,21 @@ def quiet(done, total):
     """No progress bar."""
 
 
-@pytest.mark.parametrize(
-    ("scheme", "limit"),
-    [
-        (jacobi(degree=1), 1e-2),  # asked for; measured 5.8e-3
-        (gauss_seidel(first="vehicle", degree=1), 3e-3),  # measured 1.4e-3
-    ],
-)
-def test_contact_force_against_newmark(exported, models, scheme, limit) -> None:
+def test_contact_force_against_newmark(exported, models) -> None:
     """0.1 ms, 1 GN/m, contact in the track: relative RMS of the force's dynamic part."""
-    journey = Journey(speed=SPEED, held=True, profile=synthesise("german-low", SPEED * 0.15))
-    course = Course(scheme=scheme, step=1e-4, stop=0.15)
-    dataset, stopped = run_pair(*files(exported.folder), LINEAR, journey, course, quiet)
-    assert stopped is None
-    ours = np.stack([dataset[name].values for name in FORCES], axis=1)
+    journey = Journey(speed=SPEED, held=True, profile=synthesise("german-low", SPEED * 0.1))
+    course = Course(scheme=jacobi(degree=1), step=1e-4, stop=0.1)
     mono = assemble(exported.vehicle, exported.track, models.positions)
     theirs = newmark_forces(mono, models.positions, LinearContact(k_H=1e9), journey, course, quiet)
-    assert relative_rms(ours, theirs, np.full(8, exported.vehicle.wheel_load)) < limit
+    for scheme, limit in (
+        (jacobi(degree=1), 1e-2),  # asked for; measured 2.8e-3
+        (gauss_seidel(first="vehicle", degree=1), 1.2e-3),  # measured 5.3e-4
+    ):
+        course = replace(course, scheme=scheme)
+        dataset, stopped = run_pair(*files(exported.folder), LINEAR, journey, course, quiet)
+        assert stopped is None
+        ours = np.stack([dataset[name].values for name in FORCES], axis=1)
+        assert relative_rms(ours, theirs, np.full(8, exported.vehicle.wheel_load)) < limit
 
 
 @pytest.mark.parametrize("owner", ["track", "vehicle"])
@@ -113,6 +112,7 @@ def test_observed_orders(exported) -> None:
     """Jacobi and Gauss-Seidel: order 1 with constant and 2 with linear inputs, within 0.2."""
     script = runpy.run_path(str(ROOT / "benchmarks" / "convergence.py"))
     for name, (errors, order) in script["observed_orders"](exported.folder).items():
+        print(name, errors, order)
         assert errors[-1] < errors[0], name
         assert order == pytest.approx(script["SCHEMES"][name][1], abs=0.2), name
 
