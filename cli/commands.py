@@ -70,6 +70,11 @@ COMMANDS = {
         "modes",
         "Eigenmodes of a vehicle in space, by their names: frequencies and damping.",
     ),
+    "critical-speed": Place(
+        "critical_speed_command",
+        "critical_speed_command",
+        "Speed from which on a vehicle hunts, by its poles, for each conicity of its wheels.",
+    ),
     "compare": Place(
         "compare",
         "compare",

@@ -14,6 +14,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.contact.geometry import Cone
+
 FloatArray = NDArray[np.float64]
 Vector: TypeAlias = tuple[float, float, float]
 
@@ -45,6 +47,8 @@ class Body:
         The centre of mass, m.
     hertz_coefficient : float
         C of F = C delta^1.5 of each of its wheels, N/m^1.5; 0 of what has none.
+    wheels : Cone or None
+        Its wheels on their rails, as cylinders; None of what has none.
     """
 
     kind: str
@@ -52,6 +56,7 @@ class Body:
     inertia: Vector
     place: Vector
     hertz_coefficient: float = 0.0
+    wheels: Cone | None = None
 
     @property
     def directions(self) -> tuple[str, ...]:

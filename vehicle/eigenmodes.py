@@ -112,7 +112,7 @@ def oscillations(M: FloatArray, C: FloatArray, K: FloatArray, place: FloatArray)
         )
         for own in (np.flatnonzero(part == k) for k in range(count))
         for i, a, b, vector in _pairs(
-            *_poles(np.eye(own.size), D[np.ix_(own, own)], np.diag(omega[own] ** 2))
+            *poles_of(np.eye(own.size), D[np.ix_(own, own)], np.diag(omega[own] ** 2))
         )
     ]
     found.sort(key=lambda mode: mode.undamped)
@@ -127,7 +127,7 @@ def swings(M: FloatArray, C: FloatArray, K: FloatArray) -> Oscillations:
     M, C, K : array, shape (n, n)
         Any but for M, which is symmetric.
     """
-    poles, vectors = _poles(M, C, K)
+    poles, vectors = poles_of(M, C, K)
     seen = (np.abs(poles) > SLOW) & ((poles.imag > 0) | ((poles.imag == 0) & (poles.real > 0)))
     found = [
         Oscillation.of(complex(p), vector, M)
@@ -144,7 +144,7 @@ def _ratio(pole: complex, size: float) -> float:
     return ratio if abs(ratio) > REAL**2 else 0.0
 
 
-def _poles(M: FloatArray, C: FloatArray, K: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+def poles_of(M: FloatArray, C: FloatArray, K: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     """Poles (rad/s), real ones exactly so, and displacements of their vectors as columns."""
     n = len(M)
     below = -np.linalg.solve(M, np.hstack([K, C]))

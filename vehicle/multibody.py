@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.contact.geometry import Cone
+
 from .assembly import assemble
 from .bodies import DOWN, MOVES, SPIN, TURNS, WHEELSET, Body, Spring, Vector, names_of
 from .parameters import Vehicle
@@ -71,6 +73,8 @@ class Multibody:
         Static load of one wheel of each, N.
     hertz_coefficient : array, shape (n_wheelsets,)
         C of F = C delta^1.5 of each of its wheels, N/m^1.5.
+    wheels : tuple of Cone
+        Wheels of each on their rails, as cylinders.
     """
 
     names: tuple[str, ...]
@@ -82,6 +86,7 @@ class Multibody:
     wheelset_x: FloatArray
     wheel_load: FloatArray
     hertz_coefficient: FloatArray
+    wheels: tuple[Cone, ...]
 
     def at(self, body: str, direction: str) -> int:
         """Place of a body's coordinate among all."""
@@ -147,6 +152,7 @@ def build_multibody(stock: Vehicle | Train, dimension: Dimension = VERTICAL) -> 
         wheelset_x=np.array([axle.place[0] for axle in wheelsets]),
         wheel_load=rest.wheel_load,
         hertz_coefficient=np.array([axle.hertz_coefficient for axle in wheelsets]),
+        wheels=tuple(axle.wheels for axle in wheelsets if axle.wheels),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,6 @@ from railcosim.mechanics.contact.geometry import LEFT, OF_WHEELSET, RIGHT, Cone,
 from railcosim.mechanics.contact.wheelset import NAMES, linear_wheelset
 
 from .multibody import Multibody
-from .train import Train
 
 FloatArray = NDArray[np.float64]
 
@@ -20,27 +19,23 @@ GRAVITY: dict[str, type[Cone]] = {"normals": Cone, "textbook": TextbookCone}
 SIDES = {"left": LEFT, "right": RIGHT}
 
 
-def cone_of(train: Train, conicity: float, gravity: str = "normals") -> Cone:
-    """Conical wheels of a train on round heads.
+def cones_of(body: Multibody, conicity: float, gravity: str = "normals") -> tuple[Cone, ...]:
+    """Conical wheels of each wheelset on round heads.
 
     Parameters
     ----------
-    train : Train
-        Whose [wheelset] radius and [contact].
+    body : Multibody
+        Whose wheels.
     conicity : float
         lambda, the tangent of the cone's angle.
     gravity : str
         One of `GRAVITY`.
     """
-    vehicle = train.vehicles[0].vehicle
-    steel = vehicle.contact
-    return GRAVITY[gravity](
-        radius=vehicle.wheelset.radius,
-        half_distance=steel.half_distance,
-        conicity=conicity,
-        head_radius=steel.rail_radius,
-        shear_modulus=steel.young_modulus / (2 * (1 + steel.poisson_ratio)),
-        poisson_ratio=steel.poisson_ratio,
+    return tuple(
+        GRAVITY[gravity](
+            **{**{f.name: getattr(one, f.name) for f in fields(one)}, "conicity": conicity}
+        )
+        for one in body.wheels
     )
 
 
@@ -72,32 +67,32 @@ def of_wheelsets(body: Multibody) -> FloatArray:
     return np.eye(len(body.coordinates))[at]
 
 
-def standing(body: Multibody, cone: Cone) -> Contacts:
+def standing(body: Multibody) -> Contacts:
     """Wheels on springs that are vertical: Hertz's at each static load. No creep."""
-    k = cone.patch.ellipse.stiffness(body.wheel_load)
-    K = np.zeros((k.size, len(NAMES), len(NAMES)))
-    for name, side in SIDES.items():
-        compression = np.zeros(len(NAMES))
-        compression[NAMES.index("z")] = 1.0
-        compression[NAMES.index("roll")] = side * cone.half_distance
-        compression[NAMES.index(f"{name}.rail_z")] = -1.0
-        K += k[:, None, None] * np.outer(compression, compression)
+    K = np.zeros((body.wheelset_x.size, len(NAMES), len(NAMES)))
+    for i, (cone, load) in enumerate(zip(body.wheels, body.wheel_load, strict=True)):
+        k = float(cone.patch.ellipse.stiffness(load))
+        for name, side in SIDES.items():
+            compression = np.zeros(len(NAMES))
+            compression[NAMES.index("z")] = 1.0
+            compression[NAMES.index("roll")] = side * cone.half_distance
+            compression[NAMES.index(f"{name}.rail_z")] = -1.0
+            K[i] += k * np.outer(compression, compression)
     return Contacts(K=K, C=np.zeros_like(K))
 
 
-def rolling(body: Multibody, cone: Cone, speed: float) -> Contacts:
+def rolling(body: Multibody, cones: tuple[Cone, ...], speed: float) -> Contacts:
     """Wheels that creep, about straight running at a speed, m/s; and axles as gyroscopes.
 
     An axle that turns by -speed/r0 about y has an angular momentum along it, which a yaw turns
-    forward and a roll down: moments about x and z are needed for it.
+    forward and a roll up: moments about x and z are needed for it.
     """
-    made = {
-        load: linear_wheelset(cone, speed=speed, load=load)
-        for load in set(body.wheel_load.tolist())
-    }
-    K, C = (np.array([getattr(made[load], of) for load in body.wheel_load.tolist()]) for of in "KC")
-    spins = [body.at(f"wheelset[{i + 1}]", "spin") for i in range(body.wheelset_x.size)]
-    momentum = np.diag(body.M)[spins] * speed / cone.radius
+    wheels = list(zip(cones, body.wheel_load.tolist(), strict=True))
+    made = {one: linear_wheelset(one[0], speed=speed, load=one[1]) for one in set(wheels)}
+    K = np.array([made[one].K for one in wheels])
+    C = np.array([made[one].C for one in wheels])
+    spins = [body.at(f"wheelset[{i + 1}]", "spin") for i in range(len(wheels))]
+    momentum = np.diag(body.M)[spins] * speed / [cone.radius for cone in cones]
     roll, yaw = NAMES.index("roll"), NAMES.index("yaw")
     C[:, roll, yaw] += momentum
     C[:, yaw, roll] -= momentum

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from railcosim.mechanics.contact.geometry import Cone
 from railcosim.mechanics.law import hertz_coefficient
 
 from .bodies import (
@@ -91,6 +92,14 @@ def _wheelset(vehicle: Vehicle, place: BogiePlace | AxlePlace, x: float, z: floa
             poisson_ratio=contact.poisson_ratio,
             wheel_radius=known.radius,
             rail_radius=contact.rail_radius,
+        ),
+        wheels=Cone(
+            radius=known.radius,
+            half_distance=contact.half_distance,
+            conicity=0.0,
+            head_radius=contact.rail_radius,
+            shear_modulus=contact.young_modulus / (2 * (1 + contact.poisson_ratio)),
+            poisson_ratio=contact.poisson_ratio,
         ),
     )
 

@@ -13,7 +13,7 @@ from railcosim.track.parameters import Track
 from railcosim.vehicle.eigenmodes import Oscillations, oscillations, swings
 from railcosim.vehicle.mode_names import names_of_modes
 from railcosim.vehicle.multibody import SPATIAL, Multibody, build_multibody
-from railcosim.vehicle.on_rails import cone_of, rolling, standing
+from railcosim.vehicle.on_rails import cones_of, rolling, standing
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train, train_of
 
@@ -93,8 +93,11 @@ def vehicle_modes(
         M, C, K = (A[above, above] for A in (body.M, body.C, body.K))
         found = oscillations(M, C, K, _places(train, body)[above])
         return _dataset(body, found, speed, WITHOUT_DAMPERS, about)
-    cone = cone_of(train, conicity or 0.0, gravity.value)
-    contacts = standing(body, cone) if speed is None else rolling(body, cone, speed)
+    contacts = (
+        standing(body)
+        if speed is None or conicity is None
+        else rolling(body, cones_of(body, conicity, gravity.value), speed)
+    )
     if wheels is Wheels.RAILS:
         found = on_track(body, contacts, track or Track(), progress)
         return _dataset(body, found, speed, SIZE_OF_POLE, about)

@@ -14,7 +14,7 @@ from railcosim.parameters import ArgumentError
 from railcosim.reference.monolithic import assemble
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.files import read_stock
-from railcosim.vehicle.on_rails import cone_of
+from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import train_of
 
@@ -84,7 +84,7 @@ def test_on_the_track_as_vehicle_and_track_of_finite_elements():
     position = x - x[-1] + track.fastening.spacing / 2
     whole = assemble(vehicle, track, position)
     contact = whole.wheels - whole.rails(position)
-    k = cone_of(train_of(vehicle), 0.0).patch.ellipse.stiffness(whole.load)
+    k = build_multibody(vehicle).wheels[0].patch.ellipse.stiffness(whole.load)
     K = whole.K + contact.T @ sparse.diags_array(k) @ contact
 
     def stiffness(s):

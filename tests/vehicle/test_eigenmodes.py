@@ -11,7 +11,7 @@ from railcosim.vehicle.eigenmodes import oscillations, swings
 from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.mode_names import names_of_modes
 from railcosim.vehicle.multibody import SPATIAL, build_multibody
-from railcosim.vehicle.on_rails import cone_of, rolling, standing
+from railcosim.vehicle.on_rails import cones_of, rolling, standing
 from railcosim.vehicle.parameters import Geometry, SecondarySuspension, Vehicle
 from railcosim.vehicle.train import train_of
 
@@ -113,10 +113,11 @@ def test_names_do_not_go_by_order():
 
 def test_on_contact_springs():
     """A wheelset between its contact springs and the primary ones; what slides is left out."""
-    cone = cone_of(train_of(VEHICLE), 0.0)
-    modes, free = modes_of(VEHICLE, lambda body: standing(body, cone))
+    modes, free = modes_of(VEHICLE, standing)
     assert free == 6  # y and yaw of the whole, four axles
-    k = float(cone.patch.ellipse.stiffness(np.array(VEHICLE.wheel_load)))
+    k = float(
+        build_multibody(VEHICLE).wheels[0].patch.ellipse.stiffness(np.array(VEHICLE.wheel_load))
+    )
     bounce = np.sqrt((2 * k + 2 * 1.27e6) / 1680.0) / (2 * np.pi)
     # Bogies, a hundredth as fast, hardly move.
     assert hertz(modes["wheelset bounce in phase"]) == pytest.approx(bounce, rel=1e-5)
@@ -142,7 +143,7 @@ def test_slow_wheelsets_hunt_as_klingel_says(conicity):
     speed = 2 / 3.6
     soft = replace(VEHICLE.primary_suspension, stiffness_x=1e3, stiffness_y=1e3)
     body = build_multibody(replace(VEHICLE, primary_suspension=soft), SPATIAL)
-    K, C = rolling(body, cone_of(train_of(VEHICLE), conicity), speed).on_rigid_rails(body)
+    K, C = rolling(body, cones_of(body, conicity), speed).on_rigid_rails(body)
     found = swings(body.M, body.C + C, body.K + K)
     names = names_of_modes(
         body.coordinates, np.diag(body.M), [m.shape for m in found.modes],
@@ -163,7 +164,7 @@ def test_hunting_is_what_leads_the_vehicle_away():
     for kmh, growing in ((40.0, 0), (250.0, 4)):
         speed = kmh / 3.6
         body = build_multibody(VEHICLE, SPATIAL)
-        K, C = rolling(body, cone_of(train_of(VEHICLE), 0.1), speed).on_rigid_rails(body)
+        K, C = rolling(body, cones_of(body, 0.1), speed).on_rigid_rails(body)
         found = swings(body.M, body.C + C, body.K + K)
         names = names_of_modes(
             body.coordinates, np.diag(body.M), [m.shape for m in found.modes],

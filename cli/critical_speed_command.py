@@ -1,0 +1,80 @@
+"""railcosim critical-speed."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+import xarray as xr
+from rich.table import Table
+
+from railcosim.analysis.response.hunting import BEYOND, CONICITIES, KMH, SPEEDS, critical_speed
+from railcosim.analysis.response.hunting import root_locus as locus_of
+from railcosim.analysis.response.vehicle_modes import Gravity
+from railcosim.plots.hunting import hunting_chart
+
+from .modes_command import GravityOption, OutFile
+from .options import PlotFile, UsageError, VehicleFile, Vehicles, console, progress, vehicle_of
+from .results import PICTURES, RESULTS, keep
+
+MOST = 100  # conicities
+
+
+def critical_speed_command(
+    vehicle: VehicleFile = None,
+    vehicles: Vehicles = 1,
+    conicity: Annotated[
+        str, typer.Option(help="Tangent of the angle of conical wheels; several with commas.")
+    ] = ",".join(f"{one:g}" for one in CONICITIES),
+    gravity: GravityOption = Gravity.NORMALS,
+    rigid_track: Annotated[
+        bool, typer.Option("--rigid-track", help="Rails that do not move: the only ones so far.")
+    ] = False,
+    out: OutFile = None,
+    plot: PlotFile = None,
+) -> None:
+    """Speed from which on a vehicle hunts, by its poles, for each conicity of its wheels.
+
+    The picture follows the poles of the first conicity over the speed.
+    """
+    RESULTS.check(out)
+    PICTURES.check(plot)
+    conicities = _numbers(conicity)
+    stock = vehicle_of(vehicle, vehicles)
+    with progress("finding critical speeds") as update:
+        result = critical_speed(
+            stock, conicities, gravity=gravity, rigid_track=rigid_track, progress=update
+        )
+    console.print(_table(result))
+
+    def chart(found: xr.Dataset):  # type: ignore[no-untyped-def]
+        first = float(found["critical_speed"][0])
+        to = min(BEYOND * first / KMH, SPEEDS[-1]) if math.isfinite(first) else SPEEDS[-1]
+        return hunting_chart(found, locus_of(stock, conicities[0], to, gravity=gravity))
+
+    keep(result, out, f"{len(conicities)} conicities", plot, chart)
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        found = [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise UsageError(f"--conicity {text}: must be numbers, with commas") from error
+    if len(found) > MOST or (np.diff(found) <= 0).any():
+        raise UsageError(f"--conicity {text}: must increase, and be at most {MOST}")
+    return found
+
+
+def _table(result: xr.Dataset) -> Table:
+    table = Table(title=f"Critical speed on rigid rails, gravity: {result.attrs['gravity']}")
+    for heading in ("conicity", "critical speed, km/h", "frequency, Hz"):
+        table.add_column(heading, justify="right")
+    for one in result["conicity"].values:
+        speed, frequency = (float(result[n].sel(conicity=one)) for n in ("critical_speed", "frequency"))
+        none = f"none to {KMH * SPEEDS[-1]:.0f}"
+        known = (f"{speed:.1f}", f"{frequency:.2f}") if math.isfinite(speed) else (none, "")
+        table.add_row(f"{one:g}", *known)
+    return table
