@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from railcosim.analysis.pair.export_pair import export_pair as export
     from railcosim.analysis.response.frf import frequency_response
+    from railcosim.analysis.response.hunting import critical_speed
     from railcosim.analysis.response.map import response_map
     from railcosim.analysis.response.receptance import receptance, track_receptance
     from railcosim.analysis.response.vehicle_modes import vehicle_modes
@@ -54,6 +55,7 @@ __all__ = [
     "advise",
     "cosimulate",
     "couple",
+    "critical_speed",
     "export",
     "frequency_response",
     "irregularity",
@@ -83,6 +85,7 @@ _PLACES = {
     "advise": "analysis.schemes.advice:advise",
     "cosimulate": "master.cosimulation:cosimulate",
     "couple": "master.coupling:couple",
+    "critical_speed": "analysis.response.hunting:critical_speed",
     "export": "analysis.pair.export_pair:export_pair",
     "frequency_response": "analysis.response.frf:frequency_response",
     "irregularity": "track.irregularity.named:irregularity",

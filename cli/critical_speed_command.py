@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -28,7 +27,7 @@ def critical_speed_command(
     vehicles: Vehicles = 1,
     conicity: Annotated[
         str, typer.Option(help="Tangent of the angle of conical wheels; several with commas.")
-    ] = ",".join(f"{one:g}" for one in CONICITIES),
+    ] = ",".join(map(str, CONICITIES)),
     gravity: GravityOption = Gravity.NORMALS,
     rigid_track: Annotated[
         bool, typer.Option("--rigid-track", help="Rails that do not move: the only ones so far.")
@@ -73,7 +72,9 @@ def _table(result: xr.Dataset) -> Table:
     for heading in ("conicity", "critical speed, km/h", "frequency, Hz"):
         table.add_column(heading, justify="right")
     for one in result["conicity"].values:
-        speed, frequency = (float(result[n].sel(conicity=one)) for n in ("critical_speed", "frequency"))
+        speed, frequency = (
+            float(result[n].sel(conicity=one)) for n in ("critical_speed", "frequency")
+        )
         none = f"none to {KMH * SPEEDS[-1]:.0f}"
         known = (f"{speed:.1f}", f"{frequency:.2f}") if math.isfinite(speed) else (none, "")
         table.add_row(f"{one:g}", *known)

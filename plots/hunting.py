@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from .chart import Chart, Curve, Mark, Panel
+from .chart import Chart, Curve, FloatArray, Mark, Panel
 
 
 def hunting_chart(critical: xr.Dataset, locus: xr.Dataset | None) -> Chart:
@@ -27,7 +27,9 @@ def hunting_chart(critical: xr.Dataset, locus: xr.Dataset | None) -> Chart:
             Panel(x_label="conicity", y_label="critical speed (km/h)", curves=(speed,)),
             Panel(x_label="conicity", y_label="frequency there (Hz)", curves=(frequency,)),
         ))  # fmt: skip
-    return Chart(title=f"{critical.attrs['title']}, gravity: {critical.attrs['gravity']}", rows=tuple(rows))
+    return Chart(
+        title=f"{critical.attrs['title']}, gravity: {critical.attrs['gravity']}", rows=tuple(rows)
+    )
 
 
 def _locus(critical: xr.Dataset, locus: xr.Dataset) -> tuple[Panel, Panel]:
@@ -35,20 +37,34 @@ def _locus(critical: xr.Dataset, locus: xr.Dataset) -> tuple[Panel, Panel]:
     at = float(critical["critical_speed"].sel(conicity=conicity))
     speed, growth = np.asarray(locus["speed"]), np.asarray(locus["growth"])
     frequency = np.asarray(locus["frequency"])
-    modes = [k for k in range(growth.shape[1]) if np.isfinite(growth[:, k]).sum() > 1]
-    lowest = float(-1.5 * np.nanmax(np.abs(growth[:, modes].max(axis=0, initial=0.0)), initial=2.0))
-    over = tuple(Curve(name=str(k), x=speed, y=growth[:, k]) for k in modes)
-    plane = tuple(Curve(name=str(k), x=growth[:, k], y=frequency[:, k]) for k in modes)
+    most = max(2.0, float(np.nanmax(growth)))
+    shown = (-4 * most, 1.5 * most)
+    over = np.broadcast_to(speed[:, None], growth.shape)
     marks = (Mark(label=f"{at:.1f} km/h", x=at),) if np.isfinite(at) else ()
     return (
         Panel(
-            x_label="speed (km/h)", y_label="growth (1/s)", curves=over, marks=marks,
-            title=f"conicity {conicity:g}", y_range=(5 * lowest, -lowest),
+            x_label="speed (km/h)", y_label="growth (1/s)", curves=_curves(over, growth, growth),
+            marks=marks, title=f"conicity {conicity:g}, modes below 15 Hz", y_range=shown,
             x_range=(float(speed[0]), float(speed[-1])),
         ),
         Panel(
-            x_label="growth (1/s)", y_label="frequency (Hz)", curves=plane,
-            marks=(Mark(label="grows to the right", x=0.0),),
-            title=f"root locus, {speed[0]:.0f} to {speed[-1]:.0f} km/h", x_range=(5 * lowest, -lowest),
+            x_label="growth (1/s)", y_label="frequency (Hz)",
+            curves=_curves(growth, frequency, growth), marks=(Mark(label="grows", x=0.0),),
+            title=f"root locus, {speed[0]:.0f} to {speed[-1]:.0f} km/h", x_range=shown,
+            y_range=(0.0, 15.0),
         ),
     )  # fmt: skip
+
+
+def _curves(x: FloatArray, y: FloatArray, growth: FloatArray) -> tuple[Curve, ...]:
+    """Of all modes that grow at some speed, and of all others."""
+    grows = np.nanmax(growth, axis=0) > 0
+    return tuple(
+        Curve(name=name, x=_in_a_row(x[:, some]), y=_in_a_row(y[:, some]))
+        for name, some in (("decay at all speeds", ~grows), ("grow at last", grows))
+    )
+
+
+def _in_a_row(columns: FloatArray) -> FloatArray:
+    """Columns one behind the other, with a gap between."""
+    return np.vstack([columns, np.full(columns.shape[1], np.nan)]).T.ravel()

@@ -42,10 +42,10 @@ def on_rigid_rails(
     body: Multibody, conicity: float, gravity: str = "normals"
 ) -> Callable[[float], Matrices]:
     """M, C and K of a vehicle whose wheels creep on rigid rails, by the speed, m/s."""
-    cones = cones_of(body, conicity, gravity)
+    contacts = rolling(body, cones_of(body, conicity, gravity))
 
     def at(speed: float) -> Matrices:
-        K, C = rolling(body, cones, speed).on_rigid_rails(body)
+        K, C = contacts(speed).on_rigid_rails(body)
         return body.M, body.C + C, body.K + K
 
     return at
@@ -59,7 +59,8 @@ def critical_speed(matrices: Callable[[float], Matrices], speeds: FloatArray) ->
     matrices : callable
         M, C and K by the speed, m/s.
     speeds : array, shape (n,)
-        Where growth is looked for, increasing; where it begins between two of them, they are halved.
+        Where growth is looked for, increasing; between two of them its beginning is found by
+        halving.
 
     Raises
     ------

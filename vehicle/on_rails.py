@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -81,19 +82,34 @@ def standing(body: Multibody) -> Contacts:
     return Contacts(K=K, C=np.zeros_like(K))
 
 
-def rolling(body: Multibody, cones: tuple[Cone, ...], speed: float) -> Contacts:
-    """Wheels that creep, about straight running at a speed, m/s; and axles as gyroscopes.
+def creeping(body: Multibody, cones: tuple[Cone, ...]) -> Contacts:
+    """Wheels that creep, about straight running at 1 m/s.
+
+    Creepages are velocities over the speed, so the damping of linear creep falls with it; the
+    stiffness is that of every speed.
+    """
+    wheels = list(zip(cones, body.wheel_load.tolist(), strict=True))
+    made = {one: linear_wheelset(one[0], speed=1.0, load=one[1]) for one in set(wheels)}
+    return Contacts(
+        K=np.array([made[one].K for one in wheels]), C=np.array([made[one].C for one in wheels])
+    )
+
+
+def gyroscopes(body: Multibody, cones: tuple[Cone, ...]) -> FloatArray:
+    """Moments of turning axles by their rates at 1 m/s, shape (n_wheelsets, 11, 11).
 
     An axle that turns by -speed/r0 about y has an angular momentum along it, which a yaw turns
     forward and a roll up: moments about x and z are needed for it.
     """
-    wheels = list(zip(cones, body.wheel_load.tolist(), strict=True))
-    made = {one: linear_wheelset(one[0], speed=speed, load=one[1]) for one in set(wheels)}
-    K = np.array([made[one].K for one in wheels])
-    C = np.array([made[one].C for one in wheels])
-    spins = [body.at(f"wheelset[{i + 1}]", "spin") for i in range(len(wheels))]
-    momentum = np.diag(body.M)[spins] * speed / [cone.radius for cone in cones]
+    spins = [body.at(f"wheelset[{i + 1}]", "spin") for i in range(len(cones))]
+    momentum = np.diag(body.M)[spins] / [cone.radius for cone in cones]
     roll, yaw = NAMES.index("roll"), NAMES.index("yaw")
-    C[:, roll, yaw] += momentum
-    C[:, yaw, roll] -= momentum
-    return Contacts(K=K, C=C)
+    G = np.zeros((len(cones), len(NAMES), len(NAMES)))
+    G[:, roll, yaw], G[:, yaw, roll] = momentum, -momentum
+    return G
+
+
+def rolling(body: Multibody, cones: tuple[Cone, ...]) -> Callable[[float], Contacts]:
+    """Wheels that creep, and axles as gyroscopes, by the speed, m/s."""
+    slow, turning = creeping(body, cones), gyroscopes(body, cones)
+    return lambda speed: Contacts(K=slow.K, C=slow.C / speed + speed * turning)

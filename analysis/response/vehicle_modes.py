@@ -96,7 +96,7 @@ def vehicle_modes(
     contacts = (
         standing(body)
         if speed is None or conicity is None
-        else rolling(body, cones_of(body, conicity, gravity.value), speed)
+        else rolling(body, cones_of(body, conicity, gravity.value))(speed)
     )
     if wheels is Wheels.RAILS:
         found = on_track(body, contacts, track or Track(), progress)

@@ -143,7 +143,7 @@ def test_slow_wheelsets_hunt_as_klingel_says(conicity):
     speed = 2 / 3.6
     soft = replace(VEHICLE.primary_suspension, stiffness_x=1e3, stiffness_y=1e3)
     body = build_multibody(replace(VEHICLE, primary_suspension=soft), SPATIAL)
-    K, C = rolling(body, cones_of(body, conicity), speed).on_rigid_rails(body)
+    K, C = rolling(body, cones_of(body, conicity))(speed).on_rigid_rails(body)
     found = swings(body.M, body.C + C, body.K + K)
     names = names_of_modes(
         body.coordinates, np.diag(body.M), [m.shape for m in found.modes],
@@ -164,7 +164,7 @@ def test_hunting_is_what_leads_the_vehicle_away():
     for kmh, growing in ((40.0, 0), (250.0, 4)):
         speed = kmh / 3.6
         body = build_multibody(VEHICLE, SPATIAL)
-        K, C = rolling(body, cones_of(body, 0.1), speed).on_rigid_rails(body)
+        K, C = rolling(body, cones_of(body, 0.1))(speed).on_rigid_rails(body)
         found = swings(body.M, body.C + C, body.K + K)
         names = names_of_modes(
             body.coordinates, np.diag(body.M), [m.shape for m in found.modes],
