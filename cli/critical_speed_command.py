@@ -10,13 +10,25 @@ import typer
 import xarray as xr
 from rich.table import Table
 
-from railcosim.analysis.response.hunting import BEYOND, CONICITIES, KMH, SPEEDS, critical_speed
+from railcosim.analysis.response.hunting import CONICITIES, KMH, SPEEDS, critical_speed, way_of
 from railcosim.analysis.response.hunting import root_locus as locus_of
 from railcosim.analysis.response.vehicle_modes import Gravity
+from railcosim.plots.chart import Chart
 from railcosim.plots.hunting import hunting_chart
+from railcosim.vehicle.hunting import Critical
 
 from .modes_command import GravityOption, OutFile
-from .options import PlotFile, UsageError, VehicleFile, Vehicles, console, progress, vehicle_of
+from .options import (
+    PlotFile,
+    TrackFile,
+    UsageError,
+    VehicleFile,
+    Vehicles,
+    console,
+    progress,
+    track_of,
+    vehicle_of,
+)
 from .results import PICTURES, RESULTS, keep
 
 MOST = 100  # conicities
@@ -29,8 +41,9 @@ def critical_speed_command(
         str, typer.Option(help="Tangent of the angle of conical wheels; several with commas.")
     ] = ",".join(map(str, CONICITIES)),
     gravity: GravityOption = Gravity.NORMALS,
+    track: TrackFile = None,
     rigid_track: Annotated[
-        bool, typer.Option("--rigid-track", help="Rails that do not move: the only ones so far.")
+        bool, typer.Option("--rigid-track", help="Rails that do not move, instead of a track.")
     ] = False,
     out: OutFile = None,
     plot: PlotFile = None,
@@ -43,16 +56,21 @@ def critical_speed_command(
     PICTURES.check(plot)
     conicities = _numbers(conicity)
     stock = vehicle_of(vehicle, vehicles)
+    parameters = None if track is None else track_of(track, stock)
     with progress("finding critical speeds") as update:
         result = critical_speed(
-            stock, conicities, gravity=gravity, rigid_track=rigid_track, progress=update
-        )
+            stock, conicities, gravity=gravity, track=parameters, rigid_track=rigid_track,
+            progress=update,
+        )  # fmt: skip
     console.print(_table(result))
 
-    def chart(found: xr.Dataset):  # type: ignore[no-untyped-def]
-        first = float(found["critical_speed"][0])
-        to = min(BEYOND * first / KMH, SPEEDS[-1]) if math.isfinite(first) else SPEEDS[-1]
-        return hunting_chart(found, locus_of(stock, conicities[0], to, gravity=gravity))
+    def chart(found: xr.Dataset) -> Chart:
+        way = way_of(stock, gravity, parameters, rigid_track=rigid_track)
+        first = found.isel(conicity=0)
+        critical = Critical(
+            speed=float(first["critical_speed"]) / KMH, frequency=float(first["frequency"])
+        )
+        return hunting_chart(found, locus_of(way, conicities[0], critical))
 
     keep(result, out, f"{len(conicities)} conicities", plot, chart)
 
@@ -68,7 +86,7 @@ def _numbers(text: str) -> list[float]:
 
 
 def _table(result: xr.Dataset) -> Table:
-    table = Table(title=f"Critical speed on rigid rails, gravity: {result.attrs['gravity']}")
+    table = Table(title=f"{result.attrs['title'].capitalize()}, gravity: {result.attrs['gravity']}")
     for heading in ("conicity", "critical speed, km/h", "frequency, Hz"):
         table.add_column(heading, justify="right")
     for one in result["conicity"].values:

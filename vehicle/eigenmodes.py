@@ -16,6 +16,7 @@ ComplexArray = NDArray[np.complex128]
 
 FREE = 1e-10  # of the greatest eigenvalue: rounding is 1e-15, springs differ by 1e4
 SLOW = 1e-3  # rad/s, two hours a period: double poles at 0 are split by rounding, 1e-5
+FASTEST = 1e9  # rad/s: poles without end, of what has neither mass nor damping, are rounded
 ALIKE = 1e-9  # relative difference of eigenvalues whose shapes are any mixture, by rounding
 REAL = 1e-7  # of a pole's size: two poles that meet are split by the root of rounding, 1e-8
 
@@ -144,11 +145,30 @@ def _ratio(pole: complex, size: float) -> float:
     return ratio if abs(ratio) > REAL**2 else 0.0
 
 
-def poles_of(M: FloatArray, C: FloatArray, K: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    """Poles (rad/s), real ones exactly so, and displacements of their vectors as columns."""
+def poles_of(
+    M: FloatArray, C: FloatArray, K: FloatArray | ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Poles (rad/s), real ones exactly so, and displacements of their vectors as columns.
+
+    Coordinates without mass come last; they have no velocity of their own.
+    """
     n = len(M)
-    below = -np.linalg.solve(M, np.hstack([K, C]))
-    poles, vectors = eig(np.vstack([np.eye(n, 2 * n, n), below]))
+    heavy = int(np.count_nonzero(np.diag(M)))
+    if heavy == n:
+        poles, vectors = eig(
+            np.vstack([np.eye(n, 2 * n, n), -np.linalg.solve(M, np.hstack([K, C]))])
+        )
+    else:
+        # Rails are a thousand times as stiff as suspensions: brought to one size, for rounding.
+        size = 1 / np.sqrt(np.abs(np.diag(K)) + np.diag(M))
+        M, C, K = (size[:, None] * A * size for A in (M, C, K))
+        # M v' + C q' + K q = 0 and q' = v, v of what has mass.
+        E = np.block([[C, M[:, :heavy]], [np.eye(heavy, n), np.zeros((heavy, heavy))]])
+        A = np.block([[-K, np.zeros((n, heavy))], [np.zeros((heavy, n)), np.eye(heavy)]])
+        poles, vectors = eig(A, E)
+        finite = np.isfinite(poles) & (np.abs(poles) < FASTEST)
+        poles, vectors = poles[finite], vectors[:, finite]
+        vectors[:n] *= size[:, None]
     poles = np.where(np.abs(poles.imag) <= REAL * np.abs(poles), poles.real, poles)
     return poles.astype(complex), vectors[:n].astype(complex)
 

@@ -16,7 +16,7 @@ from .on_rails import cones_of, rolling
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-Matrices: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
+Matrices: TypeAlias = tuple[FloatArray, FloatArray, FloatArray | ComplexArray]
 
 GROWS = 1e-6  # 1/s: by a tenth in a day; poles of what nothing damps are rounded by 1e-9
 SETTLED = 1e-9  # of the speed
@@ -47,6 +47,33 @@ def on_rigid_rails(
     def at(speed: float) -> Matrices:
         K, C = contacts(speed).on_rigid_rails(body)
         return body.M, body.C + C, body.K + K
+
+    return at
+
+
+def on_rails(
+    body: Multibody, conicity: float, gravity: str, compliance: ComplexArray
+) -> Callable[[float], Matrices]:
+    """The same on rails that give way, and have no mass but what their compliance knows of.
+
+    Parameters
+    ----------
+    body, conicity, gravity
+        See `on_rigid_rails`.
+    compliance : array, shape (6 n_wheelsets, 6 n_wheelsets)
+        Of the rails' coordinates, see `Contacts.with_rails`; at one frequency, so of the poles only
+        those that swing at it, neither growing nor decaying, are vehicle's and track's.
+    """
+    contacts = rolling(body, cones_of(body, conicity, gravity))
+    n, m = len(body.coordinates), len(compliance)
+    M, C_v = np.zeros((2, n + m, n + m))
+    M[:n, :n], C_v[:n, :n] = body.M, body.C
+    K_both = np.zeros((n + m, n + m), complex)
+    K_both[:n, :n], K_both[n:, n:] = body.K, np.linalg.inv(compliance)
+
+    def at(speed: float) -> Matrices:
+        K, C = contacts(speed).with_rails(body)
+        return M, C_v + C, K_both + K
 
     return at
 
@@ -91,7 +118,7 @@ def critical_speed(matrices: Callable[[float], Matrices], speeds: FloatArray) ->
 def _greatest(matrices: Matrices) -> complex:
     """The pole that grows fastest, or decays slowest."""
     poles, _ = poles_of(*matrices)
-    moving = poles[np.abs(poles) > SLOW]
+    moving = poles[(np.abs(poles) > SLOW) & (poles.imag >= 0)]
     return complex(moving[np.argmax(moving.real)])
 
 

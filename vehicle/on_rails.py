@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 
 GRAVITY: dict[str, type[Cone]] = {"normals": Cone, "textbook": TextbookCone}
 """How the weight on conical wheels centres a wheelset, see the two classes."""
+OF_RAILS = NAMES[len(OF_WHEELSET) :]
 SIDES = {"left": LEFT, "right": RIGHT}
 
 
@@ -55,9 +56,22 @@ class Contacts:
 
     def on_rigid_rails(self, body: Multibody) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping of the vehicle's coordinates, each (n, n)."""
-        own = slice(0, len(OF_WHEELSET))
-        S = of_wheelsets(body)
-        K, C = (np.einsum("iab,ian,ibm->nm", A[:, own, own], S, S) for A in (self.K, self.C))
+        n = len(body.coordinates)
+        K, C = self.with_rails(body)
+        return K[:n, :n], C[:n, :n]
+
+    def with_rails(self, body: Multibody) -> tuple[FloatArray, FloatArray]:
+        """The same of the vehicle's coordinates, then the rails' under each wheelset.
+
+        Those are six a wheelset, y, z and roll of the left rail and of the right one, `OF_RAILS`.
+        """
+        own, count = len(OF_WHEELSET), body.wheelset_x.size
+        n, m = len(body.coordinates), len(NAMES) - own
+        S = np.zeros((count, len(NAMES), n + m * count))
+        S[:, :own, :n] = of_wheelsets(body)
+        for i in range(count):
+            S[i, own:, n + m * i : n + m * (i + 1)] = np.eye(m)
+        K, C = (np.einsum("iab,ian,ibm->nm", A, S, S, optimize=True) for A in (self.K, self.C))
         return K, C
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from railcosim.vehicle.eigenmodes import oscillations, swings
+from railcosim.vehicle.eigenmodes import oscillations, poles_of, swings
 from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.mode_names import names_of_modes
 from railcosim.vehicle.multibody import SPATIAL, build_multibody
@@ -62,6 +62,18 @@ def test_two_masses_with_dampers_of_each_mode():
         modes = oscillations(M, C, K, np.zeros(2)).modes
         assert [m.undamped for m in modes] == pytest.approx(np.sqrt(omega2), rel=1e-12)
         assert [m.damping_ratio for m in modes] == pytest.approx(ratios, rel=1e-9)
+
+
+def test_a_coordinate_without_mass():
+    """A mass on a spring on what has a spring and a damper only: three poles, by hand."""
+    m, k1, k2, c = 2.0, 300.0, 500.0, 7.0
+    M, C = np.diag([m, 0.0]), np.diag([0.0, c])
+    K = np.array([[k1, -k1], [-k1, k1 + k2]])
+    poles, vectors = poles_of(M, C, K)
+    expected = np.roots([m * c, m * (k1 + k2), k1 * c, k1 * k2])
+    assert sorted(poles, key=np.imag) == pytest.approx(sorted(expected, key=np.imag), rel=1e-10)
+    for s, v in zip(poles, vectors.T, strict=True):
+        assert np.abs((s * s * M + s * C + K) @ v).max() < 1e-9 * np.abs(K).max()
 
 
 def test_the_papers_vehicle():

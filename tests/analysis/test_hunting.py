@@ -1,0 +1,95 @@
+"""Critical speeds on a track that gives way."""
+
+import numpy as np
+import pytest
+
+from railcosim.analysis.response.hunting import critical_speed, rails_of, way_of
+from railcosim.analysis.response.vehicle_modes import Gravity
+from railcosim.parameters import ArgumentError
+from railcosim.track.parameters import Track
+from railcosim.vehicle.hunting import critical_speed as first_growth
+from railcosim.vehicle.hunting import on_rails, on_rigid_rails
+from railcosim.vehicle.multibody import SPATIAL, build_multibody
+from railcosim.vehicle.on_rails import OF_RAILS, cones_of, rolling
+from railcosim.vehicle.parameters import Vehicle
+
+BODY = build_multibody(Vehicle(), SPATIAL)
+
+
+@pytest.fixture(scope="module")
+def found():
+    """The paper's pair at conicity 0.1, on rigid rails and on its track."""
+    rigid = way_of(None, Gravity.NORMALS, None, rigid_track=True).critical(0.1)
+    return rigid, way_of(None, Gravity.NORMALS, Track(), rigid_track=False).critical(0.1)
+
+
+def test_a_track_that_hardly_gives_way_is_rigid(found):
+    """And the change goes with its compliance, as of the whole track (an eighth) at first."""
+    compliance = rails_of(Track(), BODY.wheelset_x, 3.0)
+    change = []
+    for part in (1e-3, 2e-3):
+        stiff = first_growth(
+            on_rails(BODY, 0.1, "normals", part * compliance), np.array([20.0, 40.0])
+        )
+        change.append(1 - stiff.speed / found[0].speed)
+    assert 1.36e-4 < change[0] < 1.7e-4  # the first of it counts most
+    assert change[1] == pytest.approx(2 * change[0], rel=1e-2)
+
+
+def test_a_flexible_track_lowers_it(found):
+    """By an eighth: rails that roll move the contact round their heads. An independent model, of
+    another fastening's roll and without gyroscopes, has 12 %."""
+    rigid, flexible = found
+    assert 0.85 < flexible.speed / rigid.speed < 0.89
+
+
+def test_vehicle_and_track_swing_freely_there(found):
+    """The dynamic stiffness is singular at that speed and frequency, rails eliminated by hand."""
+    flexible = found[1]
+    s, n = 2j * np.pi * flexible.frequency, len(BODY.coordinates)
+
+    def singular(speed, s):
+        contacts = rolling(BODY, cones_of(BODY, 0.1))(speed)
+        Z = np.linalg.inv(rails_of(Track(), BODY.wheelset_x, s.imag / (2 * np.pi)))
+        D = np.zeros((n + len(Z),) * 2, complex)
+        D[:n, :n] = s * s * BODY.M + s * BODY.C + BODY.K
+        D[n:, n:] = Z
+        axles = [f"wheelset[{i}]" for i in (1, 2, 3, 4)]
+        for i, axle in enumerate(axles):
+            own = [BODY.at(axle, d) for d in ("y", "z", "roll", "spin", "yaw")]
+            at = np.array([*own, *range(n + 6 * i, n + 6 * i + 6)])
+            D[np.ix_(at, at)] += contacts.K[i] + s * contacts.C[i]
+        whole = D[:n, :n] - D[:n, n:] @ np.linalg.solve(D[n:, n:], D[n:, :n])
+        size = np.sqrt(np.abs(np.diag(whole)))
+        return np.linalg.svd(whole / np.outer(size, size), compute_uv=False)[-1]
+
+    there = singular(flexible.speed, s)
+    # The track is taken at the frequency of the round before, a thousandth away at most.
+    assert there < 1e-3 * singular(1.1 * flexible.speed, s)
+    assert there < 1e-3 * singular(flexible.speed, 1.1 * s)
+
+
+def test_rails_are_those_of_the_contact():
+    """Their order; a force to the right at the head of the left rail moves and rolls it."""
+    assert OF_RAILS[:3] == ("left.rail_y", "left.rail_z", "left.rail_roll")
+    G = rails_of(Track(), BODY.wheelset_x, 1.0)
+    assert G.shape == (24, 24)
+    assert G[0, 0].real == pytest.approx(1 / 8.7e6, rel=0.05)  # published reading of the fastening
+    assert G[1, 1].real == pytest.approx(1 / 57e6, rel=0.05)
+    # Above the foot: the head goes to the right as the rail turns, about x pointing forward, to the
+    # right side down.
+    assert G[2, 0].real > 0
+    assert np.abs(G[1, 0]) < 1e-6 * np.abs(G[0, 0])
+    assert np.abs(G - G.T).max() < 1e-9 * np.abs(G).max()  # reciprocity
+
+
+def test_a_rigid_track_is_none():
+    with pytest.raises(ArgumentError, match="rails that do not move have no track"):
+        critical_speed(track=Track(), rigid_track=True)
+
+
+def test_on_rigid_rails_by_either_door(found):
+    result = critical_speed(conicity=[0.1], rigid_track=True)
+    assert float(result["critical_speed"][0]) == pytest.approx(3.6 * found[0].speed, rel=1e-12)
+    again = first_growth(on_rigid_rails(BODY, 0.1), np.array([20.0, 40.0]))
+    assert again.speed == pytest.approx(found[0].speed, rel=1e-8)
