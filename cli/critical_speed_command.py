@@ -55,6 +55,8 @@ def critical_speed_command(
     RESULTS.check(out)
     PICTURES.check(plot)
     conicities = _numbers(conicity)
+    if rigid_track and track is not None:
+        raise UsageError("--rigid-track: rails that do not move have no --track; give one of them")
     stock = vehicle_of(vehicle, vehicles)
     parameters = None if track is None else track_of(track, stock)
     with progress("finding critical speeds") as update:
