@@ -16,7 +16,11 @@ Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
 
 class ContactLaw(Protocol):
-    """Forces of contacts against what presses them, one row a contact, one column a direction."""
+    """Forces of contacts against what presses them, one row a contact, one column a direction.
+
+    Where a force depends on more than its own compressions, on rates as well (`contact.rolling`),
+    there are m columns of motions, k of forces, and tangents of shape (n_contacts, k, m).
+    """
 
     @property
     def directions(self) -> int:

@@ -28,21 +28,24 @@ def solve_compression(
     Solves ``delta + G force(delta) = gap`` by Newton's method. With G positive semi-definite and a
     force that never falls with compression, there is one solution.
 
+    What a law needs to know may be more than it has forces: motions and their rates, say. Then
+    there are m numbers a contact, and k forces.
+
     Parameters
     ----------
     law : ContactLaw
         The law of every contact, in k directions.
-    G : array, shape (n, n)
-        Compliance: by how much unit contact forces push the two bodies apart, m/N. The k directions
-        of a contact stand together.
-    gap : array, shape (n,)
+    G : array, shape (contacts x m, contacts x k)
+        Compliance: by how much unit contact forces push the two bodies apart, m/N. What is of one
+        contact stands together.
+    gap : array, shape (contacts x m,)
         Overlap of the bodies without contact forces, m.
-    guess : array, shape (n,)
+    guess : array, shape (contacts x m,)
         Where to start, m.
 
     Returns
     -------
-    array, shape (n,)
+    array, shape (contacts x m,)
         m.
 
     Raises
@@ -52,11 +55,12 @@ def solve_compression(
     """
     delta = guess
     eye, k = np.eye(gap.size), law.directions
+    compliance = G.reshape(gap.size, -1, k)
     for _ in range(MAX_ITERATIONS):
-        blocks = delta.reshape(-1, k)
+        blocks = delta.reshape(compliance.shape[1], -1)
         residual = delta + G @ law.force(blocks).ravel() - gap
-        softened = np.einsum("ncj,cjk->nck", G.reshape(gap.size, -1, k), law.tangent(blocks))
-        change = np.linalg.solve(eye + softened.reshape(G.shape), residual)
+        softened = np.einsum("ncj,cjk->nck", compliance, law.tangent(blocks))
+        change = np.linalg.solve(eye + softened.reshape(eye.shape), residual)
         delta = delta - change
         size = float(np.abs(change).max())
         if size <= RELATIVE_TOLERANCE * float(np.abs(delta).max()):

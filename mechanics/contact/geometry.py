@@ -195,7 +195,9 @@ class Pose(Generic[Numbers]):
         return {"rail_y": self.across + c * y - s * z, "rail_z": self.down + s * y + c * z}
 
 
-def relative_pose(q: Numbers, y: FloatArray, z: float) -> Pose[Numbers]:
+def relative_pose(
+    q: Numbers, y: FloatArray, z: float, apart: FloatArray | float = 0.0
+) -> Pose[Numbers]:
     """The pose of a wheel whose reference point is at y and z from its wheelset's centre.
 
     Parameters
@@ -206,11 +208,13 @@ def relative_pose(q: Numbers, y: FloatArray, z: float) -> Pose[Numbers]:
         Along the axle, m.
     z : float
         Down, m.
+    apart : array, shape (n,) or float
+        How far below the datum it was designed to be, m.
     """
     roll, rail_roll = q[..., 2], q[..., 7]
     # Micrometres beside half a metre: the difference is formed before the sum.
     by_roll_y, by_roll_z = _turned(y, z, roll)
-    across, down = q[..., 0] - q[..., 5] + by_roll_y, q[..., 1] - q[..., 6] + by_roll_z
+    across, down = q[..., 0] - q[..., 5] + by_roll_y, q[..., 1] - q[..., 6] + by_roll_z + apart
     back_y, back_z = _turned(across, down, -rail_roll)
     return Pose(
         y=across + back_y,

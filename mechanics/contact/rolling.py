@@ -185,3 +185,34 @@ class RollingContact:
     ) -> Numbers:
         found: Numbers = self.creep.force(touch.patch, normal, self._creepage(slides, v))
         return found
+
+
+@dataclass(frozen=True)
+class OfMotion:
+    """A rolling contact as a `ContactLaw` of m = 16 motions: coordinates, then their rates.
+
+    What `solve_compression` solves: with a compliance that says by how much forces change both,
+    negative where forces drive what they act on.
+
+    Attributes
+    ----------
+    contact : RollingContact
+        The law.
+    """
+
+    contact: RollingContact
+
+    @property
+    def directions(self) -> int:
+        """Of the forces."""
+        return self.contact.directions
+
+    def force(self, motion: FloatArray) -> FloatArray:
+        """Generalised forces, shape (n, 8), of motions of shape (n, 16)."""
+        q, v = np.split(motion, 2, axis=-1)
+        return self.contact.force(q, v)
+
+    def tangent(self, motion: FloatArray) -> FloatArray:
+        """Their derivatives, shape (n, 8, 16)."""
+        q, v = np.split(motion, 2, axis=-1)
+        return np.concatenate(self.contact.tangents(q, v), axis=-1)
