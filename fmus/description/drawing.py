@@ -19,6 +19,7 @@ NO_METADATA = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}
 Drawing = dict[str, bytes]  # by ending of the file's name
 
 
+@cache
 def vehicle_icon(*, with_contact: bool) -> Drawing:
     """Car body, bogies and wheels; contact springs below them if the FMU owns these."""
 
@@ -40,6 +41,7 @@ def vehicle_icon(*, with_contact: bool) -> Drawing:
     return _icon(draw)
 
 
+@cache
 def track_icon(*, with_contact: bool) -> Drawing:
     """Rail on fastenings on slabs; contact springs above if the FMU owns them."""
 

@@ -1,9 +1,6 @@
 """Predicted largest stable steps and errors against runs of the FMUs; a ring of six cells."""
 
 import math
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -18,9 +15,7 @@ from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.force_error import ForceError, excitation
 from railcosim.analysis.schemes.growth import Bench, Kick
 from railcosim.analysis.schemes.stability import FAST, RATE, Coupling, SprungPair, static_stiffness
-from railcosim.cli.stability_command import in_ms
 from railcosim.master.cosimulation import cosimulate
-from railcosim.master.files import load
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.receptance import frequency_response
 from railcosim.track.irregularity import QUALITIES, synthesise
@@ -161,51 +156,6 @@ def test_predicted_error_is_that_of_a_run(exported, parts, owner, name) -> None:
     measured = np.sqrt((error[begun:] ** 2).mean() / ((exact[::2] - exact[0])[begun:] ** 2).mean())
     # Half a second is one draw of a random process, dominated by two or three resonances.
     assert measured == pytest.approx(option.error, rel=0.35)
-
-
-def command(exported, *arguments, folder):
-    both = ("--vehicle-fmu", exported.folder / "Vehicle.fmu",
-            "--track-fmu", exported.folder / "Track.fmu")  # fmt: skip
-    return subprocess.run(
-        [sys.executable, "-c", "from railcosim.cli.main import run; run()",
-         *(str(a) for a in (arguments[0], *both, *arguments[1:]))],
-        cwd=folder, env={**os.environ, "COLUMNS": "200", "OPENBLAS_NUM_THREADS": "1"},
-        capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
-
-
-def test_stability_on_the_command_line(exported, tmp_path) -> None:
-    options = ("--contact-stiffness", "1e9,8e9", "--schemes", "interface-jacobian-hermite",
-               "--out", "limits.nc", "--plot", "limits.png")  # fmt: skip
-    done = command(exported, "stability", *options, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    limits = load(tmp_path / "limits.nc")
-    assert limits["k_H"].size == 2
-    assert f"{in_ms(float(limits['interface-jacobian-hermite.master'].min()))}" in done.stdout
-    assert (tmp_path / "limits.png").stat().st_size > 5000
-    wrong = command(exported, "stability", "--schemes", "jakobi", folder=tmp_path)
-    assert wrong.returncode == 2
-    assert "no scheme begins with 'jakobi'" in wrong.stderr
-
-
-def test_advice_on_the_command_line(exported, tmp_path) -> None:
-    options = (
-        "--accuracy",
-        "1e-2",
-        "--schemes",
-        "jacobi-quadratic",
-        "--out",
-        "a.nc",
-        "--plot",
-        "a.png",
-    )
-    done = command(exported, "advise", *options, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    advice = load(tmp_path / "a.nc")
-    assert f"a step of {1e3 * float(advice['step'][0]):g} ms" in done.stdout
-    assert float(advice["error"].max()) <= 1e-2
-    assert (np.diff(advice["cost"]) >= 0).all()  # cheapest first
-    assert (tmp_path / "a.png").stat().st_size > 5000
 
 
 @pytest.mark.parametrize(("owner", "step"), [(Owner.TRACK, 1e-4), (Owner.VEHICLE, 5e-6)])
