@@ -2,26 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
-from railcosim.analysis.pair.contact import Stiffness
+from railcosim.analysis.pair.contact import Stiffness, contact_of
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey
-from railcosim.analysis.response.frequency import Models, coupled, response
+from railcosim.analysis.pair.time_run import run_pair
+from railcosim.analysis.pair.verdict import DISAGREE, NotBelievedError
+from railcosim.analysis.response.frequency import Models, coupled, linear_models, response
+from railcosim.analysis.schemes.choice import choice_of
+from railcosim.analysis.schemes.choice import scheme as scheme_of
 from railcosim.master.component import FloatArray
 from railcosim.master.course import Course
 from railcosim.master.linear.realisation import ComplexArray
-from railcosim.mechanics.law import NormalLaw
+from railcosim.master.schemes import Scheme
+from railcosim.mechanics.law import LinearContact, NormalLaw
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.reference.agreement import near, relative_rms
-from railcosim.reference.monolithic import Monolithic, frequency_response
+from railcosim.reference.monolithic import Monolithic, assemble, frequency_response
 from railcosim.reference.newmark import newmark
+from railcosim.track.irregularity import Profile
+from railcosim.track.irregularity.named import irregularity as named
+from railcosim.track.parameters import Track
+from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.train import Train
 
 Progress = Callable[[float, float], None]
+Stage = Callable[[str], AbstractContextManager[Progress]]
 REFINEMENT = (
     4  # Newmark's steps in a communication step: its error is then a hundredth of a per cent
 )
@@ -31,36 +45,105 @@ WEAK = 1e-3  # of the largest displacement (or force) at that frequency
 Errors: TypeAlias = dict[str, dict[str, tuple[FloatArray, NDArray[np.bool_]]]]
 
 
-def time_error(
-    run: xr.Dataset,
-    mono: Monolithic,
-    positions: FloatArray,
-    law: NormalLaw,
-    journey: Journey,
-    course: Course,
-    progress: Progress,
-) -> float:
-    """RMS error of the contact forces of a coupled run, relative to that of their dynamic part.
+@contextmanager
+def _unseen(text: str) -> Iterator[Progress]:
+    """A block of work that nobody watches."""
+    yield lambda done, total: None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How far coupled FMUs are from the monolithic system.
+
+    Attributes
+    ----------
+    scheme : Scheme
+        How they were coupled in time.
+    in_time : float
+        RMS error of the contact forces, relative to that of their dynamic part.
+    in_frequency : dict
+        See `frequency_errors`.
+    """
+
+    scheme: Scheme
+    in_time: float
+    in_frequency: Errors
+
+    def check(self) -> None:
+        """Raise NotBelievedError if the forces in time are not those of the system."""
+        if not self.in_time <= DISAGREE:
+            raise NotBelievedError(
+                "the coupled run is not to be believed: its contact forces are wrong by "
+                f"{self.in_time:.0%} of their dynamic part. Take a shorter --step or another "
+                "--scheme"
+            )
+
+
+def compare(
+    vehicle: Vehicle | Train,
+    track: Track,
+    fmus: Mapping[str, Path],
+    frequency: FloatArray,
+    *,
+    contact_stiffness: float = 1e9,
+    owner: Owner = Owner.TRACK,
+    scheme: Scheme | None = None,
+    step: float = 1e-4,
+    time: float = 0.3,
+    speed: float = 250 / 3.6,
+    irregularity: Profile | str | Path = "german-low",
+    stage: Stage = _unseen,
+) -> Comparison:
+    """Hold coupled FMUs, wheels held, against one system of the same vehicle and track.
 
     Parameters
     ----------
-    run : Dataset
-        Of the journey and the course, wheels held.
-    mono : Monolithic
-        The same vehicle and track in one.
-    positions : array, shape (n_wheelsets,)
-        Of the wheelsets, m.
-    law : NormalLaw
-        Of the contacts.
-    journey, course : Journey, Course
-        What was run.
-    progress : callable
-        Told what is done and the total.
+    vehicle, track : Vehicle or Train, Track
+        Parameters.
+    fmus : mapping of str to Path
+        What `export` made of them.
+    frequency : array, shape (n,)
+        Hz.
+    contact_stiffness : float
+        k_H, N/m.
+    owner : Owner
+        Of the contact springs, in time.
+    scheme : Scheme, optional
+        How to couple in time; the usual one of the owner if not given.
+    step, time : float
+        Communication step and how long, s.
+    speed : float
+        m/s.
+    irregularity : Profile, str or Path
+        Or the name of a class, or a CSV file.
+    stage : callable, optional
+        Opens a block of the work by a few words; gives what is told what is done and the total.
+
+    Raises
+    ------
+    Divergence, ComponentError
+        If the coupled run stopped.
     """
-    forces = Layout(len(positions)).names(FORCE)
-    ours = np.stack([run[name].values for name in forces], axis=1)
-    reference = newmark_forces(mono, positions, law, journey, course, progress)
-    return relative_rms(ours, reference, mono.load)
+    if not isinstance(irregularity, Profile):
+        irregularity = named(irregularity, speed * time)
+    journey = Journey(speed=speed, held=True, profile=irregularity)
+    chosen = scheme_of(choice_of(None, owner)[0]) if scheme is None else scheme
+    course, k_H = Course(scheme=chosen, step=step, stop=time), contact_stiffness
+    with stage("linearising") as update:
+        models = linear_models(fmus["Vehicle"], fmus["Track"], update)
+    mono = assemble(vehicle, track, models.positions)
+    with stage("coupled FMUs in time") as update:
+        cars, rails = (fmus[name] for name in FMUS[owner])
+        run, stopped = run_pair(cars, rails, contact_of(k_H), journey, course, update)
+    if stopped is not None:
+        raise stopped
+    ours = np.stack([run[name].values for name in Layout(len(models.positions)).names(FORCE)], 1)
+    with stage("Newmark, monolithic") as update:
+        law = LinearContact(k_H=k_H)
+        theirs = newmark_forces(mono, models.positions, law, journey, course, update)
+    with stage("direct solves, monolithic") as update:
+        errors = frequency_errors(models, mono, k_H, frequency, update)
+    return Comparison(chosen, relative_rms(ours, theirs, mono.load), errors)
 
 
 def newmark_forces(

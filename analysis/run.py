@@ -6,11 +6,11 @@ from pathlib import Path
 
 import xarray as xr
 
-from railcosim.analysis.pair.contact import NONLINEAR, STIFFNESS, Parameters
+from railcosim.analysis.pair.contact import NONLINEAR, Parameters, contact_of
+from railcosim.analysis.pair.judged import judged
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.roles import owners
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.analysis.pair.verdict import NotBelievedError, confirmed, signs_of
 from railcosim.analysis.schemes.choice import choice_of, usual_step
 from railcosim.analysis.schemes.choice import scheme as scheme_of
 from railcosim.master.course import Course
@@ -90,26 +90,4 @@ def run(
         tolerance=tolerance,
     )
     made = *pair, contact_of(contact), journey
-    dataset, stopped = run_pair(*made, course, progress)
-    signs = signs_of(dataset)
-    dataset.attrs["verdict"] = str(signs) or "no sign of an unstable coupling"
-    error: BaseException | None = stopped
-    if stopped is None and signs.texts:
-        verdict = confirmed(
-            dataset,
-            signs,
-            lambda factor, stop: run_pair(*made, course.again(factor, stop), progress),
-        )
-        dataset.attrs["verdict"] = str(verdict)
-        error = None if verdict.believed else NotBelievedError(f"the run is {verdict}")
-    if error is not None:
-        error.dataset = dataset  # type: ignore[attr-defined]  # nothing recorded is lost
-        raise error
-    return dataset
-
-
-def contact_of(contact: float | Parameters) -> Parameters:
-    """Parameters of a contact, of a linear one of that stiffness (N/m)."""
-    if isinstance(contact, float | int):
-        return {NONLINEAR: False, STIFFNESS: float(contact)}
-    return contact
+    return judged(lambda change: run_pair(*made, change(course), progress))

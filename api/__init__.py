@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from railcosim.analysis.compare import compare
     from railcosim.analysis.pair.export_pair import export_pair as export
     from railcosim.analysis.response.frf import frequency_response
     from railcosim.analysis.response.hunting import critical_speed
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from railcosim.analysis.schemes.choice import scheme
     from railcosim.analysis.schemes.grid_run import study
     from railcosim.analysis.schemes.limits import stability
+    from railcosim.analysis.schemes.study import Grid
     from railcosim.master.component import Variable
     from railcosim.master.cosimulation import cosimulate
     from railcosim.master.coupling import couple
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "Grid",
     "Profile",
     "Recorder",
     "Signal",
@@ -53,6 +56,7 @@ __all__ = [
     "Vehicle",
     "__version__",
     "advise",
+    "compare",
     "cosimulate",
     "couple",
     "critical_speed",
@@ -75,6 +79,7 @@ __all__ = [
 ]
 
 _PLACES = {
+    "Grid": "analysis.schemes.study:Grid",
     "Profile": "track.irregularity:Profile",
     "Recorder": "master.recording:Recorder",
     "Signal": "master.signals:Signal",
@@ -83,6 +88,7 @@ _PLACES = {
     "Variable": "master.component:Variable",
     "Vehicle": "vehicle.parameters:Vehicle",
     "advise": "analysis.schemes.advice:advise",
+    "compare": "analysis.compare:compare",
     "cosimulate": "master.cosimulation:cosimulate",
     "couple": "master.coupling:couple",
     "critical_speed": "analysis.response.hunting:critical_speed",

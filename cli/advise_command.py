@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
 
-from railcosim.analysis.schemes.advice import REACH, Option, check_accuracy
-from railcosim.analysis.schemes.advice import advise as advice
-from railcosim.analysis.schemes.limits import USUAL, predictable
-from railcosim.plots.stability import advice_chart
+from railcosim.analysis.schemes.catalogue import PREDICTED
 from railcosim.track.irregularity import QUALITIES
-from railcosim.track.irregularity.synthesis import quality
 
 from .fmus import FreshOption, fmus_of
 from .options import (
@@ -29,6 +25,10 @@ from .options import (
 )
 from .results import PICTURES, Suffixes, keep
 from .stability_command import in_ms, tell_of_growth
+
+if TYPE_CHECKING:
+    from railcosim.analysis.schemes.advice import Option
+
 
 NETCDF = Suffixes("--out", (".nc",))
 SHOWN = 8
@@ -50,7 +50,7 @@ def advise(
     ] = "hertz",
     schemes: Annotated[
         str, typer.Option(help="Schemes, or how their names begin; several with commas.")
-    ] = ",".join(USUAL),
+    ] = ",".join(PREDICTED),
     speed: Speed = 250.0,
     irregularity: Annotated[
         str, typer.Option("--class", help=f"Class of the track: {', '.join(QUALITIES)}.")
@@ -62,6 +62,12 @@ def advise(
     The error is predicted from the linear models of both FMUs, which must take contact forces, for
     a random irregularity under wheels that are held. Cost is how often the FMUs are stepped.
     """
+    from railcosim.analysis.schemes.advice import advise as advice
+    from railcosim.analysis.schemes.advice import check_accuracy
+    from railcosim.analysis.schemes.limits import predictable
+    from railcosim.plots.stability import advice_chart
+    from railcosim.track.irregularity.synthesis import quality
+
     NETCDF.check(out)
     PICTURES.check(plot)
     check_accuracy(accuracy)
@@ -89,6 +95,8 @@ def advise(
 
 
 def _margin(best: Option) -> str:
+    from railcosim.analysis.schemes.advice import REACH
+
     if math.isinf(best.limit):
         return f"nothing grows up to {REACH:g} times that"
     return f"stable up to {in_ms(best.limit)} ms, {best.limit / best.step:.2g} times that"
@@ -96,6 +104,8 @@ def _margin(best: Option) -> str:
 
 def _limit(option: Option) -> str:
     """Largest stable step for the table, ms."""
+    from railcosim.analysis.schemes.advice import REACH
+
     if math.isinf(option.limit):
         return f"> {1e3 * REACH * option.step:g}"
     return in_ms(option.limit)

@@ -9,6 +9,8 @@ from typing import Any, Literal
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from .option_groups import spelled_out
+
 MARKUP: Literal["markdown"] = "markdown"  # "rich" would take the [i] of wheelset[i] for a style
 
 
@@ -63,7 +65,7 @@ COMMANDS = {
     "track-receptance": Place(
         "receptance",
         "track_receptance",
-        "Driving-point receptance of the rail on a track without end, from the finite elements.",
+        "Receptance of the rail on a track without end, where it is loaded, by finite elements.",
     ),
     "modes": Place(
         "modes_command",
@@ -130,7 +132,7 @@ def loaded(name: str) -> Any:
     alone = typer.Typer(
         add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=MARKUP
     )
-    alone.command(name)(function)
+    alone.command(name)(spelled_out(function))
     return typer.main.get_command(alone)
 
 

@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
-import xarray as xr
 from rich.table import Table
 
-from railcosim.analysis.response.hunting import CONICITIES, KMH, SPEEDS, critical_speed, way_of
-from railcosim.analysis.response.hunting import root_locus as locus_of
-from railcosim.analysis.response.vehicle_modes import Gravity
-from railcosim.plots.chart import Chart
-from railcosim.plots.hunting import hunting_chart
-from railcosim.vehicle.hunting import Critical
+from railcosim.analysis.response.choices import CONICITIES, Gravity
 
 from .modes_command import GravityOption, OutFile
 from .options import (
@@ -30,6 +23,11 @@ from .options import (
     vehicle_of,
 )
 from .results import PICTURES, RESULTS, keep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from railcosim.plots.chart import Chart
 
 MOST = 100  # conicities
 
@@ -52,6 +50,11 @@ def critical_speed_command(
 
     The picture follows the poles of the first conicity over the speed.
     """
+    from railcosim.analysis.response.hunting import KMH, critical_speed, way_of
+    from railcosim.analysis.response.hunting import root_locus as locus_of
+    from railcosim.plots.hunting import hunting_chart
+    from railcosim.vehicle.hunting import Critical
+
     RESULTS.check(out)
     PICTURES.check(plot)
     conicities = _numbers(conicity)
@@ -78,6 +81,8 @@ def critical_speed_command(
 
 
 def _numbers(text: str) -> list[float]:
+    import numpy as np
+
     try:
         found = [float(part) for part in text.split(",")]
     except ValueError as error:
@@ -88,6 +93,8 @@ def _numbers(text: str) -> list[float]:
 
 
 def _table(result: xr.Dataset) -> Table:
+    from railcosim.analysis.response.hunting import KMH, SPEEDS
+
     table = Table(title=f"{result.attrs['title'].capitalize()}, gravity: {result.attrs['gravity']}")
     for heading in ("conicity", "critical speed, km/h", "frequency, Hz"):
         table.add_column(heading, justify="right")

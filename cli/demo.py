@@ -4,47 +4,24 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 from rich.table import Table
-
-from railcosim.analysis.pair.pair import Journey
-from railcosim.analysis.pair.time_run import run_pair
-from railcosim.analysis.response.frequency import (
-    Models,
-    apart,
-    coupled,
-    dataset,
-    linear_models,
-    on_rigid_track,
-    response,
-)
-from railcosim.master.course import Course
-from railcosim.master.files import save
-from railcosim.master.linear.realisation import ComplexArray
-from railcosim.master.linear.receptance import Response
-from railcosim.master.schemes.jacobi import jacobi
-from railcosim.paper.figure import RAIL, WHEEL
-from railcosim.paper.finding import Finding
-from railcosim.paper.laboratory import FULL, K_H, Laboratory
-from railcosim.paper.report import write_table
-from railcosim.paper.reproduce import FIGURES
-from railcosim.plots.picture import save_picture
-from railcosim.plots.results import receptance_chart
-from railcosim.track.irregularity import synthesise
-from railcosim.track.parameters import Track
-from railcosim.vehicle.parameters import Vehicle
 
 from .conclusion import concluded
 from .export import exported
 from .options import console, progress
-from .pair_charts import response_chart
-from .results import folder_of
+from .results import folder_of, keep
+
+if TYPE_CHECKING:
+    from railcosim.analysis.response.frequency import Models
+    from railcosim.master.linear.realisation import ComplexArray
+    from railcosim.master.linear.receptance import Response
+    from railcosim.paper.finding import Finding
+
 
 SPEED, STOP = 250 / 3.6, 1.0
-FREQUENCY = np.geomspace(0.3, 1500, 1500)
 NUMBERS = (4, 5, 6, 13)  # figures of the paper whose resonances are printed
 
 
@@ -58,10 +35,25 @@ def demo(
     Exports the FMUs, runs them coupled at 250 km/h over a random irregularity, linearises each,
     couples them in the frequency domain, and prints the paper's resonances.
     """
+    from railcosim.analysis.pair.pair import Journey
+    from railcosim.analysis.pair.time_run import run_pair
+    from railcosim.analysis.response.frequency import linear_models
+    from railcosim.fmus.export import NATIVE
+    from railcosim.master.course import Course
+    from railcosim.master.schemes.jacobi import jacobi
+    from railcosim.paper.laboratory import FULL, Laboratory
+    from railcosim.paper.report import write_table
+    from railcosim.paper.reproduce import FIGURES
+    from railcosim.track.irregularity import synthesise
+    from railcosim.track.parameters import Track
+    from railcosim.vehicle.parameters import Vehicle
+
+    from .pair_charts import run_chart
+
     begun = time.perf_counter()
     folder_of("--out", out)
     vehicle, track = Vehicle(), Track()
-    fmus = exported(vehicle, track, out)
+    fmus = exported(vehicle, track, out, NATIVE)
     _say(begun, f"four FMUs in {out}")
     pair = fmus["Vehicle"], fmus["TrackWithContact"], {"contact.nonlinear": True}
     journey = Journey(speed=SPEED, held=False, profile=synthesise("german-low", SPEED * STOP))
@@ -70,6 +62,7 @@ def demo(
         lambda update, change: run_pair(*pair, journey, change(course), update),
         out / "run.nc",
         out / "run.png",
+        run_chart,
     )
     _say(begun, "coupled in time")
     with progress("linearising both FMUs") as update:
@@ -84,7 +77,24 @@ def demo(
 
 
 def _frequency_results(models: Models, out: Path) -> None:
-    omega = 2 * np.pi * FREQUENCY
+    import numpy as np
+
+    from railcosim.analysis.response.frequency import (
+        apart,
+        coupled,
+        dataset,
+        on_rigid_track,
+        response,
+    )
+    from railcosim.paper.figure import RAIL, WHEEL
+    from railcosim.paper.laboratory import K_H
+    from railcosim.plots.picture import save_picture
+    from railcosim.plots.results import receptance_chart
+
+    from .pair_charts import response_chart
+
+    frequency = np.geomspace(0.3, 1500, 1500)
+    omega = 2 * np.pi * frequency
     systems = {
         "rigid track": on_rigid_track(models, omega, K_H),
         "coupled": coupled(models, omega, K_H),
@@ -102,16 +112,15 @@ def _frequency_results(models: Models, out: Path) -> None:
         systems["coupled"], values["coupled"], models, "wheelset[4].force_z",
         contact_stiffness=K_H, title=f"unit force on wheelset 4, k_H {K_H / 1e9:g} GN/m",
     )  # fmt: skip
-    save(frf, out / "frf.nc")
-    save_picture(response_chart(frf), out / "frf.png")
+    keep(frf, out / "frf.nc", plot=out / "frf.png", chart=response_chart)
     curves = {
-        "rail, without vehicle": (FREQUENCY, _of(systems["apart"], on_rails["apart"], RAIL)),
-        "rail, with vehicle": (FREQUENCY, _of(systems["coupled"], on_rails["coupled"], RAIL)),
+        "rail, without vehicle": (frequency, _of(systems["apart"], on_rails["apart"], RAIL)),
+        "rail, with vehicle": (frequency, _of(systems["coupled"], on_rails["coupled"], RAIL)),
     }
     title = "rail at a railseat, unit force on each rail"
     save_picture(receptance_chart(curves, "receptance (m/N)", title), out / "rail.png")
     curves = {
-        name: (FREQUENCY, _of(systems[name], values[name], WHEEL))
+        name: (frequency, _of(systems[name], values[name], WHEEL))
         for name in ("rigid track", "coupled")
     }
     title = "wheelset 4, unit force on it"

@@ -8,19 +8,11 @@ from enum import StrEnum
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from railcosim.analysis.pair.export_pair import PAIR, export_pair
-from railcosim.fmus.content import start_of
-from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime, Runtime, export_track
-from railcosim.fmus.native_runtime.platforms import platforms_named
-from railcosim.mechanics.ports import MOST_WHEELSETS, SIDES
-from railcosim.storage.archive import digest_of
-from railcosim.track.parameters import Track
-from railcosim.vehicle.parameters import Vehicle
-from railcosim.vehicle.train import Train
+from railcosim.mechanics.ports import MOST_WHEELSETS
 
 from .fmus import tell_of_losses
 from .options import (
@@ -36,6 +28,13 @@ from .options import (
     vehicle_of,
 )
 from .results import folder_of
+
+if TYPE_CHECKING:
+    from railcosim.fmus.export import Runtime
+    from railcosim.track.parameters import Track
+    from railcosim.vehicle.parameters import Vehicle
+    from railcosim.vehicle.train import Train
+
 
 APART = 2.5  # m, as the axles of a bogie
 
@@ -89,6 +88,8 @@ def export(
     ] = False,
 ) -> None:
     """Write Vehicle, Track, VehicleWithContact, TrackWithContact as FMUs, and Pair.ssp."""
+    from railcosim.analysis.pair.export_pair import PAIR
+
     chosen = runtime_of(runtime, fmi, platforms)
     if wheelsets is None and (positions is not None or one_rail):
         raise UsageError("--positions and --one-rail: need --wheelsets, how many there are")
@@ -115,6 +116,8 @@ def positions_of(wheelsets: int, text: str | None) -> list[float]:
     UsageError
         Saying what is wrong with them.
     """
+    from railcosim.track.parameters import Track
+
     if not 1 <= wheelsets <= MOST_WHEELSETS:
         raise UsageError(f"--wheelsets {wheelsets}: must be from 1 to {MOST_WHEELSETS}")
     if text is None:
@@ -133,6 +136,9 @@ def positions_of(wheelsets: int, text: str | None) -> list[float]:
 
 def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:
     """The runtime that options ask for."""
+    from railcosim.fmus.export import NativeRuntime, PythonRuntime
+    from railcosim.fmus.native_runtime.platforms import platforms_named
+
     if fmi not in {2, 3}:
         raise UsageError(f"--fmi {fmi}: must be 2 or 3")
     if name is RuntimeName.NATIVE:
@@ -144,9 +150,11 @@ def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:
 
 
 def exported(
-    vehicle: Vehicle | Train, track: Track, out: Path, runtime: Runtime = NATIVE
+    vehicle: Vehicle | Train, track: Track, out: Path, runtime: Runtime
 ) -> dict[str, Path]:
     """Export into a folder, with a status line."""
+    from railcosim.analysis.pair.export_pair import export_pair
+
     return _told(track, out, partial(export_pair, vehicle, track, out, runtime=runtime))
 
 
@@ -159,6 +167,10 @@ def exported_tracks(
     runtime: Runtime,
 ) -> dict[str, Path]:
     """The same of tracks under other wheelsets, with the static load and contact of a vehicle."""
+    from railcosim.fmus.content import start_of
+    from railcosim.fmus.export import export_track
+    from railcosim.mechanics.ports import SIDES
+
     sides = SIDES[:1] if one_rail else SIDES
     start = start_of(vehicle, places, sides)
     make = partial(export_track, track, start, out, sides=sides, runtime=runtime)
@@ -169,6 +181,8 @@ def _told(
     track: Track, out: Path, make: Callable[[Callable[[str], None]], dict[str, Path]]
 ) -> dict[str, Path]:
     """Say what is done, and what was there before."""
+    from railcosim.storage.archive import digest_of
+
     tell_of_losses(track)
     before = {path.name: digest_of(path) for path in out.glob("*.fmu")}
     with status("exporting FMUs") as tell:

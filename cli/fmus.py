@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from railcosim.analysis.pair.kept_fmus import fmus_of_pair
 from railcosim.analysis.pair.owner import Owner
-from railcosim.analysis.pair.roles import owns_contact
-from railcosim.track.parameters import Track
-from railcosim.vehicle.parameters import Vehicle
-from railcosim.vehicle.train import Train
 
 from .options import UsageError, errors, status
+
+if TYPE_CHECKING:
+    from railcosim.track.parameters import Track
+    from railcosim.vehicle.parameters import Vehicle
+    from railcosim.vehicle.train import Train
 
 FreshOption = Annotated[
     bool, typer.Option("--fresh", help="Make our FMUs anew, also where they are kept.")
@@ -28,6 +28,8 @@ def made(
     vehicle: Vehicle | Train, track: Track, *, fresh: bool = False
 ) -> Iterator[dict[str, Path]]:
     """Our four FMUs of these parameters by name, for as long as the block lasts."""
+    from railcosim.analysis.pair.kept_fmus import fmus_of_pair
+
     tell_of_losses(track)
     with ExitStack() as stack:
         with status("exporting FMUs") as tell:
@@ -54,6 +56,10 @@ def fmus_of(
     FmuError, CouplingError
         At once if a file cannot take the place of ours of that name.
     """
+    from railcosim.analysis.pair.roles import owns_contact
+    from railcosim.track.parameters import Track
+    from railcosim.vehicle.parameters import Vehicle
+
     given = ((vehicle, Owner.VEHICLE, vehicle_name), (track, Owner.TRACK, track_name))
     for path, role, name in given:
         if path is not None and owns_contact(path, role) != name.endswith("WithContact"):

@@ -6,9 +6,6 @@ from typing import Annotated
 
 import typer
 
-from railcosim.analysis.response.frequency import check_excitation
-from railcosim.analysis.response.frf import Assembly, frequency_response
-
 from .fmus import FreshOption, fmus_of
 from .options import (
     ContactStiffness,
@@ -25,7 +22,6 @@ from .options import (
     speed_of,
     stiffness_of,
 )
-from .pair_charts import response_chart
 from .results import PICTURES, RESULTS, keep
 
 
@@ -56,6 +52,11 @@ def frf(
     plot: PlotFile = None,
 ) -> None:
     """Linearise a vehicle FMU and a track FMU and couple them in the frequency domain."""
+    from railcosim.analysis.response.frequency import check_excitation
+    from railcosim.analysis.response.frf import Assembly, frequency_response
+
+    from .pair_charts import response_chart
+
     RESULTS.check(out)
     PICTURES.check(plot)
     if uncoupled and rigid_track:

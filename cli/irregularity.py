@@ -4,26 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
-from railcosim.plots.chart import Chart, Curve, Panel
-from railcosim.track.irregularity import (
-    QUALITIES,
-    Profile,
-    Quality,
-    estimated_density,
-    read_profile,
-    synthesise,
-    write_profile,
-)
+from railcosim.track.irregularity import QUALITIES
 from railcosim.track.irregularity.named import SEED
-from railcosim.track.irregularity.synthesis import quality
 
 from .options import PlotFile, console, positive
 from .results import PICTURES, Suffixes, draw
+
+if TYPE_CHECKING:
+    from railcosim.plots.chart import Chart
+    from railcosim.track.irregularity import Profile, Quality
+
 
 PROFILES = Suffixes("--out", (".csv",))
 SEGMENT = 0.25  # of a profile's length: a compromise of scatter and longest wave
@@ -44,6 +38,11 @@ def irregularity(
     plot: PlotFile = None,
 ) -> None:
     """Make a random profile of a class of track, and hold its spectrum against the class's."""
+    import numpy as np
+
+    from railcosim.track.irregularity import read_profile, synthesise, write_profile
+    from railcosim.track.irregularity.synthesis import quality
+
     PROFILES.check(out)
     PICTURES.check(plot)
     if name.lower().endswith(".csv"):
@@ -67,6 +66,11 @@ def irregularity(
 
 
 def _chart(profile: Profile, target: Quality | None) -> Chart:
+    import numpy as np
+
+    from railcosim.plots.chart import Chart, Curve, Panel
+    from railcosim.track.irregularity import estimated_density
+
     heights = tuple(
         Curve(name=side, x=profile.x, y=1e3 * z)
         for side, z in (("left", profile.left), ("right", profile.right))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,30 +12,48 @@ from railcosim.track.irregularity.named import SEED
 from railcosim.track.irregularity.repetition import BLEND
 from railcosim.track.irregularity.synthesis import FADE_IN
 
-Irregularity = Annotated[
-    str,
-    typer.Option(
-        "--irregularity",
-        help=f"none, {', '.join(QUALITIES)}, or a CSV file with x,left,right in m.",
-    ),
-]
-SeedOption = Annotated[
-    int | None,
-    typer.Option("--seed", help=f"Of a class: which of its tracks; {SEED}.", min=0, metavar="N"),
-]
-FadeOption = Annotated[
-    float | None,
-    typer.Option(
-        "--fade",
-        help="Length over which the irregularity fades in ahead of the first wheelset, m; "
-        f"{FADE_IN:g} for a class, 0 for a file.",
-    ),
-]
-RepeatOption = Annotated[
-    bool,
-    typer.Option(
-        "--repeat",
-        help="Repeat a file that is shorter than the run. Ends that do not meet are blended over "
-        f"{BLEND:g} m, at most a quarter of it.",
-    ),
-]
+if TYPE_CHECKING:
+    from railcosim.track.irregularity import Profile
+
+
+@dataclass(frozen=True, kw_only=True)
+class IrregularityOptions:
+    """Which irregularity, and how it begins and goes on."""
+
+    irregularity: Annotated[
+        str,
+        typer.Option(
+            "--irregularity",
+            help=f"none, {', '.join(QUALITIES)}, or a CSV file with x,left,right in m.",
+        ),
+    ] = "german-low"
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            "--seed", help=f"Of a class: which of its tracks; {SEED}.", min=0, metavar="N"
+        ),
+    ] = None
+    fade: Annotated[
+        float | None,
+        typer.Option(
+            "--fade",
+            help="Length over which the irregularity fades in ahead of the first wheelset, m; "
+            f"{FADE_IN:g} for a class, 0 for a file.",
+        ),
+    ] = None
+    repeat: Annotated[
+        bool,
+        typer.Option(
+            "--repeat",
+            help="Repeat a file that is shorter than the run. Ends that do not meet are blended "
+            f"over {BLEND:g} m, at most a quarter of it.",
+        ),
+    ] = False
+
+    def profile(self, length: float) -> Profile:
+        """The irregularity of a ride of some length, m."""
+        from railcosim.track.irregularity.named import irregularity
+
+        return irregularity(
+            self.irregularity, length, seed=self.seed, fade=self.fade, repeat=self.repeat
+        )

@@ -4,23 +4,10 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
-import xarray as xr
 from rich.table import Table
-
-from railcosim.analysis.response.critical import Critical
-from railcosim.analysis.response.map import (
-    MODES,
-    NAMES,
-    CriticalSpeed,
-    afford_map,
-    response_map,
-)
-from railcosim.master.component import FloatArray
-from railcosim.plots.chart import Chart, Curve, Map, Mark
 
 from .fmus import FreshOption, fmus_of
 from .options import (
@@ -38,6 +25,15 @@ from .options import (
     stiffness_of,
 )
 from .results import PICTURES, Suffixes, keep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from railcosim.analysis.response.critical import Critical
+    from railcosim.analysis.response.map import CriticalSpeed
+    from railcosim.master.component import FloatArray
+    from railcosim.plots.chart import Chart
+
 
 FILES = Suffixes("--out", (".nc",))
 
@@ -65,6 +61,8 @@ def map_command(
     Every wheelset meets the irregularity with its lag. Prints the critical speeds of the car body:
     where the wavelength suits the distance of the bogies and speed over wavelength a resonance.
     """
+    from railcosim.analysis.response.map import NAMES, response_map
+
     FILES.check(out)
     PICTURES.check(plot)
     k_H = stiffness_of(contact_stiffness)
@@ -92,6 +90,8 @@ def map_command(
 
 def _plane(wavelengths: str, speeds: str) -> tuple[FloatArray, FloatArray]:
     """Wavelengths (m) and speeds (m/s) whose frequencies have limits, and that memory can hold."""
+    from railcosim.analysis.response.map import afford_map
+
     wavelength = grid_of("--wavelengths", wavelengths, "m")
     speed = grid_of("--speeds", speeds, "km/h") / 3.6
     ends = float(speed[0] / wavelength[-1]), float(speed[-1] / wavelength[0])
@@ -119,6 +119,11 @@ def _table(critical: list[CriticalSpeed]) -> Table:
 
 
 def _chart(result: xr.Dataset, show: str, critical: dict[str, list[Critical]]) -> Chart:
+    import numpy as np
+
+    from railcosim.analysis.response.map import MODES
+    from railcosim.plots.chart import Chart, Curve, Map, Mark
+
     wavelength, speed = (np.asarray(result[axis]) for axis in ("wavelength", "speed"))
     modes = {name: mode for mode, name in MODES.items()}
     panels = []

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-import xarray as xr
 from rich.table import Table
 
-from railcosim.analysis.response.vehicle_modes import Gravity, Wheels, vehicle_modes
+from railcosim.analysis.response.choices import Gravity, Wheels
 
 from .options import (
     TrackFile,
@@ -24,6 +23,10 @@ from .options import (
     vehicle_of,
 )
 from .results import RESULTS, keep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 SHALLOW, STEEP = 0.0, 1.0  # tangents: of a cylinder, of a flange
 
@@ -74,6 +77,8 @@ def modes(
     Names are read from the shapes. What nothing holds, and with creep what does not swing, is left
     out.
     """
+    from railcosim.analysis.response.vehicle_modes import vehicle_modes
+
     del subject  # there is one
     RESULTS.check(out)
     if track is not None and wheels is not Wheels.RAILS:

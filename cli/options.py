@@ -7,28 +7,28 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
-from numpy.typing import NDArray
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from railcosim.analysis.pair.contact import NONLINEAR, STIFFNESS, TANGENT
 from railcosim.parameters import UnusualWarning, Usual, read_toml, tables_of
 from railcosim.storage.interruption import noting
-from railcosim.track.decay import long_enough
-from railcosim.track.parameters import Track
-from railcosim.vehicle.files import BUILT_IN, PAPER, read_stock
-from railcosim.vehicle.multibody import build_multibody
-from railcosim.vehicle.parameters import Vehicle
-from railcosim.vehicle.train import Train
+from railcosim.vehicle.names import BUILT_IN, PAPER
 
 from .terminal import console, errors
 
-__all__ = ["console", "errors"]  # beside what is defined here
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+    from railcosim.track.parameters import Track
+    from railcosim.vehicle.parameters import Vehicle
+    from railcosim.vehicle.train import Train
+
+    FloatArray = NDArray[np.float64]
+
+__all__ = ["console", "errors"]  # beside what is defined here
 
 MAX_FREQUENCIES = 1_000_000
 LIMITS = {  # wider than anything that is built: what is outside is a slip, or overflows
@@ -107,6 +107,8 @@ USUAL = {
 
 def vehicle_of(file: Path | None, count: int = 1) -> Vehicle | Train:
     """The vehicle or train of a parameter file, or the paper's vehicle; or several of it."""
+    from railcosim.vehicle.files import read_stock
+
     return read_stock(file or Path(PAPER), count)
 
 
@@ -115,12 +117,20 @@ def track_of(file: Path | None, vehicle: Vehicle | Train | None = None) -> Track
 
     Its cells are as many as the vehicle needs, and no fewer than usual, if the file does not say.
     """
-    span = 0.0 if vehicle is None else float(np.ptp(build_multibody(vehicle).wheelset_x))
+    span = 0.0
+    if vehicle is not None:
+        from railcosim.vehicle.multibody import build_multibody
+
+        places = build_multibody(vehicle).wheelset_x
+        span = float(places.max() - places.min())
     return track_for(file, span)
 
 
 def track_for(file: Path | None, span: float) -> Track:
     """The same for wheelsets so far apart, m."""
+    from railcosim.track.decay import long_enough
+    from railcosim.track.parameters import Track
+
     track = Track() if file is None else read_toml(Track, file)
     if span == 0.0 or (file is not None and "cells" in tables_of(file).get("mesh", {})):
         return track
@@ -142,6 +152,8 @@ def grid_of(
     UsageError
         Saying what is wrong with it.
     """
+    import numpy as np
+
     form = f"start:stop:step ({unit}, stop included) or start:stop:N@log"
     parts = text.removesuffix("@log").split(":")
     try:
@@ -174,6 +186,8 @@ def contact_parameters(text: str) -> dict[str, float | bool]:
 
     With ``hertz:k_H`` the tangent at the static load of the vehicle's wheels is k_H.
     """
+    from railcosim.analysis.pair.contact import NONLINEAR, STIFFNESS, TANGENT
+
     kind, _, tangent = text.partition(":")
     if kind != "hertz":
         return {NONLINEAR: False, STIFFNESS: stiffness_of(text, OR_HERTZ)}

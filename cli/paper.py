@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
 
-from railcosim.paper.finding import Finding
-from railcosim.paper.laboratory import FULL, QUICK
-from railcosim.paper.reproduce import FIGURES, reproduce
-
 from .options import UsageError, console, progress
 from .results import folder_of
+
+if TYPE_CHECKING:
+    from railcosim.paper.finding import Finding
 
 
 def paper(
@@ -30,6 +29,9 @@ def paper(
 
     Runs in time (figure 3) are kept in the folder and not repeated.
     """
+    from railcosim.paper.laboratory import FULL, QUICK
+    from railcosim.paper.reproduce import reproduce
+
     begun = time.perf_counter()
     numbers = figures_of(figures)
     folder_of("--out", out)
@@ -45,6 +47,8 @@ def paper(
 
 def figures_of(text: str) -> list[int]:
     """Read ``3,4,7-12``; all if empty."""
+    from railcosim.paper.reproduce import FIGURES
+
     if not text:
         return sorted(FIGURES)
     wanted: set[int] = set()

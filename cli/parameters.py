@@ -7,9 +7,7 @@ from typing import Annotated
 
 import typer
 
-from railcosim.parameters import write_toml
-from railcosim.track.parameters import Track
-from railcosim.vehicle.files import BUILT_IN, PAPER, read_stock, write_stock
+from railcosim.vehicle.names import BUILT_IN, PAPER
 
 from .options import UsageError
 
@@ -22,6 +20,10 @@ def parameters(
     ] = PAPER,
 ) -> None:
     """Print a built-in parameter file, with units, ranges and sources as comments."""
+    from railcosim.parameters import write_toml
+    from railcosim.track.parameters import Track
+    from railcosim.vehicle.files import read_stock, write_stock
+
     if vehicle == track:
         raise UsageError("parameters: give --vehicle or --track")
     if of not in BUILT_IN or (track and of != PAPER):

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
-import xarray as xr
 
-from railcosim.analysis.response import receptance as of
-from railcosim.analysis.response.receptance import Method
-from railcosim.master.linear.linear_fmu import Pulses
-from railcosim.plots.chart import Chart
-from railcosim.plots.results import receptance_chart
+from railcosim.analysis.response.choices import Method
 
 from .options import (
     Frequencies,
@@ -29,6 +23,12 @@ from .options import (
     track_of,
 )
 from .results import PICTURES, RESULTS, keep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from railcosim.plots.chart import Chart
+
 
 ANY = 1e-12, 1e12  # Hz: an FMU may be of any field
 
@@ -80,6 +80,9 @@ def receptance(
     plot: PlotFile = None,
 ) -> None:
     """Frequency response of any FMU between two variables, from a linear model of it."""
+    from railcosim.analysis.response import receptance as of
+    from railcosim.master.linear.linear_fmu import Pulses
+
     RESULTS.check(out)
     PICTURES.check(plot)
     positive("--step", step, "s")
@@ -138,11 +141,15 @@ def track_receptance(
     ] = False,
     plot: PlotFile = None,
 ) -> None:
-    """Receptance of the rail on a track without end, where it is loaded, from the finite elements.
+    """Receptance of the rail on a track without end, where it is loaded, by finite elements.
 
     z for z is the vertical model's; all others are of rails that also bend sideways and twist.
     Says by how much the ring of cells in the FMUs differs.
     """
+    import numpy as np
+
+    from railcosim.analysis.response import receptance as of
+
     RESULTS.check(out)
     PICTURES.check(plot)
     parameters = track_of(track)
@@ -167,6 +174,10 @@ def track_receptance(
 
 
 def _chart(result: xr.Dataset) -> Chart:
+    import numpy as np
+
+    from railcosim.plots.results import receptance_chart
+
     found = result["receptance"]
     curve = {"receptance": (np.asarray(found["frequency"]), np.asarray(found))}
     return receptance_chart(curve, f"receptance ({found.attrs['units']})", result.attrs["title"])

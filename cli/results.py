@@ -10,16 +10,18 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import xarray as xr
-
-from railcosim.master.files import save
-from railcosim.plots.chart import Chart
 from railcosim.storage.interruption import finishing
 from railcosim.storage.lock import HeldError, held
 from railcosim.storage.whole import TargetError, check_folder, check_target, why
 
 from .options import UsageError, console
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from railcosim.plots.chart import Chart
 
 _claimed = ExitStack()
 """Files that are this command's until it ends."""
@@ -95,6 +97,8 @@ def keep(
     ResultError
         If a file is not where it belongs. A note has said where it is.
     """
+    from railcosim.master.files import save
+
     missing = []
     with finishing():
         if out is not None:
@@ -125,6 +129,8 @@ def draw(chart: Chart, path: Path) -> None:
 
 def _keep_elsewhere(result: xr.Dataset, out: Path, error: Exception) -> None:
     """Save where there is room, and say where."""
+    from railcosim.master.files import save
+
     for place in _places():
         other = place / f"railcosim-{out.stem[:40]}-{os.getpid()}.nc"
         try:

@@ -10,7 +10,6 @@ from typing import Any
 
 import typer
 
-from railcosim.master.checkpoint import CheckpointError, options_of
 from railcosim.storage.whole import write_whole
 
 from .options import errors
@@ -24,6 +23,8 @@ BY_CONTENT = ("system", "vehicle_fmu", "track_fmu")
 def resumed(context: typer.Context, path: Path | None) -> Path | None:
     """Make the options in a checkpoint the defaults of the command; a callback of ``--resume``."""
     if path is not None and not context.resilient_parsing:
+        from railcosim.master.checkpoint import options_of
+
         options = _absolute(options_of(path), path.parent)
         context.default_map = {**options, "checkpoint": str(path)}
     return path
@@ -31,6 +32,8 @@ def resumed(context: typer.Context, path: Path | None) -> Path | None:
 
 def check_agreement(context: typer.Context, path: Path) -> None:
     """Raise CheckpointError if an option given again is another than the checkpoint's."""
+    from railcosim.master.checkpoint import CheckpointError, options_of
+
     here, there = options_in(context), _absolute(options_of(path), path.parent)
     for name, value in here.items():
         source = context.get_parameter_source(name)

@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
-import xarray as xr
 from rich.table import Table
 
-from railcosim.analysis.pair.ring import check_frequencies_of
-from railcosim.analysis.response.frequency import linear_models
-from railcosim.analysis.response.ride import ride
-from railcosim.plots.chart import Chart, Curve, Panel
 from railcosim.track.irregularity import QUALITIES
-from railcosim.track.irregularity.synthesis import quality
 
 from .fmus import FreshOption, fmus_of
 from .options import (
@@ -33,6 +26,12 @@ from .options import (
     stiffness_of,
 )
 from .results import PICTURES, RESULTS, keep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from railcosim.plots.chart import Chart
+
 
 SHOWN = {
     "acceleration ((m/s²)²/Hz)": ["carbody.az", "floor above front bogie", "bogie[1].az"],
@@ -58,6 +57,11 @@ def ride_command(
     Both rails are alike, as the vertical vehicle does not roll. Comfort after ISO 2631-1 (W_k) and
     Sperling (Wz).
     """
+    from railcosim.analysis.pair.ring import check_frequencies_of
+    from railcosim.analysis.response.frequency import linear_models
+    from railcosim.analysis.response.ride import ride
+    from railcosim.track.irregularity.synthesis import quality
+
     RESULTS.check(out)
     PICTURES.check(plot)
     k_H = stiffness_of(contact_stiffness)
@@ -93,6 +97,10 @@ def _table(result: xr.Dataset, title: str) -> Table:
 
 
 def _chart(result: xr.Dataset, title: str) -> Chart:
+    import numpy as np
+
+    from railcosim.plots.chart import Chart, Curve, Panel
+
     f = np.asarray(result["frequency"])
     rows = tuple(
         (

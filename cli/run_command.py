@@ -3,35 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from railcosim.analysis.pair.owner import FMUS, Owner
-from railcosim.analysis.pair.pair import Journey
-from railcosim.analysis.pair.roles import owners
-from railcosim.analysis.pair.time_run import run_pair
-from railcosim.analysis.schemes.choice import choice_of, maker_of, usual_step
-from railcosim.master.course import Course, count_steps
-from railcosim.track.irregularity.named import irregularity as named
 
-from .conclusion import BelieveOption, concluded
+from .conclusion import concluded
 from .fmus import FreshOption, fmus_of
-from .irregularity_options import (
-    FadeOption,
-    Irregularity,
-    RepeatOption,
-    SeedOption,
-)
-from .keeping_options import (
-    CheckpointOption,
-    EnergyOption,
-    EveryOption,
-    IsolateOption,
-    ResumeOption,
-    keeping_of,
-    loader_of,
-)
+from .irregularity_options import IrregularityOptions
+from .keeping_options import KeepingOptions
 from .options import (
     Out,
     PlotFile,
@@ -46,12 +27,11 @@ from .options import (
 )
 from .results import PICTURES, RESULTS
 from .resuming import keep_fmus, told_how_to_resume
-from .run_system_command import check_course, run_system
-from .scheme_options import (
-    ContactOption,
-    InputsOption,
-    SchemeOption,
-)
+from .run_system_command import run_system
+from .scheme_options import ContactOption, CourseOptions
+
+if TYPE_CHECKING:
+    from railcosim.master.course import Course, Keeping
 
 TIME = 1.0  # s
 OF_THE_PAIR = (
@@ -61,6 +41,7 @@ OF_THE_PAIR = (
 
 
 def run(
+    *,
     out: Out,
     system: Annotated[
         Path | None,
@@ -69,12 +50,7 @@ def run(
     vehicle_fmu: VehicleFmu = None,
     track_fmu: TrackFmu = None,
     fresh: FreshOption = False,
-    scheme: SchemeOption = None,
-    first: Annotated[
-        str | None,
-        typer.Option(help="Who steps first in gauss-seidel: vehicle or track."),
-    ] = None,
-    inputs: InputsOption = None,
+    course: CourseOptions,
     contact: ContactOption = None,
     contact_stiffness: Annotated[
         str,
@@ -83,31 +59,14 @@ def run(
             help="N/m: linear; hertz: nonlinear, may lose contact; hertz:N/m: tangent at rest.",
         ),
     ] = "hertz",
-    step: Annotated[
-        float | None,
-        typer.Option(help="Communication step, s; else 1e-4 or 2e-5, by scheme and owner."),
-    ] = None,
-    time: Annotated[float | None, typer.Option(help="How long, s; 1.")] = None,
     speed: Speed = 250.0,
-    irregularity: Irregularity = "german-low",
-    seed: SeedOption = None,
-    fade: FadeOption = None,
-    repeat: RepeatOption = False,
+    rough: IrregularityOptions,
     held: Annotated[
         bool, typer.Option("--held", help="Hold the wheels and move the irregularity instead.")
     ] = False,
-    tolerance: Annotated[
-        float | None,
-        typer.Option(help="Choose steps by an error estimate; --step is then the longest."),
-    ] = None,
-    checkpoint: CheckpointOption = None,
-    every: EveryOption = None,
-    resume: ResumeOption = None,
-    isolate: IsolateOption = False,
-    energy: EnergyOption = False,
-    believe: BelieveOption = False,
+    keeping: KeepingOptions,
     plot: PlotFile = None,
-    context: typer.Context = None,  # type: ignore[assignment]  # typer gives it
+    context: typer.Context,
 ) -> None:
     """Run a vehicle FMU and a track FMU coupled in time.
 
@@ -120,54 +79,64 @@ def run(
         _refuse(context, system, OF_THE_PAIR)
         errors.print(f"note: a system has a command of its own: railcosim run-system {system}")
         run_system(
-            system, out, scheme, first, inputs, step, time, tolerance, checkpoint, every, resume,
-            isolate, energy, believe, plot, context,
-        )  # fmt: skip
+            system=system, out=out, course=course, keeping=keeping, plot=plot, context=context
+        )
         return
+    from railcosim.analysis.pair.pair import Journey
+    from railcosim.analysis.pair.time_run import run_pair
+
+    from .pair_charts import run_chart
+
     RESULTS.check(out)
     PICTURES.check(plot)
-    check_course(step, time, tolerance)
-    keeping = keeping_of(context, out, checkpoint, every, resume, energy)
-    chosen, owner = choice_of(scheme, contact, owners(vehicle_fmu, track_fmu))
-    make_scheme = maker_of(chosen, inputs, first)
-    if first not in {None, Owner.VEHICLE, Owner.TRACK}:
-        raise UsageError(f"--first {first}: must be {Owner.VEHICLE} or {Owner.TRACK}")
+    course.check()
+    kept = keeping.keeping(context, out)
+    owner, taken = _taken(course, contact, kept, (vehicle_fmu, track_fmu))
     v = speed_of(speed)
-    stop = TIME if time is None else time
-    step = usual_step(chosen, owner) if step is None else step
-    count_steps(0.0, stop, doubted("--step", step))
     parameters = contact_parameters(contact_stiffness)
-    journey = Journey(
-        speed=v,
-        held=held,
-        profile=named(irregularity, v * stop, seed=seed, fade=fade, repeat=repeat),
-    )
+    journey = Journey(speed=v, held=held, profile=rough.profile(v * taken.stop))
     with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh) as made:
-        options = keeping.checkpoints.options if keeping.checkpoints else {}
-        vehicle, track = keep_fmus(checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1])
-        course = Course(
-            scheme=make_scheme(Owner.VEHICLE),
-            step=step,
-            stop=stop,
-            tolerance=tolerance,
-            keeping=keeping,
+        options = kept.checkpoints.options if kept.checkpoints else {}
+        vehicle, track = keep_fmus(
+            keeping.checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1]
         )
-        load = loader_of(isolate)
-        with told_how_to_resume(context, checkpoint):
+        with told_how_to_resume(context, keeping.checkpoint):
             concluded(
                 lambda update, change: run_pair(
-                    vehicle, track, parameters, journey, change(course), update, load
+                    vehicle, track, parameters, journey, change(taken), update, keeping.load
                 ),
-                out,
-                plot,
-                believe=believe,
-            )
+                out, plot, run_chart, believe=keeping.believe,
+            )  # fmt: skip
 
 
-def _refuse(context: typer.Context | None, system: Path, options: tuple[str, ...]) -> None:
+def _taken(
+    options: CourseOptions,
+    contact: Owner | None,
+    keeping: Keeping,
+    fmus: tuple[Path | None, Path | None],
+) -> tuple[Owner, Course]:
+    """Who owns the contact, and how the run goes."""
+    from railcosim.analysis.pair.roles import owners
+    from railcosim.analysis.schemes.choice import choice_of, maker_of, usual_step
+    from railcosim.master.course import Course, count_steps
+
+    chosen, owner = choice_of(options.scheme, contact, owners(*fmus))
+    make_scheme = maker_of(chosen, options.inputs, options.first)
+    if options.first not in {None, Owner.VEHICLE, Owner.TRACK}:
+        raise UsageError(f"--first {options.first}: must be {Owner.VEHICLE} or {Owner.TRACK}")
+    step = usual_step(chosen, owner) if options.step is None else options.step
+    stop = TIME if options.time is None else options.time
+    count_steps(0.0, stop, doubted("--step", step))
+    return owner, Course(
+        scheme=make_scheme(Owner.VEHICLE), step=step, stop=stop,
+        tolerance=options.tolerance, keeping=keeping,
+    )  # fmt: skip
+
+
+def _refuse(context: typer.Context, system: Path, options: tuple[str, ...]) -> None:
     """Refuse options given on the command line that say nothing of a system in a file."""
     for name in options:
-        source = context and context.get_parameter_source(name)
+        source = context.get_parameter_source(name)
         if source and source.name == "COMMANDLINE":
             option = "--" + name.replace("_", "-")
             raise UsageError(f"{option}: is of our pair; {system} has its own FMUs. Leave it out")

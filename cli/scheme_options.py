@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Annotated
 
@@ -10,6 +11,8 @@ import typer
 from railcosim.analysis.pair.owner import Owner
 from railcosim.master.continuation import NAMES
 from railcosim.master.schemes.catalogue import CATALOGUE
+
+from .options import UsageError, positive
 
 
 class Inputs(StrEnum):
@@ -62,3 +65,46 @@ ContactOption = Annotated[
         "needs it.",
     ),
 ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CourseOptions:
+    """How a run goes: its scheme, its steps, and how long."""
+
+    scheme: SchemeOption = None
+    first: Annotated[
+        str | None,
+        typer.Option(
+            "--first",
+            help="Who steps first in gauss-seidel: vehicle or track; of a system, a component, the "
+            "first in the file if not given.",
+        ),
+    ] = None
+    inputs: InputsOption = None
+    step: Annotated[
+        float | None,
+        typer.Option(
+            "--step",
+            help="Communication step, s. If not given, 1e-4 or 2e-5 by scheme and owner; of a "
+            "system, what the file says.",
+        ),
+    ] = None
+    time: Annotated[
+        float | None,
+        typer.Option("--time", help="How long, s. If not given, 1; or what the file says."),
+    ] = None
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            "--tolerance", help="Choose steps by an error estimate; --step is then the longest."
+        ),
+    ] = None
+
+    def check(self) -> None:
+        """Raise UsageError if a number cannot be."""
+        for option, value in (("--step", self.step), ("--time", self.time)):
+            if value is not None:
+                positive(option, value, "s")
+        if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
+            must = "must be between 0 and 1, such as 1e-4"
+            raise UsageError(f"--tolerance {self.tolerance:g}: {must}")

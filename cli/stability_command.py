@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
 
-from railcosim.analysis.schemes.limits import USUAL, Found, predictable
-from railcosim.analysis.schemes.limits import stability as predicted
-from railcosim.analysis.schemes.stability import FAST, LONGEST, Limit, Window
-from railcosim.plots.stability import stability_chart
+from railcosim.analysis.schemes.catalogue import PREDICTED
 
 from .fmus import FreshOption, fmus_of
 from .options import (
@@ -25,6 +22,11 @@ from .options import (
     progress,
 )
 from .results import PICTURES, RESULTS, keep
+
+if TYPE_CHECKING:
+    from railcosim.analysis.schemes.limits import Found
+    from railcosim.analysis.schemes.stability import Limit, Window
+
 
 OutFile = Annotated[
     Path | None, typer.Option("--out", help="Result as well: .nc or .csv.", metavar="FILE")
@@ -42,7 +44,7 @@ def stability(
     ] = "0.1e9,1e9,8e9",
     schemes: Annotated[
         str, typer.Option(help="Schemes, or how their names begin; several with commas.")
-    ] = ",".join(USUAL),
+    ] = ",".join(PREDICTED),
     plot: PlotFile = None,
 ) -> None:
     """Predict the largest stable step of every scheme, owner of the contact and stiffness.
@@ -52,6 +54,11 @@ def stability(
     nothing is run. Wheels are held, hertz is linearised at the static load, and whoever owns the
     contact springs is taken to integrate them exactly.
     """
+    from railcosim.analysis.schemes.limits import predictable
+    from railcosim.analysis.schemes.limits import stability as predicted
+    from railcosim.analysis.schemes.stability import LONGEST
+    from railcosim.plots.stability import stability_chart
+
     RESULTS.check(out)
     PICTURES.check(plot)
     words, texts = schemes.split(","), contact_stiffness.split(",")
@@ -82,6 +89,8 @@ def tell_of_growth(growth: float, text: str) -> None:
 
 def in_ms(step: float) -> str:
     """A largest stable step for a table, ms."""
+    from railcosim.analysis.schemes.stability import LONGEST
+
     if math.isinf(step):
         return f"> {1e3 * LONGEST:g}"
     if step <= 0.0:
@@ -102,6 +111,8 @@ def _closed(limit: Limit) -> list[Window]:
 
 
 def _table(found: Found, texts: list[str]) -> Table:
+    from railcosim.analysis.schemes.stability import FAST
+
     table = Table(title=f"Largest stable step, ms (in brackets: if {FAST:g} 1/s is allowed)")
     for heading in ("scheme", "contact in", "evaluations"):
         table.add_column(heading, no_wrap=heading == "scheme")

@@ -2,37 +2,19 @@
 
 from __future__ import annotations
 
-import fnmatch
 import itertools
+import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
-import xarray as xr
 from rich.box import SIMPLE
 from rich.table import Table
 
 from railcosim.analysis.pair.owner import Owner
-from railcosim.analysis.schemes.catalogue import Member, members
-from railcosim.analysis.schemes.grid_run import NoDaskError
-from railcosim.analysis.schemes.grid_run import study as study_of
-from railcosim.analysis.schemes.study import Folder, Grid, StudyError, settings_of
-from railcosim.analysis.schemes.study_point import Contact, Ride
-from railcosim.analysis.schemes.study_table import save_table
-from railcosim.master.course import count_steps
-from railcosim.master.memory import afford
-from railcosim.master.suggest import suggest
-from railcosim.plots.study import UNSTABLE, save_study_picture
-from railcosim.track.irregularity.named import irregularity as named
 
 from .fmus import FreshOption, made
-from .irregularity_options import (
-    FadeOption,
-    Irregularity,
-    RepeatOption,
-    SeedOption,
-)
+from .irregularity_options import IrregularityOptions
 from .options import (
     PlotFile,
     Speed,
@@ -52,8 +34,10 @@ from .options import (
 from .results import PICTURES, folder_of
 from .terminal import Terminal
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 WIDTH = 120  # of the table, characters
-BYTES = 500  # that a step of a run takes: its forces, its report, and what holds them
 
 
 class StudyFailedError(ArithmeticError):
@@ -61,6 +45,7 @@ class StudyFailedError(ArithmeticError):
 
 
 def study(
+    *,
     schemes: Annotated[
         str, typer.Option(help="Names or patterns such as 'jacobi-*', with commas between.")
     ] = "*",
@@ -78,10 +63,7 @@ def study(
     ] = "1e9",
     time: Annotated[float, typer.Option(help="How long each run is, s.")] = 0.05,
     speed: Speed = 250.0,
-    irregularity: Irregularity = "german-low",
-    seed: SeedOption = None,
-    fade: FadeOption = None,
-    repeat: RepeatOption = False,
+    rough: IrregularityOptions,
     vehicle: VehicleFile = None,
     vehicles: Vehicles = 1,
     track: TrackFile = None,
@@ -106,31 +88,33 @@ def study(
     held wheels and a moving irregularity. What is finished is kept in the folder: the same command
     goes on after an interruption, and one with more schemes or steps runs only those.
     """
+    from railcosim.analysis.schemes.grid_run import NoDaskError
+    from railcosim.analysis.schemes.grid_run import study as studied
+    from railcosim.analysis.schemes.study import Grid, StudyError
+    from railcosim.analysis.schemes.study_point import ContactCase
+
     PICTURES.check(plot)
     folder_of("--out", out)
     v = speed_of(speed)
-    profile = named(
-        irregularity, v * positive("--time", time, "s"), seed=seed, fade=fade, repeat=repeat
-    )
-    ride = Ride(speed=v, profile=profile, stop=time)
-    grid = Grid(
-        schemes=_schemes(schemes),
-        owners=[_owner(name) for name in _parts("--owners", owners)],
-        contacts=[
-            Contact(label=text, parameters=contact_parameters(text))
+    profile = rough.profile(v * positive("--time", time, "s"))
+    grid = Grid.of(
+        _parts("--schemes", schemes),
+        _parts("--owners", owners),
+        [
+            ContactCase(label=text, parameters=contact_parameters(text))
             for text in _parts("--contact-stiffness", contact_stiffness)
         ],
-        steps=[_step(text, time) for text in _parts("--steps", steps)],
+        [_step(text) for text in _parts("--steps", steps)],
     )
-    points = grid.points()
-    if not points:
-        raise UsageError(f"--owners {owners}: none of the schemes allows it")
+    grid.check(time)
     cars = vehicle_of(vehicle, vehicles)
     with made(cars, track_of(track, cars), fresh=fresh) as fmus:
         try:
-            folder = Folder(out, settings_of(ride, fmus))
             with progress("running points") as update:
-                found = study_of(grid, ride, fmus, folder, scheduler, update, console.print)
+                found = studied(
+                    fmus, out, grid, time=time, speed=v, irregularity=profile,
+                    scheduler=scheduler, progress=update, tell=console.print,
+                )  # fmt: skip
         except StudyError as error:
             raise UsageError(f"--out {error}") from error
         except NoDaskError as error:
@@ -138,13 +122,15 @@ def study(
     if found.table is not None:
         _show(found.table, out, plot)
     if found.failed:
-        raise StudyFailedError(
-            f"{len(found.failed)} of {len(points)} points failed: {'; '.join(found.failed[:3])}"
-        )
+        n, first = len(grid.points()), "; ".join(found.failed[:3])
+        raise StudyFailedError(f"{len(found.failed)} of {n} points failed: {first}")
 
 
 def _show(table: xr.Dataset, out: Path, plot: Path | None) -> None:
     """Save, print and draw."""
+    from railcosim.analysis.schemes.study_table import save_table
+    from railcosim.plots.study import save_study_picture
+
     for path in save_table(table, out):
         console.print(str(path))
     for contact in table["contact"].values:
@@ -158,6 +144,8 @@ def _show(table: xr.Dataset, out: Path, plot: Path | None) -> None:
 
 def order_table(table: xr.Dataset) -> Table:
     """Errors of one contact by step, with claimed and observed orders."""
+    import numpy as np
+
     steps = table["step"].values[::-1]
     shown = Table(
         title=f"Contact {table['contact'].item()}: relative RMS error of the contact forces to "
@@ -185,7 +173,9 @@ def order_table(table: xr.Dataset) -> Table:
 
 def _cell(error: float) -> str:
     """Give an error as people read it."""
-    if np.isnan(error):
+    from railcosim.plots.study import UNSTABLE
+
+    if math.isnan(error):
         return ""
     return f"{error:.1e}" if error < UNSTABLE else "unstable"
 
@@ -198,36 +188,10 @@ def _parts(option: str, text: str) -> list[str]:
     return parts
 
 
-def _schemes(text: str) -> dict[str, Member]:
-    """Schemes of the catalogue by names and patterns, in its order."""
-    known = members()
-    chosen: set[str] = set()
-    for pattern in _parts("--schemes", text):
-        matching = fnmatch.filter(known, pattern)
-        if not matching:
-            raise UsageError(
-                f"--schemes {pattern}: no such scheme{suggest(pattern, known)}; "
-                f"there are {', '.join(known)}"
-            )
-        chosen.update(matching)
-    return {name: member for name, member in known.items() if name in chosen}
-
-
-def _owner(name: str) -> Owner:
-    if name not in list(Owner):
-        raise UsageError(f"--owners {name}: must be {', '.join(Owner)}{suggest(name, Owner)}")
-    return Owner(name)
-
-
-def _step(text: str, time: float) -> float:
+def _step(text: str) -> float:
     """A step, s."""
     try:
         number = float(text)
     except ValueError as error:
         raise UsageError(f"--steps {text}: must be numbers > 0, in s") from error
-    step = doubted("--step", positive("--steps", number, "s"))
-    if step > time:
-        raise UsageError(f"--steps {text}: is longer than --time {time:g} s")
-    steps = count_steps(0.0, time, step)
-    afford(BYTES * steps, f"--steps {text}: {steps} steps", "take longer steps, or less --time")
-    return step
+    return doubted("--step", positive("--steps", number, "s"))

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-import xarray as xr
 from rich.table import Table
 
-from railcosim.analysis.response.frequency import Models
-from railcosim.analysis.response.uncoupled import NEGLIGIBLE, Change, changes
-from railcosim.master.component import FloatArray
-from railcosim.master.files import save
-from railcosim.plots.chart import Chart, Curve, Panel
-from railcosim.plots.page import Row, Section, write_page
+from .options import console, progress
+from .results import keep
 
-from .options import console
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from railcosim.analysis.response.uncoupled import Change
+    from railcosim.master.component import FloatArray
+    from railcosim.plots.page import Section
+
+FINE = 6000
+"""Frequencies, as many as resonances and third octaves need."""
 
 TEXTS = {
     "flexible track": "Rigid track: the wheels stand on their contact springs alone. Unit "
@@ -27,12 +31,23 @@ TEXTS = {
 
 
 def compare_uncoupled(
-    models: Models, frequency: FloatArray, k_H: float, speed: float, out: Path
+    fmus: Mapping[str, Path], frequency: FloatArray, k_H: float, speed: float, out: Path
 ) -> None:
     """Write ``uncoupled.html`` and ``uncoupled.nc``, and print what each part changes."""
+    import numpy as np
+
+    from railcosim.analysis.pair.ring import check_frequencies_of
+    from railcosim.analysis.response.frequency import linear_models
+    from railcosim.analysis.response.uncoupled import NEGLIGIBLE, changes
+    from railcosim.plots.page import write_page
+
+    with progress("linearising") as update:
+        models = linear_models(fmus["Vehicle"], fmus["Track"], update)
+    check_frequencies_of(fmus["Track"], float(frequency[-1]))
+    frequency = np.geomspace(frequency[0], frequency[-1], max(FINE, frequency.size))
     found = changes(models, frequency, k_H, speed)
     out.mkdir(parents=True, exist_ok=True)
-    save(_dataset(found, frequency, contact_stiffness=k_H, speed=speed), out / "uncoupled.nc")
+    keep(_dataset(found, frequency, contact_stiffness=k_H, speed=speed), out / "uncoupled.nc")
     sections = [_section(part, [c for c in found if c.part == part], frequency) for part in TEXTS]
     write_page(
         sections,
@@ -50,6 +65,9 @@ def compare_uncoupled(
 
 
 def _section(part: str, found: list[Change], frequency: FloatArray) -> Section:
+    from railcosim.plots.chart import Chart, Curve, Panel
+    from railcosim.plots.page import Row, Section
+
     rows = []
     for c in found:
         span = (float(frequency[0]), float(frequency[-1]))
@@ -81,6 +99,9 @@ def _section(part: str, found: list[Change], frequency: FloatArray) -> Section:
 
 
 def _dataset(found: list[Change], frequency: FloatArray, **attributes: object) -> xr.Dataset:
+    import numpy as np
+    import xarray as xr
+
     hertz = {"units": "Hz"}
     variables = {}
     for c in found:

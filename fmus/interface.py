@@ -10,25 +10,12 @@ from dataclasses import dataclass, replace
 
 from railcosim.mechanics.modal import ModalBody
 
+from .law_variables import Contact, contact_parameters, law_at, told_coefficient
+from .port_variables import AtPort, ports_of, position
 from .roles import Role
-from .variables import (
-    AtPort,
-    Contact,
-    Scalar,
-    axleboxes,
-    bodies,
-    contact_parameters,
-    input_hold,
-    internal_step,
-    journey,
-    law_at,
-    names,
-    ports_of,
-    position,
-    start_heights,
-    time,
-    told_coefficient,
-)
+from .scalar import Scalar, names
+from .stepping_variables import input_hold, internal_step, time
+from .vehicle_variables import axleboxes, bodies, journey, start_heights
 
 __all__ = ["Contact", "Scalar", "Start", "interface", "owns_contact"]
 

@@ -31,6 +31,8 @@ RUNTIME = {
     "mechanics": [
         "ports.py",
         "shape_functions.py",
+        "shapes.py",
+        "coordinates.py",
         "modal.py",
         "law.py",
         "solve.py",

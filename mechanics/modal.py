@@ -1,8 +1,9 @@
 """Bodies in modal form: how contact forces drive them, and how they move where they are met.
 
 ds/dt = poles s + g for every mode (complex), d2r/dt2 = g for every rigid-body coordinate. A track
-and a vehicle differ in where their shapes come from: from a table along a ring, or the same
-everywhere. Needs numpy only: a copy of this file travels in every FMU.
+and a vehicle differ in where their shapes come from (`shapes`), and only a vehicle has coordinates
+of bodies beside its modes (`coordinates`). Needs numpy only: a copy of this file travels in every
+FMU.
 """
 
 from __future__ import annotations
@@ -10,195 +11,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .coordinates import Coordinates
 from .ports import DIRECTIONS, RAIL, SIDES, WHEEL, Face, Layout
-from .shape_functions import shape_functions
+from .shapes import AlongRing, Everywhere
 from .stepping import Drive, State
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Arrays = dict[str, NDArray[Any]]
-Shaped: TypeAlias = tuple[ComplexArray, ComplexArray, ComplexArray]
-
-APART = 1e-9  # of unit heights: what is less is rounding of the mode shapes
-
-
-class Shapes(Protocol):
-    """Where mode shapes come from."""
-
-    @property
-    def local(self) -> bool:
-        """Whether every port has an oscillator of its own."""
-
-    def at(self, position: FloatArray, rows: int) -> Shaped:
-        """Shapes at the wheelsets.
-
-        Returns
-        -------
-        out, into : array, shape (rows, n)
-            As displacements, and as forces receive them; a row is a wheelset in a direction.
-        local : array, shape (rows,)
-            Of the local oscillators; empty without any.
-        """
-
-
-@dataclass(frozen=True, kw_only=True)
-class AlongRing:
-    """Shapes as a table along one cell of a ring of cells.
-
-    Attributes
-    ----------
-    table : array, shape (n_nodes, 2 x directions, n)
-        Of each direction the displacement and its slope, at all nodes of a cell but its last, which
-        is the first of the next; numbers of single precision.
-    mu : array, shape (n,)
-        Phase of a mode from cell to cell, rad.
-    partner : array of int, shape (n,)
-        Mode whose shape receives the force.
-    local_table : array, shape (n_nodes, directions)
-        Shape of the local oscillator under each port.
-    cell_length : float
-        m.
-    cells : int
-        Of the ring.
-    """
-
-    table: NDArray[np.complex64]
-    mu: FloatArray
-    partner: NDArray[np.intp]
-    local_table: ComplexArray
-    cell_length: float
-    cells: int
-
-    @property
-    def local(self) -> bool:
-        """See `Shapes`."""
-        return True
-
-    @property
-    def length(self) -> float:
-        """Of the ring, m."""
-        return self.cell_length * self.cells
-
-    @cached_property
-    def _closed(self) -> tuple[ComplexArray, ComplexArray]:
-        """Both tables with the last node, not rounded by itself: a wheel must not feel the joint.
-
-        Contiguous, for `at` reads neighbours as one block.
-        """
-        table: ComplexArray = self.table.astype(complex)
-        closing = table[:1] * np.exp(1j * self.mu)
-        local = np.concatenate([self.local_table, self.local_table[:1]])
-        return np.ascontiguousarray(np.concatenate([table, closing])), local
-
-    @cached_property
-    def _phase(self) -> ComplexArray:
-        turned: ComplexArray = np.exp(1j * np.arange(self.cells)[:, None] * self.mu)
-        return turned  # (cells, n)
-
-    def at(self, position: FloatArray, rows: int) -> Shaped:
-        """See `Shapes`: between nodes displacements are Hermite's cubics."""
-        table, local_table = self._closed
-        element = self.cell_length / (table.shape[0] - 1)
-        cell, inside = np.divmod(position % self.length, self.cell_length)
-        first = np.minimum((inside / element).astype(int), table.shape[0] - 2)
-        xi = inside / element - first
-        weights, _ = shape_functions(xi, element, 0.0)
-        k = rows // position.size
-        out = np.empty((position.size, k, self.mu.size), dtype=complex)
-        for i, node in enumerate(first):
-            for d in range(k):
-                # Two neighbouring nodes are one block of memory; as real numbers, one BLAS call.
-                block = table[node : node + 2, 2 * d : 2 * d + 2].reshape(4, -1).view(float)
-                out[i, d] = (weights[i] @ block).view(complex)
-        out *= self._phase[cell.astype(int), None]
-        local = (1 - xi)[:, None] * local_table[first] + xi[:, None] * local_table[first + 1]
-        shaped: ComplexArray = out.reshape(rows, -1)
-        return shaped, shaped[:, self.partner], local.ravel()
-
-
-@dataclass(frozen=True, kw_only=True)
-class Everywhere:
-    """Shapes that are the same wherever the wheelsets are.
-
-    Attributes
-    ----------
-    out, into : array, shape (rows, n)
-        See `Shapes`.
-    """
-
-    out: ComplexArray
-    into: ComplexArray
-
-    @property
-    def local(self) -> bool:
-        """See `Shapes`."""
-        return False
-
-    def at(self, position: FloatArray, rows: int) -> Shaped:
-        """See `Shapes`."""
-        del position, rows
-        return self.out, self.into, np.empty(0, complex)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Coordinates:
-    """Those of the bodies of a free vehicle, and how it rests on wheelsets held at given heights.
-
-    Attributes
-    ----------
-    bodies : tuple of str
-        Names of the bodies.
-    names : tuple of str
-        Of the coordinates: a body's name and its direction, ``carbody.z``.
-    wheelsets : array of int, shape (wheelsets,)
-        Places of the wheelsets' vertical ones.
-    modes : array, shape (c, n)
-        Displacements per mode.
-    rigid : array, shape (c, n_rigid)
-        Mass-normalised rigid-body modes.
-    through : array, shape (c, rows)
-        Acceleration at once per force.
-    start_s, start_r : array, shape (n, wheelsets) and (n_rigid, wheelsets)
-        The state at rest per height.
-    wheelset_x : array, shape (wheelsets,)
-        Wheelsets, forward, m.
-    """
-
-    bodies: tuple[str, ...]
-    names: tuple[str, ...]
-    wheelsets: NDArray[np.intp]
-    modes: ComplexArray
-    rigid: FloatArray
-    through: FloatArray
-    start_s: ComplexArray
-    start_r: FloatArray
-    wheelset_x: FloatArray
-
-    def place(self, body: str, direction: str) -> int | None:
-        """Which coordinate a body's direction is; None if it has no such one."""
-        name = f"{body}.{direction}"
-        return self.names.index(name) if name in self.names else None
-
-    @property
-    def following(self) -> FloatArray:
-        """Displacements at rest per height of a wheelset, shape (c, wheelsets)."""
-        moved: FloatArray = self.rigid @ self.start_r + (self.modes @ self.start_s).real
-        return np.where(np.abs(moved) > APART, moved, 0.0)
-
-    @property
-    def strained(self) -> NDArray[np.bool_]:
-        """Which modes a wheelset's height alone strains, shape (n, wheelsets).
-
-        None where the bodies above can follow any heights.
-        """
-        size = np.abs(self.modes).max(axis=0)[:, None]
-        felt: NDArray[np.bool_] = size * np.abs(self.start_s) > APART
-        return felt
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -30,6 +30,8 @@ class Locking:  # of Windows' C library
     locking = staticmethod(lambda descriptor, mode, size: None)
 sys.modules["msvcrt"] = Locking
 import railcosim.cli.main, railcosim.cli.export, railcosim.cli.run_command, railcosim.cli.frf
+import railcosim.analysis.run, railcosim.analysis.response.frf  # what commands load when they work
+import railcosim.analysis.pair.export_pair, railcosim.analysis.pair.kept_fmus
 sys.argv = ["railcosim", *sys.argv[1:]]
 sys.platform = "linux"  # whose FMUs are to be made
 railcosim.cli.main.run()

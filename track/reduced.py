@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d
 
-from railcosim.mechanics.modal import AlongRing, ModalBody
+from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import RAIL, Layout
+from railcosim.mechanics.shapes import AlongRing
 
 from .cell import EVEN, ODD, Cell, build_cell
 from .parameters import Track

@@ -23,13 +23,9 @@ from railcosim.parameters import (
     write_toml,
 )
 
+from .names import BUILT_IN, FOLDER, PAPER
 from .parameters import Coupler, Vehicle
 from .train import Train, TrainVehicle, train_of
-
-PAPER = "paper"
-FOLDER = Path(__file__).parent / "built_in"
-BUILT_IN = (PAPER, *sorted(path.stem for path in FOLDER.glob("*.toml")))
-"""Names of the vehicles that need no file."""
 
 
 @dataclass(frozen=True, kw_only=True)

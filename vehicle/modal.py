@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from scipy.linalg import eig, null_space, qr
 from scipy.sparse.csgraph import connected_components
 
-from railcosim.mechanics.modal import Coordinates, Everywhere, ModalBody
+from railcosim.mechanics.coordinates import Coordinates
+from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import WHEEL, Layout
+from railcosim.mechanics.shapes import Everywhere
 
 from .multibody import Multibody
 

@@ -89,6 +89,13 @@ def _counted(layout: Layout) -> str:
     return f"{layout.wheelsets} wheelset{'s' if layout.wheelsets > 1 else ''}{rails}"
 
 
+def contact_of(contact: float | Parameters) -> Parameters:
+    """Parameters of a contact, of a linear one of that stiffness (N/m)."""
+    if isinstance(contact, float | int):
+        return {NONLINEAR: False, STIFFNESS: float(contact)}
+    return contact
+
+
 def completed(
     parameters: Parameters, fmus: Sequence[LoadedFmu], layout: Layout
 ) -> dict[str, float | bool]:

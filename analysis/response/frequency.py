@@ -17,6 +17,7 @@ from railcosim.master.fmi.description import FmuDescription, describe_file
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.linear_fmu import Pulses, Wanted, best_way
 from railcosim.master.linear.linear_form import LinearForm
+from railcosim.master.linear.linearise import values_of
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import FrequencyResponse, Response, frequency_response, lag
 from railcosim.master.linear.substructuring import Joint, couple
@@ -95,9 +96,10 @@ def linear_models(
     position : float, optional
         Where the last wheelset stands, m; where the vehicle starts if not given.
     """
-    positions = wheelset_positions(vehicle, position)
     share = 1.0 if track is None else VEHICLE_SHARE
-    cars, sha256 = linear_vehicle(vehicle, lambda a, b: progress(share * a / b, 1.0))
+    cars, sha256 = linear_vehicle(vehicle, lambda a, b: progress(share * a / b, 1.0), position)
+    layout = layout_of((vehicle, cars.inputs))
+    positions = np.array([cars.standing[name] for name in layout.of_axles("position")])
     attributes = {"vehicle_fmu": sha256}
     if track is None:
         return Models(cars, None, positions, attributes)
@@ -108,26 +110,29 @@ def linear_models(
     return Models(cars, rails, positions, attributes)
 
 
-def wheelset_positions(vehicle: Path, position: float | None = None) -> FloatArray:
-    """Where the wheelsets of a vehicle FMU stand at first, from the front, m; see `standing`."""
-    parameters = standing(vehicle, position).get("parameters", {})
+def wheelset_positions(vehicle: Path) -> FloatArray:
+    """Where the wheelsets of a vehicle FMU stand at first, from the front, m."""
     with FmuComponent.load(vehicle, name="vehicle") as cars:
-        cars.set_parameters(parameters)
         cars.enter_initialization(0.0)
         cars.exit_initialization()
-        values = dict(zip((v.name for v in cars.outputs), cars.get_outputs(), strict=True))
         layout = layout_of((vehicle, [*cars.inputs, *cars.outputs]))
+        values = values_of(cars)
         return np.array([values[name] for name in layout.of_axles("position")])
 
 
-def linear_vehicle(fmu: Path, progress: Progress) -> tuple[LinearForm, str]:
-    """Linear model of a vehicle FMU, hash of the file."""
+def linear_vehicle(
+    fmu: Path, progress: Progress, position: float | None = None
+) -> tuple[LinearForm, str]:
+    """Linear model of a vehicle FMU at rest, see `standing`; hash of the file."""
     about, layout = _taking_forces(fmu)
     still = set(layout.of_axles("position"))
     wanted = Wanted(
         inputs=layout.names(FORCE),
         outputs=[v.name for v in about.outputs if v.name not in still],
-        parameters={"speed": 0.0} if "speed" in about.parameters else {},
+        parameters={
+            **({"speed": 0.0} if "speed" in about.parameters else {}),
+            **standing(fmu, position).get("parameters", {}),
+        },
     )
     return best_way(fmu, pulses(layout.wheelsets))(fmu, "vehicle", wanted, progress), about.sha256
 

@@ -21,9 +21,8 @@ from railcosim.vehicle.multibody import SPATIAL, Multibody, build_multibody
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train
 
-from .vehicle_modes import Gravity
+from .choices import CONICITIES, Gravity
 
-CONICITIES = (0.05, 0.1, 0.15, 0.2)
 KMH = 3.6
 SPEEDS = np.arange(5.0, 1000.0, 2.5) / KMH
 """Where growth is looked for, m/s: a mode that grew between two of them only would be missed."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
@@ -20,19 +19,11 @@ from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, direct_receptance, infinite_receptance
 from railcosim.track.section import SPATIAL
 
+from .choices import Method
 from .frf import Progress, check_finite
 from .standing import standing
 
 PULSES = Pulses(amplitude=1e4, step=1e-4, steps=13_500)
-
-
-class Method(StrEnum):
-    """How an FMU is linearised."""
-
-    BEST = "best"
-    EXACT = "exact"
-    DIFFERENCES = "differences"
-    PULSES = "pulses"
 
 
 def receptance(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import StrEnum
 
 import numpy as np
 import xarray as xr
@@ -17,25 +16,11 @@ from railcosim.vehicle.on_rails import cones_of, rolling, standing
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train, train_of
 
+from .choices import Gravity, Wheels
 from .modes_on_track import on_track
 
 WITHOUT_DAMPERS = "natural frequency without dampers"
 SIZE_OF_POLE = "size of the pole: creep and a track have no motion without damping"
-
-
-class Wheels(StrEnum):
-    """What holds the wheels."""
-
-    FIXED = "fixed"
-    CONTACT = "contact"
-    RAILS = "rails"
-
-
-class Gravity(StrEnum):
-    """How the weight on conical wheels centres a wheelset."""
-
-    NORMALS = "normals"
-    TEXTBOOK = "textbook"
 
 
 def vehicle_modes(

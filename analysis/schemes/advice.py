@@ -22,9 +22,9 @@ from railcosim.parameters import ArgumentError
 from railcosim.track.irregularity import Spectrum
 from railcosim.track.irregularity.synthesis import quality
 
-from .catalogue import members
+from .catalogue import PREDICTED, members
 from .force_error import Excitation, ForceError, excitation
-from .limits import LINEARISING, USUAL, Progress, exact_growth, predictable
+from .limits import LINEARISING, Progress, exact_growth, predictable
 from .stability import Coupling, SprungPair, static_stiffness
 
 FINEST = 1e-12  # accuracy: below it is rounding
@@ -105,7 +105,7 @@ def advise(
     accuracy: float = 1e-3,
     *,
     contact: float | Parameters = HERTZ,
-    schemes: Sequence[str] = USUAL,
+    schemes: Sequence[str] = PREDICTED,
     speed: float = 250 / 3.6,
     irregularity: str | Spectrum = "german-low",
     progress: Progress = lambda done, total: None,

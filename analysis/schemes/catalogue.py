@@ -10,6 +10,9 @@ from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.catalogue import CATALOGUE
 from railcosim.master.schemes.family import Family
 
+PREDICTED = ("jacobi", "gauss-seidel-linear", "nepce", "interface-jacobian")
+"""Those that are predicted if nobody says which; all that can be would take twice as long."""
+
 
 def owners_of(family: Family) -> tuple[Owner, ...]:
     """Who may own the contact with schemes of a family, the usual owner first."""

@@ -15,9 +15,10 @@ from typing import Any, TypeAlias, TypeVar
 import distributed
 
 from railcosim.analysis.pair.owner import FMUS, Owner
+from railcosim.analysis.pair.pair import Journey
 from railcosim.master.parallel import TICK
 
-from .study_point import Fmus, Measurement, Point, Ride, measure, reference
+from .study_point import Fmus, Measurement, Point, measure, reference
 
 PATIENCE = 10.0
 """How long (s) a scheduler may take to answer, and to have a worker."""
@@ -92,7 +93,12 @@ def _version() -> str:
 
 
 def measured(
-    client: Client, ride: Ride, points: Sequence[Point], fmus: Fmus, progress: Progress
+    client: Client,
+    journey: Journey,
+    stop: float,
+    points: Sequence[Point],
+    fmus: Fmus,
+    progress: Progress,
 ) -> Iterator[tuple[Point, Measurement | Exception]]:
     """Give results as they come.
 
@@ -102,7 +108,7 @@ def measured(
     ----------
     client : Client
         From `connect`.
-    ride, points, fmus
+    journey, stop, points, fmus
         What to run. The FMUs travel to the workers, which need not share a disk with anybody.
     progress : callable
         Told the number of points done and of all; may raise to stop everything.
@@ -112,17 +118,19 @@ def measured(
     ClusterError
         If the scheduler is lost.
     """
-    common = client.submit(_same, ride, pure=False)
+    common = client.submit(_same, journey, pure=False)
     files = {n: client.submit(_same, content, pure=False) for n, content in fmus.items()}
     bodies = [files[name] for name in FMUS[Owner.MASTER]]
     forces = {
-        label: client.submit(reference, common, contact, *bodies, pure=False)
+        label: client.submit(reference, common, stop, contact, *bodies, pure=False)
         for label, contact in {p.contact.label: p.contact for p in points}.items()
     }
     pending: dict[Future, Point] = {}
     for point in points:
         pair = [files[name] for name in FMUS[point.owner]]
-        run = client.submit(measure, common, point, *pair, forces[point.contact.label], pure=False)
+        run = client.submit(
+            measure, common, stop, point, *pair, forces[point.contact.label], pure=False
+        )
         pending[run] = point
     while pending:
         progress(len(points) - len(pending), len(points))

@@ -8,10 +8,13 @@ from pathlib import Path
 
 import xarray as xr
 
+from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.schemes.study import Folder, Grid, settings_of
 from railcosim.analysis.schemes.study_here import measured
-from railcosim.analysis.schemes.study_point import Fmus, Measurement, Point, Ride
+from railcosim.analysis.schemes.study_point import Fmus, Measurement, Point
 from railcosim.analysis.schemes.study_table import table_of
+from railcosim.track.irregularity import Profile
+from railcosim.track.irregularity.named import irregularity as named
 
 Progress = Callable[[float, float], None]
 
@@ -37,24 +40,33 @@ class Studied:
 
 
 def study(
-    grid: Grid,
-    ride: Ride,
     fmus: Mapping[str, Path],
-    folder: Folder,
+    folder: str | Path,
+    grid: Grid | None = None,
+    *,
+    time: float = 0.05,
+    speed: float = 250 / 3.6,
+    irregularity: Profile | str | Path = "german-low",
     scheduler: str | None = None,
     progress: Progress = lambda done, total: None,
     tell: Callable[[str], None] = lambda text: None,
 ) -> Studied:
-    """Compare schemes: run all points of a grid that are not finished yet.
+    """Compare schemes: run all points of a grid that are not finished yet, wheels held.
 
     Parameters
     ----------
-    grid, ride : Grid, Ride
-        What is compared, and on what run.
     fmus : mapping of str to Path
         Our four, or others under their names.
-    folder : Folder
+    folder : str or Path
         Where each point is kept as soon as it is finished.
+    grid : Grid, optional
+        What is compared; `Grid.of` makes it from names, and all of it if not given.
+    time : float
+        How long each run is, s.
+    speed : float
+        m/s.
+    irregularity : Profile, str or Path
+        Or the name of a class, or a CSV file.
     scheduler : str, optional
         Address of a dask scheduler; the cores of this machine if not given.
     progress : callable
@@ -64,35 +76,48 @@ def study(
 
     Raises
     ------
+    StudyError
+        If the folder holds points of another study.
+    ParameterError
+        If the irregularity ends before the runs do.
     NoDaskError
         If there is a scheduler, and dask is not installed.
     """
+    grid = Grid.of() if grid is None else grid
+    grid.check(time)
+    if not isinstance(irregularity, Profile):
+        irregularity = named(irregularity, speed * time)
+    irregularity.check_covers(speed * time)
+    journey = Journey(speed=speed, held=True, profile=irregularity)
+    settings = settings_of(journey, time, fmus)
+    kept = Folder(Path(folder), settings)
     points = grid.points()
-    found = [(p, m) for p in points if (m := folder.find(p)) is not None]
+    found = [(p, m) for p in points if (m := kept.find(p)) is not None]
     if found:
-        tell(f"{folder.path}: {len(found)} of {len(points)} points are finished already")
-    finished = {str(p) for p, _ in found}
-    missing = [p for p in points if str(p) not in finished]
+        tell(f"{kept.path}: {len(found)} of {len(points)} points are finished already")
+    known = {str(p) for p, _ in found}
+    missing = [p for p in points if str(p) not in known]
     failed: list[str] = []
     try:
         if missing:
-            _run(missing, ride, fmus, folder, scheduler, progress, found, failed)
+            _run(missing, journey, time, fmus, kept, scheduler, progress, found, failed)
     except (KeyboardInterrupt, OSError):
-        kept = sum(folder.find(p) is not None for p in points)  # one may just have been written
-        if kept:
+        finished = sum(kept.find(p) is not None for p in points)  # one may just have been written
+        if finished:
             tell(
-                f"{kept} of {len(points)} points are finished and kept in {folder.path}; "
+                f"{finished} of {len(points)} points are finished and kept in {kept.path}; "
                 "the same command goes on from there"
             )
         raise
     turn = {str(p): k for k, p in enumerate(points)}
     found.sort(key=lambda result: turn[str(result[0])])
-    return Studied(table_of(found, settings_of(ride, fmus)) if found else None, failed)
+    return Studied(table_of(found, settings) if found else None, failed)
 
 
 def _run(
     missing: list[Point],
-    ride: Ride,
+    journey: Journey,
+    stop: float,
     fmus: Mapping[str, Path],
     folder: Folder,
     scheduler: str | None,
@@ -102,7 +127,7 @@ def _run(
 ) -> None:
     """Run points; what each gives is kept, and added to `found` or `failed` at once."""
     contents = {name: path.read_bytes() for name, path in fmus.items()}
-    for point, result in _measured(missing, ride, contents, scheduler, progress):
+    for point, result in _measured(missing, journey, stop, contents, scheduler, progress):
         if isinstance(result, Measurement):
             folder.keep(point, result)
             found.append((point, result))
@@ -111,11 +136,16 @@ def _run(
 
 
 def _measured(
-    points: list[Point], ride: Ride, fmus: Fmus, scheduler: str | None, progress: Progress
+    points: list[Point],
+    journey: Journey,
+    stop: float,
+    fmus: Fmus,
+    scheduler: str | None,
+    progress: Progress,
 ) -> Iterator[tuple[Point, Measurement | Exception]]:
     """Results as they come, from here or from wherever the scheduler has workers."""
     if scheduler is None:
-        yield from measured(ride, points, fmus, progress)
+        yield from measured(journey, stop, points, fmus, progress)
         return
     try:
         from railcosim.analysis.schemes import cluster  # noqa: PLC0415 - an extra
@@ -124,4 +154,4 @@ def _measured(
             f'--scheduler needs dask: pip install "railcosim[study]" ({error})'
         ) from error
     with cluster.connect(scheduler) as client:
-        yield from cluster.measured(client, ride, points, fmus, progress)
+        yield from cluster.measured(client, journey, stop, points, fmus, progress)

@@ -18,13 +18,11 @@ from railcosim.master.parallel import Task, Workers
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 
-from .catalogue import members
+from .catalogue import PREDICTED, members
 from .stability import Coupling, Limit, SprungPair, Window, static_stiffness
 
 Progress = Callable[[float, float], None]
 Found: TypeAlias = dict[tuple[str, Owner], list[Limit]]
-USUAL = ("jacobi", "gauss-seidel-linear", "nepce", "interface-jacobian")
-"""Schemes by default; all that can be predicted would take twice as long."""
 TOGETHER = 3
 """Schemes of one task: the contact is made ready once for them."""
 NOWHERE = Window(begin=math.nan, end=math.nan, is_fast=False, growth=math.nan)
@@ -59,7 +57,7 @@ def stability(
     vehicle: str | Path,
     track: str | Path,
     contacts: Sequence[float | Parameters] = (0.1e9, 1e9, 8e9),
-    schemes: Sequence[str] = USUAL,
+    schemes: Sequence[str] = PREDICTED,
     progress: Progress = lambda done, total: None,
 ) -> StabilityTable:
     """Predict the largest stable step of every scheme, owner of the contact and contact.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import hashlib
 import itertools
 import json
@@ -11,13 +12,20 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from railcosim.analysis.pair.contact import contact_of
 from railcosim.analysis.pair.owner import Owner
+from railcosim.analysis.pair.pair import Journey
+from railcosim.master.course import count_steps
+from railcosim.master.memory import afford
+from railcosim.master.suggest import suggest
+from railcosim.parameters import ArgumentError
 from railcosim.storage.whole import write_whole
 
-from .catalogue import Member
-from .study_point import INTERNAL_STEP, Contact, Measurement, Point, Ride
+from .catalogue import Member, members
+from .study_point import INTERNAL_STEP, ContactCase, Measurement, Point
 
 SETTINGS = "study.json"
+BYTES = 500  # that a step of a run takes: its forces, its report, and what holds them
 
 
 class StudyError(ValueError):
@@ -34,7 +42,7 @@ class Grid:
         From the catalogue.
     owners : sequence of Owner
         Of the contact.
-    contacts : sequence of Contact
+    contacts : sequence of ContactCase
         Contact laws.
     steps : sequence of float
         Communication steps, s.
@@ -42,8 +50,60 @@ class Grid:
 
     schemes: Mapping[str, Member]
     owners: Sequence[Owner]
-    contacts: Sequence[Contact]
+    contacts: Sequence[ContactCase]
     steps: Sequence[float]
+
+    @classmethod
+    def of(
+        cls,
+        schemes: Sequence[str] = ("*",),
+        owners: Sequence[Owner | str] = tuple(Owner),
+        contacts: Sequence[float | ContactCase] = (1e9,),
+        steps: Sequence[float] = (2e-4, 1e-4, 5e-5),
+    ) -> Grid:
+        """Choose by names.
+
+        Parameters
+        ----------
+        schemes : sequence of str
+            Names of the catalogue, or patterns such as ``jacobi-*``.
+        owners : sequence of Owner or str
+            Of the contact.
+        contacts : sequence of float or ContactCase
+            Stiffnesses, N/m, or laws.
+        steps : sequence of float
+            s.
+
+        Raises
+        ------
+        ArgumentError
+            If there is no such scheme or owner, or none of the schemes allows an owner.
+        """
+        for name in owners:
+            if name not in list(Owner):
+                must = f"must be {', '.join(Owner)}{suggest(name, Owner)}"
+                raise ArgumentError("owners", name, must)
+        grid = cls(
+            schemes=_matching(schemes),
+            owners=[Owner(name) for name in owners],
+            contacts=[
+                contact if isinstance(contact, ContactCase)
+                else ContactCase(label=f"{contact:g}", parameters=contact_of(contact))
+                for contact in contacts
+            ],
+            steps=steps,
+        )  # fmt: skip
+        if not grid.points():
+            raise ArgumentError("owners", ",".join(owners), "none of the schemes allows it")
+        return grid
+
+    def check(self, time: float) -> None:
+        """Raise TooLargeError if a step does not suit runs of some length (s), or memory."""
+        for step in self.steps:
+            steps = count_steps(0.0, time, step)
+            afford(
+                BYTES * steps, f"step {step:g} s: {steps} steps", "take longer steps, or less time"
+            )
 
     def points(self) -> list[Point]:
         """The runs, the longest steps first, so that something is seen early."""
@@ -55,6 +115,21 @@ class Grid:
             )
             if owner in member.owners
         ]
+
+
+def _matching(patterns: Sequence[str]) -> dict[str, Member]:
+    """Schemes of the catalogue by names and patterns, in its order."""
+    known = members()
+    chosen: set[str] = set()
+    for pattern in patterns:
+        matching = fnmatch.filter(known, pattern)
+        if not matching:
+            raise ArgumentError(
+                "schemes", pattern,
+                f"no such scheme{suggest(pattern, known)}; there are {', '.join(known)}",
+            )  # fmt: skip
+        chosen.update(matching)
+    return {name: member for name, member in known.items() if name in chosen}
 
 
 class Folder:
@@ -107,14 +182,14 @@ class Folder:
         return self.path / "points" / f"{digest[:24]}.json"
 
 
-def settings_of(ride: Ride, fmus: Mapping[str, Path]) -> dict[str, Any]:
+def settings_of(journey: Journey, stop: float, fmus: Mapping[str, Path]) -> dict[str, Any]:
     """What all points of a study have in common, for people and for telling studies apart."""
     return {
         "railcosim": version("railcosim"),
-        "time": ride.stop,
-        "speed": ride.speed,
+        "time": stop,
+        "speed": journey.speed,
         "internal_step": INTERNAL_STEP,
-        "irregularity": f"{ride.profile.name}, sha256 {ride.profile.digest[:16]}",
+        "irregularity": f"{journey.profile.name}, sha256 {journey.profile.digest[:16]}",
         **{f"{name}.fmu": f"sha256 {_digest(path.read_bytes())}" for name, path in fmus.items()},
     }
 

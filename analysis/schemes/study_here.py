@@ -5,20 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from railcosim.analysis.pair.owner import FMUS, Owner
+from railcosim.analysis.pair.pair import Journey
 from railcosim.master.parallel import Progress, Task, Workers
 
 from .coupled_reference import ContactForces
-from .study_point import Contact, Fmus, Measurement, Point, Ride, measure, reference
+from .study_point import ContactCase, Fmus, Measurement, Point, measure, reference
 
 
 def measured(
-    ride: Ride, points: Sequence[Point], fmus: Fmus, progress: Progress
+    journey: Journey, stop: float, points: Sequence[Point], fmus: Fmus, progress: Progress
 ) -> Iterator[tuple[Point, Measurement | Exception]]:
     """Give results as they come.
 
     Parameters
     ----------
-    ride, points, fmus
+    journey, stop, points, fmus
         What to run.
     progress : callable
         Told the number of points done and of all; may raise to stop everything.
@@ -31,7 +32,7 @@ def measured(
     contacts = {p.contact.label: p.contact for p in points}
     bodies = [fmus[name] for name in FMUS[Owner.MASTER]]
     before = [
-        Task(name=label, function=_reference, arguments=(ride, contact, *bodies), cost=0.0)
+        Task(name=label, function=_reference, arguments=(journey, stop, contact, *bodies), cost=0.0)
         for label, contact in contacts.items()
     ]
     n = len(points)
@@ -45,7 +46,7 @@ def measured(
                 name=str(k),
                 function=_measure,
                 arguments=(
-                    ride, point, *(fmus[name] for name in FMUS[point.owner]),
+                    journey, stop, point, *(fmus[name] for name in FMUS[point.owner]),
                     forces[point.contact.label],
                 ),
                 cost=1.0,
@@ -58,11 +59,16 @@ def measured(
 
 
 def _reference(
-    ride: Ride, contact: Contact, vehicle: bytes, track: bytes, progress: Progress
+    journey: Journey,
+    stop: float,
+    contact: ContactCase,
+    vehicle: bytes,
+    track: bytes,
+    progress: Progress,
 ) -> ContactForces | Exception:
     """The converged forces, or what came in their way."""
     try:
-        return reference(ride, contact, vehicle, track, progress)
+        return reference(journey, stop, contact, vehicle, track, progress)
     except InterruptedError:
         raise
     except Exception as error:  # whatever a worker met
@@ -70,7 +76,8 @@ def _reference(
 
 
 def _measure(
-    ride: Ride,
+    journey: Journey,
+    stop: float,
     point: Point,
     vehicle: bytes,
     track: bytes,
@@ -79,7 +86,7 @@ def _measure(
 ) -> Measurement | Exception:
     """A measurement, or what came in its way."""
     try:
-        return measure(ride, point, vehicle, track, forces, progress)
+        return measure(journey, stop, point, vehicle, track, forces, progress)
     except InterruptedError:
         raise
     except Exception as error:  # whatever a worker met

@@ -25,7 +25,6 @@ from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.reference.agreement import relative_rms
 from railcosim.storage.temporary import scratch
 from railcosim.track.decay import RingWarning
-from railcosim.track.irregularity import Profile
 
 from .coupled_reference import ContactForces, compression_model, converged_forces
 
@@ -48,38 +47,11 @@ def _quiet(done: float, total: float) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Contact:
+class ContactCase:
     """A contact law, by a label and as parameters of the FMUs."""
 
     label: str
     parameters: Mapping[str, float | bool]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Ride:
-    """What all points of a study have in common.
-
-    Attributes
-    ----------
-    speed : float
-        Of the irregularity, m/s; the wheels are held.
-    profile : Profile
-        The irregularity.
-    stop : float
-        How long, s.
-    """
-
-    speed: float
-    profile: Profile
-    stop: float
-
-    def __post_init__(self) -> None:
-        """Raise ParameterError if the irregularity ends before the runs do."""
-        self.profile.check_covers(self.speed * self.stop)
-
-    def journey(self) -> Journey:
-        """How the vehicle meets the track."""
-        return Journey(speed=self.speed, held=True, profile=self.profile)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +61,7 @@ class Point:
     name: str
     scheme: Scheme
     owner: Owner
-    contact: Contact
+    contact: ContactCase
     step: float
 
     def __str__(self) -> str:
@@ -136,15 +108,22 @@ class Measurement:
 
 
 def reference(
-    ride: Ride, contact: Contact, vehicle: bytes, track: bytes, progress: Progress = _quiet
+    journey: Journey,
+    stop: float,
+    contact: ContactCase,
+    vehicle: bytes,
+    track: bytes,
+    progress: Progress = _quiet,
 ) -> ContactForces:
     """Converged contact forces.
 
     Parameters
     ----------
-    ride : Ride
-        The irregularity and for how long.
-    contact : Contact
+    journey : Journey
+        Speed and irregularity; the wheels are held.
+    stop : float
+        How long, s.
+    contact : ContactCase
         The contact law.
     vehicle, track : bytes
         The FMUs without contact.
@@ -155,7 +134,7 @@ def reference(
     with _files(fmus) as (cars, rails):
         with (
             _told_before(),
-            open_pair(cars, rails, dict(contact.parameters), ride.journey()) as pair,
+            open_pair(cars, rails, dict(contact.parameters), journey) as pair,
         ):
             pair.system.exchange()
             names = [name.partition(".")[2] for name in pair.system.names]
@@ -165,12 +144,13 @@ def reference(
         rest = layout.compression @ [now[name] for name in layout.motions]
         model = compression_model(cars, rails, positions)
         law = law_of(pair.parameters, pair.layout)
-    heights = ride.profile.under(positions, ride.speed)
-    return converged_forces(model, law, rest, heights, ride.stop, progress)
+    heights = journey.profile.under(positions, journey.speed)
+    return converged_forces(model, law, rest, heights, stop, progress)
 
 
 def measure(
-    ride: Ride,
+    journey: Journey,
+    stop: float,
     point: Point,
     vehicle: bytes,
     track: bytes,
@@ -181,8 +161,10 @@ def measure(
 
     Parameters
     ----------
-    ride : Ride
-        The irregularity and for how long.
+    journey : Journey
+        Speed and irregularity; the wheels are held.
+    stop : float
+        How long, s.
     point : Point
         How it is coupled.
     vehicle, track : bytes
@@ -194,10 +176,10 @@ def measure(
     """
     fmus = dict(zip(FMUS[point.owner], (vehicle, track), strict=True))
     parameters = {**point.contact.parameters, "internal_step": INTERNAL_STEP}
-    system = _AT_REST.system(ride, parameters, fmus)
+    system = _AT_REST.system(journey, parameters, fmus)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FallbackWarning)  # kept in the result
-        run = cosimulate(system, point.scheme, point.step, ride.stop)
+        run = cosimulate(system, point.scheme, point.step, stop)
     found = _watch(run, _columns(system), forces, progress)
     if found.stopped:  # an FMU that has refused a call may be of no use any more
         _AT_REST.forget()
@@ -267,14 +249,16 @@ class _PairsAtRest:
         self._kept: dict[Any, tuple[System, Any]] = {}
         self._stack = ExitStack()
 
-    def system(self, ride: Ride, parameters: Mapping[str, float | bool], fmus: Fmus) -> System:
+    def system(
+        self, journey: Journey, parameters: Mapping[str, float | bool], fmus: Fmus
+    ) -> System:
         """A pair at rest."""
-        key = pickle.dumps((ride, dict(parameters))), *fmus.items()
+        key = pickle.dumps((journey, dict(parameters))), *fmus.items()
         if key not in self._kept:
             if len(self._kept) == KEPT:
                 self.forget()
             cars, rails = self._stack.enter_context(_files(fmus))
-            pair = open_pair(cars, rails, dict(parameters), ride.journey())
+            pair = open_pair(cars, rails, dict(parameters), journey)
             with _told_before():
                 system = self._stack.enter_context(pair).system
             self._kept[key] = system, system.save_state()

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from railcosim.mechanics.modal import AlongRing, ModalBody
+from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.shapes import AlongRing
 
 from .drawing import Drawing, track_icon, vehicle_icon
 

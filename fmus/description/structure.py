@@ -13,8 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.mechanics.modal import AlongRing, Coordinates, ModalBody
+from railcosim.mechanics.coordinates import Coordinates
+from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import FORCE
+from railcosim.mechanics.shapes import AlongRing
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

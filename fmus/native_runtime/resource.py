@@ -14,7 +14,8 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.mechanics.modal import AlongRing, ModalBody
+from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.shapes import AlongRing
 from railcosim.parameters import ParameterError
 
 from ..description.structure import states_of

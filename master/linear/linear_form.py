@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol, Self
 
 import numpy as np
@@ -26,6 +26,10 @@ class LinearForm(Protocol):
     @property
     def outputs(self) -> tuple[Variable, ...]:
         """Its outputs."""
+
+    @property
+    def standing(self) -> Mapping[str, float]:
+        """Values of all the component's outputs where it was linearised, by name."""
 
     @property
     def rougher(self) -> Self | None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -53,6 +53,8 @@ class LinearModel:
         Number of steps the component made for it.
     advice : tuple of str
         What is wrong and what to do about it; empty if all is well.
+    standing : mapping of str to float
+        Values of all outputs at the operating point, if they are known.
     """
 
     name: str
@@ -65,6 +67,7 @@ class LinearModel:
     error_estimate: FloatArray
     steps: int
     advice: tuple[str, ...]
+    standing: Mapping[str, float] = field(default_factory=dict)
 
     def frequency_response(self, omega: ArrayLike) -> ComplexArray:
         """Response to harmonic inputs of unit amplitude.
@@ -174,6 +177,7 @@ def linearise(
 
     component.set_hold(Hold.CONSTANT)
     component.set_inputs(u)
+    standing = values_of(component)
     state = component.save_state()
     bench = Bench(component, u, rows, time, state, step, steps, len(columns), progress)
     pulses = np.zeros((len(columns), u.size))
@@ -187,7 +191,14 @@ def linearise(
     bench.finished()
     # Responses to the pulses are H @ (together * height).T; what is wanted is H.
     mixing = np.linalg.inv((together * height).T)
-    return _model(component, columns, observed, found, mixing, bench, tolerance)
+    best = _model(component, columns, observed, found, mixing, bench, tolerance)
+    return replace(best, standing=standing)
+
+
+def values_of(component: Component) -> dict[str, float]:
+    """Outputs of a component as they are, by name."""
+    names = [variable.name for variable in component.outputs]
+    return dict(zip(names, component.get_outputs().tolist(), strict=True))
 
 
 @dataclass(frozen=True)

@@ -125,6 +125,7 @@ def linear_model(
                 D=observed[:, n:].toarray(),
                 inputs=tuple(coupling_variable(p.inputs[k]) for k in columns),
                 outputs=tuple(coupling_variable(v) for v in rows),
+                standing=p.standing,
             )
             for rates, observed in zip(*jacobians, strict=True)
         )

@@ -169,6 +169,8 @@ class OperatingPoint:
             call("fmi2GetContinuousStates", _pointer(x), n)
             call("fmi2GetNominalsOfContinuousStates", _pointer(nominal), n)
         self.values = np.concatenate([x, self._get(self.inputs)])
+        names = [v.name for v in self.outputs]
+        self.standing = dict(zip(names, self._get(self.outputs).tolist(), strict=True))
         nominals = [*np.abs(nominal), *(coupling_variable(v).nominal for v in self.inputs)]
         size = np.maximum(np.abs(self.values), nominals)
         self.magnitudes = np.where(size > 0.0, size, 1.0)

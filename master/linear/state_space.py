@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeAlias
 
@@ -44,6 +45,8 @@ class StateSpace:
         Names and units, in the order of the columns of B and of the rows of C.
     rougher : StateSpace or None
         The same, known less exactly, for `error_estimate`; None if it is exact but for rounding.
+    standing : mapping of str to float
+        Values of all outputs at the operating point, if they are known.
     """
 
     name: str
@@ -54,6 +57,7 @@ class StateSpace:
     inputs: tuple[Variable, ...]
     outputs: tuple[Variable, ...]
     rougher: StateSpace | None = None
+    standing: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         n, m, p = self.A.shape[0], len(self.inputs), len(self.outputs)

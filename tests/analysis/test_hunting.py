@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from railcosim.analysis.response.choices import Gravity
 from railcosim.analysis.response.hunting import critical_speed, rails_of, way_of
-from railcosim.analysis.response.vehicle_modes import Gravity
 from railcosim.parameters import ArgumentError
 from railcosim.track.parameters import Track
 from railcosim.vehicle.hunting import critical_speed as first_growth

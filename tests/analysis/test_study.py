@@ -13,11 +13,12 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 from railcosim.analysis.pair.owner import FMUS, Owner
+from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.coupled_reference import converged_forces
 from railcosim.analysis.schemes.study import Folder, Grid, StudyError, settings_of
 from railcosim.analysis.schemes.study_here import measured as measured_here
-from railcosim.analysis.schemes.study_point import Contact, Measurement, Ride, measure, reference
+from railcosim.analysis.schemes.study_point import ContactCase, Measurement, measure, reference
 from railcosim.analysis.schemes.study_table import DIMS, observed_order, save_table, table_of
 from railcosim.fmus.export import export
 from railcosim.master.component import Variable
@@ -34,7 +35,7 @@ from railcosim.analysis.schemes.cluster import ClusterError, connect, measured  
 
 pytestmark = pytest.mark.slow  # converged references for every case
 
-STIFF = Contact(label="1e9", parameters={"contact.nonlinear": False, "contact.stiffness": 1e9})
+STIFF = ContactCase(label="1e9", parameters={"contact.nonlinear": False, "contact.stiffness": 1e9})
 STOP, LONG = 0.02, 0.05
 
 # A wheel on a soft primary suspension over a sleeper on its bed, kg, N/m, N s/m.
@@ -128,10 +129,11 @@ def test_reference_needs_inertia_between_force_and_compression() -> None:
 
 
 @pytest.fixture(scope="module")
-def ride() -> Ride:
+def ride() -> tuple[Journey, float]:
     speed = 250 / 3.6
     # Over less, what is met is one bump or two, and an order is theirs.
-    return Ride(speed=speed, profile=synthesise("german-low", speed * LONG), stop=LONG)
+    profile = synthesise("german-low", speed * LONG)
+    return Journey(speed=speed, held=True, profile=profile), LONG
 
 
 @pytest.fixture(scope="module")
@@ -152,13 +154,13 @@ def test_orders_of_the_pair(ride, contents) -> None:
     That they get there at all says that both are right: nothing is shared but the bodies' matrices.
     """
     bodies = [contents[name] for name in FMUS[Owner.MASTER]]
-    forces = reference(ride, STIFF, *bodies)
+    forces = reference(*ride, STIFF, *bodies)
     assert forces.error < 1e-8
     names = ["jacobi-constant", "jacobi-linear", "jacobi-quadratic"]
     results = []
     for point in grid(names, [1e-4, 5e-5, 2.5e-5]).points():
         pair = [contents[name] for name in FMUS[point.owner]]
-        results.append((point, measure(ride, point, *pair, forces)))
+        results.append((point, measure(*ride, point, *pair, forces)))
     table = table_of(results, {}).isel(owner=0, contact=0)
     orders = table["observed_order"].sel(scheme=names).values
     # Measured 0.96, 1.99, 3.02.
@@ -174,9 +176,9 @@ def test_claimed_orders_from_one_to_four(contents) -> None:
     x = np.arange(0.0, 13.0, 5e-4)
     wave = 1e-5 * np.sin(2 * np.pi * x / 0.1)
     profile = Profile(name="wave of 0.1 m", x=x, left=wave, right=wave, fade=FADE_IN)
-    ride = Ride(speed=250 / 3.6, profile=profile, stop=STOP)
+    ride = Journey(speed=250 / 3.6, held=True, profile=profile), STOP
     bodies = [contents[name] for name in FMUS[Owner.MASTER]]
-    forces = reference(ride, STIFF, *bodies)
+    forces = reference(*ride, STIFF, *bodies)
     claimed = {
         "picard-constant": 1,
         "interface-jacobian": 2,
@@ -185,7 +187,7 @@ def test_claimed_orders_from_one_to_four(contents) -> None:
         "interface-jacobian-hermite": 4,
     }
     points = grid(list(claimed), [2.5e-5, 1.25e-5], [Owner.MASTER]).points()
-    table = table_of([(p, measure(ride, p, *bodies, forces)) for p in points], {})
+    table = table_of([(p, measure(*ride, p, *bodies, forces)) for p in points], {})
     assert table["order"].sel(scheme=list(claimed)).values.tolist() == list(claimed.values())
     observed = table["observed_order"].isel(owner=0, contact=0).sel(scheme=list(claimed)).values
     # Asked for: within 0.1. Measured 0.96, 2.00, 2.99, 2.96, 4.00.
@@ -195,18 +197,18 @@ def test_claimed_orders_from_one_to_four(contents) -> None:
 def test_third_order_at_a_tenth_of_a_millisecond(ride, contents) -> None:
     """1 GN/m, 0.1 ms: contact forces within 1e-5, asked for; measured 2.5e-6."""
     bodies = [contents[name] for name in FMUS[Owner.MASTER]]
-    forces = reference(ride, STIFF, *bodies)
+    forces = reference(*ride, STIFF, *bodies)
     (point,) = grid(["interface-jacobian-radau-2"], [1e-4], [Owner.MASTER]).points()
     assert point.scheme.order == 3
-    assert measure(ride, point, *bodies, forces).error < 1e-5
+    assert measure(*ride, point, *bodies, forces).error < 1e-5
 
 
 def test_a_run_that_diverges_is_measured(ride, contents) -> None:
     """Contact in the vehicle, 0.2 ms: it grows, and it is said that it stopped and why."""
     bodies = [contents[name] for name in FMUS[Owner.MASTER]]
-    forces = reference(ride, STIFF, *bodies)
+    forces = reference(*ride, STIFF, *bodies)
     (point,) = grid(["jacobi-linear"], [2e-4], [Owner.VEHICLE]).points()
-    found = measure(ride, point, *(contents[n] for n in FMUS[Owner.VEHICLE]), forces)
+    found = measure(*ride, point, *(contents[n] for n in FMUS[Owner.VEHICLE]), forces)
     assert found.error > 1.0
     assert found.growth > 1.05
 
@@ -236,12 +238,12 @@ def test_folder_gives_back_what_it_keeps(tmp_path) -> None:
 
 def test_settings_tell_models_apart(ride, exported, short_track, tmp_path) -> None:
     """The same model exported again is the same; another one is not."""
-    ours = settings_of(ride, exported)
+    ours = settings_of(*ride, exported)
     assert ours["railcosim"] == version("railcosim")
     same = export(Vehicle(), short_track, tmp_path / "same")
-    assert settings_of(ride, same) == ours
+    assert settings_of(*ride, same) == ours
     rougher = Track(mesh=replace(short_track.mesh, highest_frequency=1400))
-    assert settings_of(ride, export(Vehicle(), rougher, tmp_path / "other")) != ours
+    assert settings_of(*ride, export(Vehicle(), rougher, tmp_path / "other")) != ours
 
 
 def test_table_and_its_files(tmp_path) -> None:
@@ -294,8 +296,8 @@ def test_here_every_point_is_measured_and_what_fails_is_said_of_its_point(ride, 
     found = {point.step: result for point, result in results}
     assert isinstance(found[-1.0], ValueError)
     assert told[-1] == (2.0, 2.0)
-    alone = reference(ride, STIFF, *(contents[name] for name in FMUS[Owner.MASTER]))
-    here = measure(ride, good, *(contents[name] for name in FMUS[good.owner]), alone)
+    alone = reference(*ride, STIFF, *(contents[name] for name in FMUS[Owner.MASTER]))
+    here = measure(*ride, good, *(contents[name] for name in FMUS[good.owner]), alone)
     # Other processes place arrays elsewhere, and sums are then rounded otherwise.
     assert found[good.step].error == pytest.approx(here.error, rel=1e-6)
 
@@ -303,7 +305,7 @@ def test_here_every_point_is_measured_and_what_fails_is_said_of_its_point(ride, 
 def test_here_what_cannot_be_solved_is_said_of_all_points_that_need_it(ride, contents) -> None:
     points = grid(["jacobi-constant"], [1e-4, 2e-4]).points()
     broken = {**contents, "Vehicle": b"no FMU"}
-    found = list(measured_here(ride, points, broken, lambda done, total: None))
+    found = list(measured_here(*ride, points, broken, lambda done, total: None))
     assert [point for point, _ in found] == points
     assert all("not a readable zip archive" in str(result) for _, result in found)
 
@@ -332,15 +334,15 @@ def test_a_killed_worker_loses_nothing(ride, contents, cluster) -> None:
                     killed.append(before[worker])
                     os.kill(before[worker], signal.SIGKILL)
 
-        for point, result in measured(client, ride, points, contents, kill):
+        for point, result in measured(client, *ride, points, contents, kill):
             assert isinstance(result, Measurement), result
             found.append((point, result))
         client.wait_for_workers(2, timeout=30)
         assert killed[0] not in client.run(os.getpid).values()
     assert sorted(str(p) for p, _ in found) == sorted(str(p) for p in points)
-    alone = reference(ride, STIFF, *(contents[name] for name in FMUS[Owner.MASTER]))
+    alone = reference(*ride, STIFF, *(contents[name] for name in FMUS[Owner.MASTER]))
     point, result = found[-1]
-    here = measure(ride, point, *(contents[name] for name in FMUS[point.owner]), alone)
+    here = measure(*ride, point, *(contents[name] for name in FMUS[point.owner]), alone)
     # Other processes place arrays elsewhere, and sums are then rounded otherwise.
     assert here.error == pytest.approx(result.error, rel=1e-6)
 
@@ -350,7 +352,7 @@ def test_what_fails_on_a_worker_is_said_of_its_point(ride, contents, cluster) ->
     good, bad = grid(["jacobi-constant"], [1e-4, 2e-4]).points()
     broken = replace(bad, step=-1.0)
     with connect(cluster.scheduler_address) as client:
-        results = measured(client, ride, [good, broken], contents, lambda done, total: None)
+        results = measured(client, *ride, [good, broken], contents, lambda done, total: None)
         found = {point.step: result for point, result in results}
     assert isinstance(found[good.step], Measurement)
     assert isinstance(found[-1.0], ValueError)

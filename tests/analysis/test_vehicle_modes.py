@@ -8,7 +8,8 @@ import pytest
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from railcosim.analysis.response.vehicle_modes import Gravity, Wheels, vehicle_modes
+from railcosim.analysis.response.choices import Gravity, Wheels
+from railcosim.analysis.response.vehicle_modes import vehicle_modes
 from railcosim.master.files import load, save
 from railcosim.parameters import ArgumentError
 from railcosim.reference.monolithic import assemble

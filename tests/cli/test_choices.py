@@ -9,7 +9,7 @@ from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.choice import choice_of, maker_of
 from railcosim.analysis.schemes.limits import predictable
-from railcosim.cli.keeping_options import keeping_of, loader_of
+from railcosim.cli.keeping_options import KeepingOptions
 from railcosim.cli.options import UsageError, contact_parameters
 from railcosim.cli.scheme_options import Inputs
 from railcosim.master.fmi.fmu import FmuComponent
@@ -70,24 +70,24 @@ def test_what_is_kept(tmp_path):
         params: ClassVar = {"scheme": "jacobi", "seed": None, "plot": Path("x.png")}
 
     context, out = Context(), tmp_path / "x.nc"
-    keeping = keeping_of(context, out, tmp_path / "c", None, None, energy=False)
+    keeping = KeepingOptions(checkpoint=tmp_path / "c").keeping(context, out)
     assert keeping.checkpoints.every == 0.1
     assert keeping.checkpoints.options == {
         "scheme": "jacobi", "plot": str(Path("x.png").absolute()),
     }  # fmt: skip
     for arguments, message in (
-        ((None, 1.0, None, False), "--every 1: of what"),
-        ((tmp_path / "c", -1.0, None, False), "--every -1: must be > 0 s"),
-        ((tmp_path / "x", None, None, False), "x.nc: is where --checkpoint .*x keeps its rows"),
-        ((tmp_path / "c", None, None, True), "--energy"),
-        ((None, None, tmp_path / "c", True), "--energy"),
+        ({"every": 1.0}, "--every 1: of what"),
+        ({"checkpoint": tmp_path / "c", "every": -1.0}, "--every -1: must be > 0 s"),
+        ({"checkpoint": tmp_path / "x"}, "x.nc: is where --checkpoint .*x keeps its rows"),
+        ({"checkpoint": tmp_path / "c", "energy": True}, "--energy"),
+        ({"resume": tmp_path / "c", "energy": True}, "--energy"),
     ):
         with pytest.raises(UsageError, match=message):
-            keeping_of(context, out, *arguments)
+            KeepingOptions(**arguments).keeping(context, out)
     with pytest.raises(UsageError, match=r"--checkpoint .*there is no folder"):
-        keeping_of(context, out, tmp_path / "no" / "c", None, None, energy=False)
-    assert loader_of(isolate=True) == IsolatedComponent.load
-    assert loader_of(isolate=False) == FmuComponent.load
+        KeepingOptions(checkpoint=tmp_path / "no" / "c").keeping(context, out)
+    assert KeepingOptions(isolate=True).load == IsolatedComponent.load
+    assert KeepingOptions().load == FmuComponent.load
 
 
 def test_contact_stiffness():

@@ -34,8 +34,26 @@ def test_no_command_is_help(railcosim):
     assert all(name in said.out for name in COMMANDS)
 
 
+HELP_OF_ALL = """
+import sys
+from railcosim.cli.commands import COMMANDS, loaded
+for name in COMMANDS:
+    loaded(name)
+    heavy = {"scipy", "xarray", "matplotlib", "fmpy", "dask"} & set(sys.modules)
+    assert not heavy, (name, heavy)
+"""
+
+
 def test_the_list_of_commands_loads_none_of_them():
     subprocess.run([sys.executable, "-c", LIGHT], check=True, capture_output=True)
+
+
+def test_help_loads_nothing_that_commands_work_with():
+    """It took up to 4 s of a processor."""
+    done = subprocess.run(
+        [sys.executable, "-c", HELP_OF_ALL], check=False, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -5,7 +5,7 @@ import pytest
 
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.analysis.schemes.study_point import Ride
+from railcosim.analysis.schemes.grid_run import study
 from railcosim.cli import compare, run_command, study_command
 from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi
@@ -58,17 +58,19 @@ def test_options_that_say_nothing_are_refused(text, options) -> None:
      (compare, "compare", "made")],
 )  # fmt: skip
 def test_commands_refuse_a_profile_that_ends_before_anything_is_made(
-    module, command, exports, short, tmp_path, monkeypatch
+    module, command, exports, short, railcosim, monkeypatch
 ) -> None:
     monkeypatch.setattr(module, exports, None)  # called, it would be another error
-    with pytest.raises(ParameterError, match=r"the run needs 6\.944"):
-        getattr(module, command)(out=tmp_path / "r.nc", irregularity=str(short), time=0.1)
+    said = railcosim(command, "--out", "r.nc", "--irregularity", short, "--time", "0.1")
+    assert said.status == 2
+    assert "the run needs 6.944" in said.err
 
 
 def test_python_refuses_it_before_anything_is_loaded(short) -> None:
     profile = read_profile(short)
     with pytest.raises(ParameterError, match="the run needs 6 m"):
-        Ride(speed=60.0, profile=profile, stop=0.1)
+        study({}, short.parent / "study", time=0.1, speed=60.0, irregularity=profile)
+    assert not (short.parent / "study").exists()
     journey = Journey(speed=60.0, held=True, profile=profile)
     course = Course(scheme=jacobi(), step=1e-4, stop=0.1)
     with pytest.raises(ParameterError, match="the run needs 6 m"):

@@ -166,7 +166,7 @@ def files(exported, tmp_path_factory):
 @pytest.mark.parametrize("command", MISTAKES)
 def test_a_mistake_is_one_line_and_status_2(railcosim, files, monkeypatch, command):
     monkeypatch.chdir(files)
-    monkeypatch.setattr("railcosim.cli.export.export_pair", None)  # not even begun
+    monkeypatch.setattr("railcosim.analysis.pair.export_pair.export_pair", None)  # not even begun
     monkeypatch.setattr("railcosim.master.memory.available", lambda: 8e9)
     status, out, err = railcosim(*shlex.split(command))
     assert (status, out) == (2, "")

@@ -15,14 +15,16 @@ REFERENCE = """
 import railcosim.cli.main  # as every command begins
 import sys
 from pathlib import Path
-from railcosim.analysis.schemes.study_point import Contact, Ride, reference
+from railcosim.analysis.pair.pair import Journey
+from railcosim.analysis.schemes.study_point import ContactCase, reference
 from railcosim.track.irregularity import synthesise
 
-ride = Ride(speed=70.0, stop=4e-3, profile=synthesise("german-low", 20.0))
-contact = Contact(label="stiff", parameters={"contact.nonlinear": False, "contact.stiffness": 1e9})
+ride = Journey(speed=70.0, held=True, profile=synthesise("german-low", 20.0)), 4e-3
+stiff = {"contact.nonlinear": False, "contact.stiffness": 1e9}
+contact = ContactCase(label="stiff", parameters=stiff)
 bodies = [Path(path).read_bytes() for path in sys.argv[1:]]
 for _ in range(2):
-    print(reference(ride, contact, *bodies).values.tobytes().hex())
+    print(reference(*ride, contact, *bodies).values.tobytes().hex())
 """
 
 

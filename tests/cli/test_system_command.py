@@ -3,17 +3,21 @@
 import numpy as np
 import pytest
 
+from railcosim.cli.keeping_options import KeepingOptions
 from railcosim.cli.options import UsageError
-from railcosim.cli.run_command import run
-from railcosim.cli.scheme_options import Inputs
+from railcosim.cli.run_system_command import run_system as command
+from railcosim.cli.scheme_options import CourseOptions, Inputs
 from railcosim.master.cosimulation import Divergence
 from railcosim.master.files import load
 
 from ..master.plant import component, connection, make_fmu, pack, real, ssd, values
 
 
-def run_system(path, out, **options):
-    run(out, path, scheme="gauss-seidel", inputs=Inputs.CONSTANT, **options)
+def run_system(path, out, plot=None, **course):
+    command(
+        system=path, out=out, plot=plot, keeping=KeepingOptions(), context=None,
+        course=CourseOptions(scheme="gauss-seidel", inputs=Inputs.CONSTANT, **course),
+    )  # fmt: skip
 
 
 @pytest.fixture

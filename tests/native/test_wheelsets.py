@@ -14,8 +14,8 @@ from scipy.linalg import block_diag
 
 from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.interface import Start, interface
-from railcosim.mechanics.modal import Everywhere
 from railcosim.mechanics.ports import Layout
+from railcosim.mechanics.shapes import Everywhere
 from railcosim.track.reduced import reduce_track
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import build_multibody

@@ -9,7 +9,7 @@ from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.stability import static_stiffness
-from railcosim.analysis.schemes.study_point import Contact, Point, Ride, measure, reference
+from railcosim.analysis.schemes.study_point import ContactCase, Point, measure, reference
 from railcosim.fmus.export import export
 from railcosim.master.connections import CouplingError
 from railcosim.mechanics.law import hertz_coefficient, tangent_stiffness
@@ -57,17 +57,17 @@ def test_numbers_are_those_of_the_vehicle_given(heavy, owner, given, stiffness) 
 def test_a_study_converges_with_the_vehicle_given(heavy, owner) -> None:
     """With the law of the built-in wheels in the reference, the error stays at 4e-4."""
     profile = synthesise("german-low", 60 * 0.02)
-    ride = Ride(speed=60.0, profile=profile, stop=0.02)
-    contact = Contact(label="hertz", parameters={"contact.nonlinear": True})
+    ride = Journey(speed=60.0, held=True, profile=profile), 0.02
+    contact = ContactCase(label="hertz", parameters={"contact.nonlinear": True})
     contents = {name: path.read_bytes() for name, path in heavy.items()}
-    forces = reference(ride, contact, *(contents[name] for name in FMUS[Owner.MASTER]))
+    forces = reference(*ride, contact, *(contents[name] for name in FMUS[Owner.MASTER]))
     name = "gauss-seidel-linear-vehicle-first"
     errors = []
     for step in (2e-5, 1e-5):
         point = Point(
             name=name, scheme=members()[name].scheme, owner=owner, contact=contact, step=step
         )
-        found = measure(ride, point, *(contents[file] for file in FMUS[owner]), forces)
+        found = measure(*ride, point, *(contents[file] for file in FMUS[owner]), forces)
         errors.append(found.error)
     # Second order, 4 (4.9 where the track owns the contact: the coarser step is not asymptotic);
     # where the laws differ, 1.

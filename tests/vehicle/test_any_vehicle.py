@@ -9,9 +9,10 @@ from scipy.linalg import eigh, null_space
 
 from railcosim.vehicle.assembly import assemble
 from railcosim.vehicle.bodies import WHEELSET, names_of
-from railcosim.vehicle.files import BUILT_IN, read_stock
+from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.modal import modal_form
 from railcosim.vehicle.multibody import build_multibody
+from railcosim.vehicle.names import BUILT_IN
 from railcosim.vehicle.parameters import (
     AxlePlace,
     CarBodyPlace,

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from railcosim.parameters import ParameterError, UnusualWarning
-from railcosim.vehicle.files import BUILT_IN, read_stock, write_stock
+from railcosim.vehicle.files import read_stock, write_stock
 from railcosim.vehicle.multibody import build_multibody
+from railcosim.vehicle.names import BUILT_IN
 from railcosim.vehicle.parameters import BogiePlace, CarBodyPlace, Vehicle
 from railcosim.vehicle.train import Train, TrainVehicle, train_of
 

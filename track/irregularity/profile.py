@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 
 from railcosim.parameters import ParameterError
 
@@ -90,6 +89,8 @@ class Profile:
         """
         front = float(start.max())
         z = np.stack([self.left, self.right], axis=1) * self._window()[:, None]
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415 - heavy
+
         spline = CubicSpline(self.x - self.x[0] + front, z)
         first, last = spline.x[0], spline.x[-1]
         until = math.inf if self.level_beyond else self.length + SLACK

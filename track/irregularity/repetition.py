@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from railcosim.parameters import ParameterError
 
@@ -50,6 +49,8 @@ def repeated(profile: Profile, length: float) -> Profile:
         )
     at = profile.x - profile.x[0]
     z = np.stack([profile.left, profile.right])
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415 - heavy
+
     begin = CubicSpline(at, z, axis=1)(np.maximum(at - period, 0))
     turn = z + _weight(at - period, blend) * (begin - z)
     # One turn from the end of the blend in the beginning to the sample before that in the end.

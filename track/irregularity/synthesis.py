@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy
-from scipy.fft import next_fast_len
 
 from railcosim.parameters import ParameterError
 
@@ -84,6 +82,8 @@ def synthesise(
     if seed < 0:
         raise ParameterError(f"seed {seed}: must be >= 0")
     vertical, cross_level = quality(name).vertical, None if coherent else _cross_level(name)
+    from scipy.fft import next_fast_len  # noqa: PLC0415 - heavy
+
     half = next_fast_len(math.ceil(BLOCK * longest * SAMPLES_PER_WAVE / shortest / 2), real=True)
     step = BLOCK * longest / (2 * half)
     if not 0 < length <= MAX_ROWS * step:
@@ -205,5 +205,7 @@ def estimated_density(profile: Profile, segment: float) -> tuple[FloatArray, Flo
             f"irregularity {profile.name}: {x.size} samples are too few for a spectrum"
         )
     z = np.interp(x, profile.x, profile.left)
-    n, density = scipy.signal.welch(z, fs=1 / step, nperseg=min(round(segment / step), z.size))
+    from scipy.signal import welch  # noqa: PLC0415 - heavy
+
+    n, density = welch(z, fs=1 / step, nperseg=min(round(segment / step), z.size))
     return 2 * np.pi * n[1:], density[1:] / (2 * np.pi)

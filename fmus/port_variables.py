@@ -1,0 +1,126 @@
+"""The variables of a body where it is met: of its ports, and of where wheelsets are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.ports import FORCE, IRREGULARITY, Face, Port, wheelset_name
+
+from .roles import Role
+from .scalar import Scalar
+
+
+def position(i: int, causality: str, start: float | None = None) -> Scalar:
+    """Where a wheelset is."""
+    return Scalar(
+        name=f"{wheelset_name(i)}.position",
+        unit="m",
+        description=f"position of wheelset {i} along the track, forward; on a ring it wraps",
+        role=Role.IN_POSITION if causality == "input" else Role.OUT_POSITION,
+        causality=causality,
+        index=i - 1,
+        start=start,
+        nominal=100.0,
+    )
+
+
+@dataclass(frozen=True)
+class AtPort:
+    """Makes the variables of one port of a body.
+
+    Attributes
+    ----------
+    body : ModalBody
+        Of which.
+    index : int
+        Which of its ports.
+    """
+
+    body: ModalBody
+    index: int
+
+    @property
+    def port(self) -> Port:
+        """The port."""
+        return self.body.layout.ports[self.index]
+
+    def _row(self, quantity: str, role: Role, causality: str, **known: Any) -> Scalar:
+        port = self.port
+        return Scalar(
+            name=port.name(quantity), role=role, causality=causality, index=self.index, port=port,
+            **known,
+        )  # fmt: skip
+
+    def force(self, causality: str, start: float | None = None) -> Scalar:
+        """Of the contact."""
+        direction = self.port.direction
+        return self._row(
+            FORCE, Role.IN_LOAD if causality == "input" else Role.OUT_FORCE, causality,
+            unit=direction.force, display_unit="kN", start=start, nominal=1e5,
+            description=FORCES.get(
+                direction.name,
+                f"contact force, {direction.positive} on the rail, the opposite on the wheel",
+            ),
+        )  # fmt: skip
+
+    def motion(self, face: Face, causality: str) -> Scalar:
+        """Of the body's own face, or the other's as an input."""
+        direction = self.port.direction
+        row = self._row(
+            face.motion, Role.IN_LOAD if causality == "input" else Role.OUT_MOTION, causality,
+            unit=direction.motion, display_unit="mm", nominal=1e-3,
+            start=0.0 if causality == "input" else None,
+            description=MOTIONS[face.name].format(direction.positive),
+        )  # fmt: skip
+        if causality == "input" or self.body.coordinates is None:
+            return row
+        return replace(row, role=Role.OUT_COORDINATE, index=self._coordinate())
+
+    def rate(self) -> Scalar:
+        """Of the body's own face."""
+        face, direction = self.body.face, self.port.direction
+        row = self._row(
+            face.rate, Role.OUT_MOTION_RATE, "output", unit=f"{direction.motion}/s",
+            display_unit="mm/s", nominal=0.1,
+            description=RATES[face.name].format(direction.positive),
+        )  # fmt: skip
+        if self.body.coordinates is None:
+            return row
+        return replace(row, role=Role.OUT_RATE, index=self._coordinate())
+
+    def irregularity(self) -> Scalar:
+        """Of the rail; it takes off what a rail presses against, and adds to what a wheel does."""
+        role = Role.IN_LOAD_LESS if self.body.sign < 0 else Role.IN_LOAD
+        return self._row(
+            IRREGULARITY,
+            role,
+            "input",
+            unit="m",
+            display_unit="mm",
+            start=0.0,
+            nominal=1e-3,
+            description="rail surface under the wheel below its nominal height, down positive",
+        )
+
+    def _coordinate(self) -> int:
+        known = self.body.coordinates
+        assert known is not None
+        return int(known.wheelsets[self.port.wheelset - 1])
+
+
+FORCES = {"z": "contact force, compression positive: down on the rail, up on the wheel"}
+MOTIONS = {
+    "rail": "deflection of the rail under the wheel, {}, from the unloaded track",
+    "wheel": "displacement of the wheel, {}, from touching the unloaded track",
+}
+RATES = {
+    "rail": "velocity ({}) of the rail's material point under the wheel",
+    "wheel": "velocity of the wheel, {}",
+}
+
+
+def ports_of(body: ModalBody) -> list[AtPort]:
+    """Makers of variables, in the order of the ports."""
+    return [AtPort(body, k) for k in range(body.ports)]

@@ -1,0 +1,55 @@
+"""The variables of every FMU: time, and how a step is made."""
+
+from __future__ import annotations
+
+from .roles import Role
+from .scalar import Scalar
+
+
+def time() -> Scalar:
+    """The independent variable."""
+    return Scalar(
+        name="time",
+        unit="s",
+        description="simulation time",
+        role=Role.TIME,
+        causality="independent",
+    )
+
+
+def input_hold() -> Scalar:
+    """How inputs go on over a step."""
+    return Scalar(
+        name="input_hold",
+        role=Role.HOLD,
+        unit="",
+        type="Integer",
+        causality="parameter",
+        variability="tunable",
+        start=0,
+        minimum=0,
+        maximum=2,
+        description="inputs over a step: 0 held; 1 on the line through the last two values set; "
+        "2 on the line to the value set, which is that at the end of the step",
+    )
+
+
+def internal_step() -> Scalar:
+    """Of the stepping inside.
+
+    At 250 km/h a wheel passes a tenth of an element in 0.1 ms, which costs 1e-4 of the swing of the
+    rail's deflection (measured against 6 microseconds), a thirtieth of what coupling costs at that
+    step. A contact inside costs 1e-3 of the swing of its force.
+    """
+    return Scalar(
+        name="internal_step",
+        role=Role.INTERNAL_STEP,
+        unit="s",
+        display_unit="ms",
+        causality="parameter",
+        variability="fixed",
+        start=1e-4,
+        minimum=1e-7,
+        nominal=1e-4,
+        description="longest internal step while wheels move or a contact force is solved for",
+    )

@@ -1,0 +1,137 @@
+"""Where the mode shapes of a body come from: a table along a ring, or the same everywhere.
+
+Needs numpy only: a copy of this file travels in every FMU.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .shape_functions import shape_functions
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Shaped: TypeAlias = tuple[ComplexArray, ComplexArray, ComplexArray]
+
+
+class Shapes(Protocol):
+    """Where mode shapes come from."""
+
+    @property
+    def local(self) -> bool:
+        """Whether every port has an oscillator of its own."""
+
+    def at(self, position: FloatArray, rows: int) -> Shaped:
+        """Shapes at the wheelsets.
+
+        Returns
+        -------
+        out, into : array, shape (rows, n)
+            As displacements, and as forces receive them; a row is a wheelset in a direction.
+        local : array, shape (rows,)
+            Of the local oscillators; empty without any.
+        """
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlongRing:
+    """Shapes as a table along one cell of a ring of cells.
+
+    Attributes
+    ----------
+    table : array, shape (n_nodes, 2 x directions, n)
+        Of each direction the displacement and its slope, at all nodes of a cell but its last, which
+        is the first of the next; numbers of single precision.
+    mu : array, shape (n,)
+        Phase of a mode from cell to cell, rad.
+    partner : array of int, shape (n,)
+        Mode whose shape receives the force.
+    local_table : array, shape (n_nodes, directions)
+        Shape of the local oscillator under each port.
+    cell_length : float
+        m.
+    cells : int
+        Of the ring.
+    """
+
+    table: NDArray[np.complex64]
+    mu: FloatArray
+    partner: NDArray[np.intp]
+    local_table: ComplexArray
+    cell_length: float
+    cells: int
+
+    @property
+    def local(self) -> bool:
+        """See `Shapes`."""
+        return True
+
+    @property
+    def length(self) -> float:
+        """Of the ring, m."""
+        return self.cell_length * self.cells
+
+    @cached_property
+    def _closed(self) -> tuple[ComplexArray, ComplexArray]:
+        """Both tables with the last node, not rounded by itself: a wheel must not feel the joint.
+
+        Contiguous, for `at` reads neighbours as one block.
+        """
+        table: ComplexArray = self.table.astype(complex)
+        closing = table[:1] * np.exp(1j * self.mu)
+        local = np.concatenate([self.local_table, self.local_table[:1]])
+        return np.ascontiguousarray(np.concatenate([table, closing])), local
+
+    @cached_property
+    def _phase(self) -> ComplexArray:
+        turned: ComplexArray = np.exp(1j * np.arange(self.cells)[:, None] * self.mu)
+        return turned  # (cells, n)
+
+    def at(self, position: FloatArray, rows: int) -> Shaped:
+        """See `Shapes`: between nodes displacements are Hermite's cubics."""
+        table, local_table = self._closed
+        element = self.cell_length / (table.shape[0] - 1)
+        cell, inside = np.divmod(position % self.length, self.cell_length)
+        first = np.minimum((inside / element).astype(int), table.shape[0] - 2)
+        xi = inside / element - first
+        weights, _ = shape_functions(xi, element, 0.0)
+        k = rows // position.size
+        out = np.empty((position.size, k, self.mu.size), dtype=complex)
+        for i, node in enumerate(first):
+            for d in range(k):
+                # Two neighbouring nodes are one block of memory; as real numbers, one BLAS call.
+                block = table[node : node + 2, 2 * d : 2 * d + 2].reshape(4, -1).view(float)
+                out[i, d] = (weights[i] @ block).view(complex)
+        out *= self._phase[cell.astype(int), None]
+        local = (1 - xi)[:, None] * local_table[first] + xi[:, None] * local_table[first + 1]
+        shaped: ComplexArray = out.reshape(rows, -1)
+        return shaped, shaped[:, self.partner], local.ravel()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Everywhere:
+    """Shapes that are the same wherever the wheelsets are.
+
+    Attributes
+    ----------
+    out, into : array, shape (rows, n)
+        See `Shapes`.
+    """
+
+    out: ComplexArray
+    into: ComplexArray
+
+    @property
+    def local(self) -> bool:
+        """See `Shapes`."""
+        return False
+
+    def at(self, position: FloatArray, rows: int) -> Shaped:
+        """See `Shapes`."""
+        del position, rows
+        return self.out, self.into, np.empty(0, complex)
