@@ -12,7 +12,7 @@ import pytest
 
 from railcosim.fmus.native_runtime.compile import SOURCES, sources
 
-FUZZING = 30  # s; some 3000 files a second
+FUZZING = 15  # s; some 3000 files a second
 HERE = Path(__file__).parent / "c"
 HEAD, ENTRY = 32, 64  # bytes; see resource.py
 FLAGS = ["-std=c99", "-g", "-O1", "-fno-omit-frame-pointer", "-DRAILCOSIM_FUZZING"]
