@@ -16,6 +16,7 @@ from .properties import (
     Coupler,
     Geometry,
     PrimarySuspension,
+    Rolling,
     SecondarySuspension,
     Wheelset,
 )
@@ -31,6 +32,7 @@ __all__ = [
     "CouplerPlace",
     "Geometry",
     "PrimarySuspension",
+    "Rolling",
     "SecondarySuspension",
     "Vehicle",
     "Wheelset",
@@ -45,7 +47,8 @@ class Vehicle:
 
     Attributes
     ----------
-    carbody, bogie, wheelset, primary_suspension, secondary_suspension, geometry, contact, coupler
+    carbody, bogie, wheelset, primary_suspension, secondary_suspension, geometry, contact,
+    rolling, coupler
         Properties of all such parts.
     carbodies, bogies, axles, couplers : tuple
         Places of any number of them, from the front, and what is other there.
@@ -68,6 +71,7 @@ class Vehicle:
     secondary_suspension: SecondarySuspension = field(default_factory=SecondarySuspension)
     geometry: Geometry = field(default_factory=Geometry)
     contact: Contact = field(default_factory=Contact)
+    rolling: Rolling = field(default_factory=Rolling)
     coupler: Coupler = field(default_factory=Coupler)
     carbodies: tuple[CarBodyPlace, ...] = ()
     bogies: tuple[BogiePlace, ...] = ()

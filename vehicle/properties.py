@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from railcosim.parameters import ParameterSet, Usual, quantity, switch
+from railcosim.parameters import ParameterSet, Usual, quantity, switch, word
 
 A1 = "Xu & Lu 2021, Table A1"
 LATERAL = "not used by the vertical model"
@@ -211,6 +211,47 @@ class Contact(ParameterSet):
     half_distance: float = quantity(
         0.7465, "m", f"half the distance of the points of contact across; {LATERAL}", above=0,
         usual=Usual(0.4, 0.9, "narrow to broad gauge"), source="middles of the heads of CHN60",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rolling(ParameterSet):
+    """How wheels roll on rails in three dimensions; the vertical model has no use for it."""
+
+    conicity: float = quantity(
+        0.05, "1", "lambda, tangent of the angle of conical wheels", above=0, maximum=1.0,
+        usual=Usual(0.01, 0.5, "new wheels of high speed to worn ones"),
+        source=f"{NONE}: cones of 1:20",
+    )  # fmt: skip
+    friction: float = quantity(
+        0.3, "1", "coefficient of friction", above=0, maximum=2.0,
+        usual=Usual(0.03, 0.6, "leaves to dry rails"), source=f"{NONE}: dry rails",
+    )  # fmt: skip
+    creep: str = word(
+        "saturated", "linear (Kalker), saturated (Shen, Hedrick & Elkins) or fastsim (Kalker)",
+        source="usual",
+    )  # fmt: skip
+    gravity: str = word(
+        "normals", "of cones: normals, contact springs along the normals; textbook, by eqs 4, 5",
+        source="Xu & Lu 2021",
+    )  # fmt: skip
+    flange_stiffness: float = quantity(
+        14.6e6, "N/m", "of a flange against its rail, across", minimum=0,
+        usual=Usual(1e6, 1e9, "rails that bend to steel"), source="Cooperrider 1972",
+    )  # fmt: skip
+    flange_clearance: float = quantity(
+        9.1e-3, "m", "how far a wheelset may go to one side", above=0,
+        usual=Usual(2e-3, 2e-2, "narrow new to worn"), source="Cooperrider 1972",
+    )  # fmt: skip
+    flange_depth: float = quantity(
+        0.014, "m", "of a flange's contact below the top of the rail", minimum=0,
+        usual=Usual(0.005, 0.03, "high to low on the flange"), source="EN 13848, where gauge is",
+    )  # fmt: skip
+    wheel_profile: str = word("", "CSV of a profile in place of a cone", source="none: a cone")
+    rail_profile: str = word("", "CSV of its rail, with wheel_profile", source="none: a circle")
+    profile_range: float = quantity(
+        8e-3, "m", "how far to either side profiles are tabulated", minimum=1e-3, maximum=0.05,
+        usual=Usual(2e-3, 2e-2, "without flanges to worn ones"), source="short of most flanges",
     )  # fmt: skip
 
 

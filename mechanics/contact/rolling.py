@@ -59,11 +59,16 @@ class Slip(Generic[Numbers]):
     rolling: Numbers
 
 
+def ahead(touch: Touch[Numbers], yaw: Numbers) -> Numbers:
+    """How far in front of its wheelset's middle a contact lies, m; see `Cone.yaw_sinking`."""
+    found: Numbers = -(touch.y - touch.radius * np.tan(touch.slope)) * yaw
+    return found
+
+
 def slip(touch: Touch[Numbers], q: Numbers, radius: float) -> Slip[Numbers]:
     """Kinematics of contact points, of the material of wheel and rail.
 
-    The axle turns by -V/r0 beyond its spin, about (-yaw, cos roll, sin roll). A contact point on a
-    wheelset that yaws lies at x = -(y - r tan(slope)) yaw, see `Cone.yaw_sinking`.
+    The axle turns by -V/r0 beyond its spin, about (-yaw, cos roll, sin roll).
 
     References
     ----------
@@ -73,7 +78,7 @@ def slip(touch: Touch[Numbers], q: Numbers, radius: float) -> Slip[Numbers]:
     slope, r, y = touch.slope, touch.radius, touch.y
     alpha = slope - roll  # of the normal in the track's frame
     c, s = np.cos(alpha), np.sin(alpha)
-    x = -(y - r * np.tan(slope)) * yaw
+    x = ahead(touch, yaw)
     out = np.cos(roll) * y - np.sin(roll) * r  # across from the wheelset's centre, in the track
     none = np.zeros_like(yaw)
     turned = yaw * r / np.cos(slope)
@@ -147,10 +152,7 @@ class RollingContact:
         array, shape (..., n, 8)
             N and N m: with a coordinate's rate they give the power into its body.
         """
-        touch = self.geometry.touch(q, self.side)
-        normal = self._normal(touch)
-        slides = slip(touch, q, self.geometry.radius)
-        tangential = self._tangential(touch, normal, slides, v)
+        touch, normal, slides, tangential = self._parts(q, v)
         total = np.einsum("...ij,...i->...j", slides.J, tangential)
         total = total - normal[..., None] * touch.gradient
         if self.flange is not None:
@@ -160,9 +162,29 @@ class RollingContact:
 
     def creep_forces(self, q: Numbers, v: Numbers) -> tuple[Numbers, Numbers]:
         """Creepages, and forces on the wheels in the planes of contact, both (..., n, 3)."""
-        touch = self.geometry.touch(q, self.side)
-        slides = slip(touch, q, self.geometry.radius)
-        return self._creepage(slides, v), self._tangential(touch, self._normal(touch), slides, v)
+        _, _, slides, tangential = self._parts(q, v)
+        return self._creepage(slides, v), tangential
+
+    def at_datum(self, q: Numbers, v: Numbers) -> Numbers:
+        """What the wheels do to the rails, at the rails' data.
+
+        Returns
+        -------
+        array, shape (..., n, 5)
+            Forces along x, y and z (N), moments about x and z (N m). Those about y and those of
+            second order of the moment about z are left out: a rail does not feel them.
+        """
+        touch, normal, _, tangential = self._parts(q, v)
+        down, alpha = self.force(q, v)[..., 5:], touch.slope - q[..., 2]
+        on_rail = -tangential
+        out = np.cos(alpha) * on_rail[..., 1] + normal * np.sin(alpha)
+        yawing = (
+            ahead(touch, q[..., 4]) * out
+            - touch.rail_y * on_rail[..., 0]
+            + np.cos(alpha) * on_rail[..., 2]
+        )
+        found: Numbers = np.concatenate([on_rail[..., :1], down, yawing[..., None]], axis=-1)
+        return found
 
     def tangents(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Derivatives of the forces by coordinates and by rates, each (n, 8, 8)."""
@@ -171,6 +193,16 @@ class RollingContact:
         by = derivatives(lambda x: self.force(x[..., :m], x[..., m:]), both)
         return by[..., :m], by[..., m:]
 
+    def _parts(
+        self, q: Numbers, v: Numbers
+    ) -> tuple[Touch[Numbers], Numbers, Slip[Numbers], Numbers]:
+        """Contacts, normal forces, what slides, and forces in the planes of contact."""
+        touch = self.geometry.touch(q, self.side)
+        normal = self._normal(touch)
+        slides = slip(touch, q, self.geometry.radius)
+        tangential: Numbers = self.creep.force(touch.patch, normal, self._creepage(slides, v))
+        return touch, normal, slides, tangential
+
     def _normal(self, touch: Touch[Numbers]) -> Numbers:
         closed = positive(touch.compression)
         found: Numbers = touch.patch.ellipse.C * closed * np.sqrt(closed)
@@ -178,12 +210,6 @@ class RollingContact:
 
     def _creepage(self, slides: Slip[Numbers], v: Numbers) -> Numbers:
         found: Numbers = np.einsum("...ij,...j->...i", slides.J, v) / self.speed + slides.rolling
-        return found
-
-    def _tangential(
-        self, touch: Touch[Numbers], normal: Numbers, slides: Slip[Numbers], v: Numbers
-    ) -> Numbers:
-        found: Numbers = self.creep.force(touch.patch, normal, self._creepage(slides, v))
         return found
 
 

@@ -24,7 +24,7 @@ QUANTITIES = [
     for chosen in SETS
     if chosen != ()  # arrays of tables, of which there are none by default
     for declared in quantities(chosen)
-    if not isinstance(declared.default, bool)
+    if not isinstance(declared.default, (bool, str))
     for number in (declared.default if isinstance(declared.default, tuple) else [declared.default])
 ]
 

@@ -5,7 +5,8 @@ import pytest
 
 from railcosim.mechanics.contact.geometry import LEFT, RIGHT, Cone
 from railcosim.mechanics.contact.numbers import derivatives
-from railcosim.mechanics.contact.profiles import Curve, Profiled, ProfileError, tabulate
+from railcosim.mechanics.contact.profiled import Profiled
+from railcosim.mechanics.contact.profiles import Curve, ProfileError, tabulate
 from railcosim.mechanics.contact.wheelset import linear_wheelset
 
 R0, B, R, LAMBDA = 0.46, 0.75, 0.3, 0.05

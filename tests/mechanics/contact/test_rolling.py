@@ -102,6 +102,33 @@ def test_creep_only_takes(creep):
         assert power == pytest.approx(lost - pull - elastic, rel=1e-9, abs=1e-6)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_what_wheels_do_to_rails_turns_the_wheelset_back(seed):
+    """The opposite, at the same point, is the yaw moment on the wheelset: x F_y - y F_x + M_z."""
+    rolling, (q, v) = law(SHEN), motions(seed)
+    f_x, f_y, f_z, m_x, m_z = np.moveaxis(rolling.at_datum(q, v), -1, 0)
+    force = rolling.force(q, v)
+    assert force[:, 5:] == pytest.approx(np.stack([f_y, f_z, m_x], axis=1))
+    arm = SIDES * CONE.half_distance + q[:, 5] - q[:, 0]
+    # Gravity's part to the first order in yaw and conicity: load, millirad, micrometres.
+    assert force[:, 4] == pytest.approx(-(m_z - arm * f_x), abs=2e-4 * np.abs(force).max())
+
+
+def test_a_wheel_that_is_held_to_the_right_pushes_its_rails():
+    """Both rails to the right by the creep of a wheelset that slides to the right, and down."""
+    rolling = law()
+    rest = at_rest(rolling, LOAD)
+    v = np.zeros((2, 8))
+    v[:, 0] = 0.02
+    change = rolling.at_datum(rest, v) - rolling.at_datum(rest, 0 * v)
+    assert change[:, 1].min() > 0
+    assert rolling.at_datum(rest, v)[:, 2].min() > 0.9 * LOAD
+    # A wheelset that turns too slowly draws its rails forward with it.
+    slow = np.zeros((2, 8))
+    slow[:, 3] = 0.1  # about +y: less than the -V / r0 of rolling
+    assert rolling.at_datum(rest, slow)[:, 0].min() > 0
+
+
 # --- a wheelset on two rails over time ----------------------------------------------------------
 
 MASS = np.diag([1680, 1680, 773.3, 130, 770.0, *2 * [60.0, 60.0, 0.3]])
