@@ -5,6 +5,7 @@
 #ifndef RAILCOSIM_BODY_H
 #define RAILCOSIM_BODY_H
 
+#include "arrays.h"
 #include "kernels.h"
 #include "model.h"
 
@@ -15,7 +16,8 @@ typedef struct {
     double xi;
 } Place;
 
-/* Mode shapes at the wheelsets: (padded_rows, width) each, and the local modes' at the contacts. */
+/* Mode shapes at the wheelsets, (padded_rows, room) for each chunk, one after the other, so that a
+   chunk is one piece of memory; and the local modes' at the contacts. */
 typedef struct {
     double *out_re, *out_im;       /* as displacements */
     const double *in_re, *in_im;   /* as forces receive them, before the segments' exchange */
@@ -23,22 +25,27 @@ typedef struct {
     Place *place; /* of each wheelset, what they are for */
 } Shapes;
 
+/* One number a row, padded_rows of them, for even modes and for odd ones. */
+typedef struct {
+    double *of[2];
+} ByParity;
+
 typedef struct {
     const Model *model;
     const Kernels *kernels;
     Shapes shapes, slope;       /* at the last position asked for; and a change of shapes */
-    Shapes between;             /* in the middle of a step, for contacts inside */
+    Shapes between;             /* in the middle of a step */
     Place *places;              /* all that follow */
     Place *entered;             /* and in which element `element` is */
-    Place *middle, *end;        /* scratch of body_roll */
-    double *element;            /* (rows, ELEMENT_PARTS, width): the table where wheelsets are */
+    Place *middle, *end;        /* of a step that is being made */
+    double *element;            /* the table where wheelsets are, (padded_rows, ELEMENT_PARTS, room)
+                                   for each chunk */
+    double *weights;            /* of it, in the middle and at the end: (wheelsets, 6) */
     double *flexibility;        /* -1 / lambda, 2 * modes */
-    double *by_parity[6];       /* scratch of padded_rows each: even, odd, and for body_roll more */
-    double *even, *odd;         /* the first two */
-    double *G_even, *G_odd;     /* scratch: (padded_rows, padded_rows) each */
-    double *local;              /* scratch: 2 contacts */
-    double *work;               /* scratch: 2 * modes */
-    double *memory;
+    ByParity split[6];          /* scratch: one number a row */
+    double *G[2];               /* scratch, of even and odd modes: 3 of (padded_rows, padded_rows) */
+    double *rate;               /* scratch: 2 * modes */
+    Arrays arrays;
 } Body;
 
 int body_create(Body *body, const Model *model); /* 0: no memory */
@@ -48,26 +55,19 @@ void body_free(Body *body);
    body_shapes_between gives until it is asked again. */
 const Shapes *body_shapes(Body *body, const double *position);
 const Shapes *body_shapes_between(Body *body, const double *position);
-/* Both at once: of a step that passes `middle` on its way to `end`. */
-void body_pass(Body *body, const double *middle, const double *end);
 /* Derivative of shapes along `change` of the positions that they are for. */
 const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change);
-/* Shapes at the end of a step that passes `middle`, and the generalised forces there and, if `g0`
-   is not NULL, under the shapes as they are now; of forces beyond the preload. */
-const Shapes *body_roll(Body *body, const double *force0, const double *middle,
-                        const double *force_m, const double *end, const double *force1,
-                        double *g0, double *gm, double *g1);
 /* Generalised forces g of forces beyond the preload, one a contact. */
 void body_drive(const Body *body, const Shapes *shapes, const double *force, double *g);
 /* Displacements at the contacts of the displacements in x (2 modes + rigid). */
 void body_observe(const Body *body, const Shapes *shapes, const double *x, double *z);
-/* Of a track: velocities at the contacts under generalised forces g. */
-void body_velocity(const Body *body, const Shapes *shapes, const double *x, const double *g,
-                   double *vz);
-/* Displacement per force where a force moves a mode by `weight`, a rigid coordinate by
-   `rigid_weight`: (contacts, contacts). */
-void body_compliance(const Body *body, const Shapes *shapes, const double *weight, double rigid_weight,
-                     double *G);
+/* The same of a track, and velocities under generalised forces g. */
+void body_look(const Body *body, const Shapes *shapes, const double *x, const double *g, double *z,
+               double *vz);
+/* Displacements per force where forces move modes by three weights, rigid coordinates by as many:
+   three matrices (contacts, contacts). */
+void body_compliance(const Body *body, const Shapes *shapes, const double *const weight[3],
+                     const double rigid_weight[3], double *G);
 /* The state at rest under generalised forces. */
 void body_at_rest(const Body *body, const double *g, double *x);
 /* Coordinate of the multibody model from the displacements in x. */
@@ -79,15 +79,56 @@ void body_acceleration(const Body *body, const double *x, double *acceleration);
 /* dx/dt under generalised forces; g may be NULL: none. */
 void body_rate(const Body *body, const double *x, const double *g, double *rate);
 
-/* --- for each other ---------------------------------------------------------------------------- */
+/* --- chunk by chunk ---------------------------------------------------------------------------- */
 
-/* Forces that move even and odd modes. */
-void body_split(const Model *model, const double *force, double *even, double *odd);
-/* Modes `from` to `from` + `size` among the shapes, which are of one parity, driven by f. */
-void body_drive_modes(const Body *body, const Shapes *shapes, size_t from, size_t size,
-                      const double *f, double *g);
-/* Local modes driven by the forces at their contacts. */
-void body_drive_local(const Model *model, const double *shape_re, const double *shape_im,
-                      const double *force, double *g);
+/* Where shapes of a chunk begin, and one row of it. */
+static inline size_t body_place(const Body *body, const Chunk *chunk, size_t row)
+{
+    return body->model->padded_rows * chunk->at + row * chunk->room;
+}
+/* A step of a track to `end` that passes `middle` (m). Then, for each chunk, shapes in the middle, at
+   `place` of body->between, and at the end. */
+void body_begin_pass(Body *body, const double *middle, const double *end);
+void body_pass(Body *body, const Chunk *chunk, size_t place);
+/* After all chunks: what is left of both shapes. Whether those in the middle are kept, each chunk in
+   its own place. */
+void body_end_pass(Body *body, int kept);
+/* Whether shapes of the ring are already where a step ends and, if they are kept, passes. */
+int body_has_passed(const Body *body, int kept);
+/* Shapes in the middle; of a vehicle they are the same everywhere. */
+static inline const Shapes *body_between(const Body *body)
+{
+    return body->model->nodes > 0 ? &body->between : &body->shapes;
+}
+
+/* Forces that move even and odd modes, of forces at contacts. */
+void body_split(const Model *model, const double *force, const ByParity *f);
+/* Generalised forces of a chunk, whose shapes are at `place`. */
+void body_drive_chunk(const Body *body, const Shapes *shapes, size_t place, const Chunk *chunk,
+                      const ByParity *f, double *g);
+/* The same twice: g by f, d by e. */
+void body_drive_both(const Body *body, const Shapes *shapes, const Chunk *chunk, const ByParity *f,
+                     const ByParity *e, double *g, double *d);
+/* And of what is left: local modes, rigid coordinates. */
+void body_drive_rest(const Body *body, const Shapes *shapes, const double *force,
+                     const ByParity *f, double *g);
+/* Add displacements of a chunk to those of even and odd modes; and velocities. */
+void body_observe_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
+                        const double *x, const ByParity *z);
+void body_look_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk, const double *x,
+                     const double *g, const ByParity *z, const ByParity *vz);
+void body_no_motion(const Model *model, const ByParity *z);
+/* Displacements at the contacts of those of even and odd modes, and of what is left. */
+void body_observe_rest(const Body *body, const Shapes *shapes, const double *x, const ByParity *z,
+                       double *at_contacts);
+void body_look_rest(const Body *body, const Shapes *shapes, const double *x, const double *g,
+                    const ByParity *z, const ByParity *vz, double *at_contacts,
+                    double *velocities);
+/* Compliance: begin with none, add chunks, and make matrices of it. */
+void body_no_compliance(const Body *body);
+void body_respond_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
+                        const double *const weight[3]);
+void body_respond_rest(const Body *body, const Shapes *shapes, const double *const weight[3],
+                       const double rigid_weight[3], double *G);
 
 #endif

@@ -105,34 +105,60 @@ static void rigid_along(const Model *m, double h, const double *x, const double 
     add_rigid(m, 0, h / 6, g1, next);
 }
 
+void step_chunk(const Body *body, const Coefficients *c, const Chunk *chunk, const double *x,
+                const double *g0, const double *gm, const double *g1, double *next)
+{
+    const Model *m = body->model;
+    double *const *phi = c->phi;
+    for (size_t k = chunk->first; k < chunk->end; k++) {
+        const Segment *s = &m->segment[k];
+        const size_t to = s->to, in = s->in, pole = s->pole;
+        const double *const p[PHIS] = {phi[0] + pole, phi[1] + pole, phi[2] + pole,
+                                       phi[3] + pole};
+        body->kernels->advance(s->size, m->modes, m->drives, c->h, p, x + to, g0 + in, gm + in,
+                               g1 + in, next + to);
+    }
+}
+
+void step_rest(const Body *body, const Coefficients *c, const double *x, const double *g0,
+               const double *gm, const double *g1, double *next)
+{
+    const Model *m = body->model;
+    step_chunk(body, c, &m->chunk[m->chunks], x, g0, gm, g1, next);
+    rigid_along(m, c->h, x, g0, gm, g1, next);
+}
+
 void step_along(const Body *body, const Coefficients *c, const double *x, const double *g0,
                 const double *gm, const double *g1, double *next)
 {
     const Model *m = body->model;
-    double *const *phi = c->phi;
-    for (size_t k = 0; k <= m->segments; k++) {
-        const Segment *s = &m->segment[k];
-        const size_t to = s->to, in = s->in;
-        body->kernels->advance(s->size, m->modes, m->drives, c->h, phi[0] + to, phi[1] + to,
-                               phi[2] + to, phi[3] + to, x + to, g0 + in, gm + in, g1 + in,
-                               next + to);
-    }
-    rigid_along(m, c->h, x, g0, gm, g1, next);
+    for (size_t k = 0; k < m->chunks; k++)
+        step_chunk(body, c, &m->chunk[k], x, g0, gm, g1, next);
+    step_rest(body, c, x, g0, gm, g1, next);
 }
 
-void step_and_average(const Body *body, const Coefficients *c, const double *x, const double *g0,
-                      const double *gm, const double *g1, double *next, double *differs)
+void average_chunk(const Body *body, const Coefficients *c, const Chunk *chunk, const double *x,
+                   const double *g0, const double *gm, const double *g1, double *next,
+                   double *differs)
+{
+    const Model *m = body->model;
+    double *const *phi = c->phi;
+    for (size_t k = chunk->first; k < chunk->end; k++) {
+        const Segment *s = &m->segment[k];
+        const size_t to = s->to, in = s->in, pole = s->pole;
+        const double *const p[PHIS] = {phi[0] + pole, phi[1] + pole, phi[2] + pole,
+                                       phi[3] + pole, phi[4] + pole};
+        body->kernels->advance_both(s->size, m->modes, m->drives, c->h, p, x + to, g0 + in,
+                                    gm + in, g1 + in, next + to, differs + to);
+    }
+}
+
+void average_rest(const Body *body, const Coefficients *c, const double *x, const double *g0,
+                  const double *gm, const double *g1, double *next, double *differs)
 {
     const Model *m = body->model;
     const double h = c->h;
-    double *const *phi = c->phi;
-    for (size_t k = 0; k <= m->segments; k++) {
-        const Segment *s = &m->segment[k];
-        const size_t to = s->to, in = s->in;
-        body->kernels->advance_both(s->size, m->modes, m->drives, h, phi[0] + to, phi[1] + to,
-                                    phi[2] + to, phi[3] + to, phi[4] + to, x + to, g0 + in,
-                                    gm + in, g1 + in, next + to, differs + to);
-    }
+    average_chunk(body, c, &m->chunk[m->chunks], x, g0, gm, g1, next, differs);
     rigid_along(m, h, x, g0, gm, g1, next);
     move_rigid(m, h / 2, x, differs);
     add_rigid(m, 3 * h * h / 40, 0, g0, differs);
@@ -142,18 +168,43 @@ void step_and_average(const Body *body, const Coefficients *c, const double *x, 
         differs[r] -= (x[r] + next[r]) / 6;
 }
 
+void step_and_average(const Body *body, const Coefficients *c, const double *x, const double *g0,
+                      const double *gm, const double *g1, double *next, double *differs)
+{
+    const Model *m = body->model;
+    for (size_t k = 0; k < m->chunks; k++)
+        average_chunk(body, c, &m->chunk[k], x, g0, gm, g1, next, differs);
+    average_rest(body, c, x, g0, gm, g1, next, differs);
+}
+
+void step_add_chunk(const Body *body, const Coefficients *c, const Chunk *chunk, int average,
+                    const double *mean, const double *slope, double *next)
+{
+    const Model *m = body->model;
+    double *const *phi = c->phi + average;
+    for (size_t k = chunk->first; k < chunk->end; k++) {
+        const Segment *s = &m->segment[k];
+        const size_t to = s->to, in = s->in;
+        body->kernels->add_line(s->size, m->modes, m->drives, c->h, phi[1] + s->pole,
+                                phi[2] + s->pole, mean + in, slope + in, next + to);
+    }
+}
+
+void step_add_rest(const Body *body, const Coefficients *c, int average, const double *mean,
+                   const double *slope, double *next)
+{
+    const Model *m = body->model;
+    const double first = rigid_weight(c, 1 + average), second = rigid_weight(c, 2 + average);
+    step_add_chunk(body, c, &m->chunk[m->chunks], average, mean, slope, next);
+    add_rigid(m, first, average ? 0 : c->h, mean, next);
+    add_rigid(m, 2 * second - first, 0, slope, next);
+}
+
 void step_add(const Body *body, const Coefficients *c, int average, const double *mean,
               const double *slope, double *next)
 {
     const Model *m = body->model;
-    double *const *phi = c->phi + average;
-    const double first = rigid_weight(c, 1 + average), second = rigid_weight(c, 2 + average);
-    for (size_t k = 0; k <= m->segments; k++) {
-        const Segment *s = &m->segment[k];
-        const size_t to = s->to, in = s->in;
-        body->kernels->add_line(s->size, m->modes, m->drives, c->h, phi[1] + to, phi[2] + to,
-                                mean + in, slope + in, next + to);
-    }
-    add_rigid(m, first, average ? 0 : c->h, mean, next);
-    add_rigid(m, 2 * second - first, 0, slope, next);
+    for (size_t k = 0; k < m->chunks; k++)
+        step_add_chunk(body, c, &m->chunk[k], average, mean, slope, next);
+    step_add_rest(body, c, average, mean, slope, next);
 }

@@ -23,9 +23,23 @@ void step_along(const Body *body, const Coefficients *c, const double *x, const 
 /* The same, and how the average over the step differs from a sixth of both ends. */
 void step_and_average(const Body *body, const Coefficients *c, const double *x, const double *g0,
                       const double *gm, const double *g1, double *next, double *differs);
+/* Parts of both: modes of a chunk, and what is left: local modes, rigid coordinates. */
+void step_chunk(const Body *body, const Coefficients *c, const Chunk *chunk, const double *x,
+                const double *g0, const double *gm, const double *g1, double *next);
+void step_rest(const Body *body, const Coefficients *c, const double *x, const double *g0,
+               const double *gm, const double *g1, double *next);
+void average_chunk(const Body *body, const Coefficients *c, const Chunk *chunk, const double *x,
+                   const double *g0, const double *gm, const double *g1, double *next,
+                   double *differs);
+void average_rest(const Body *body, const Coefficients *c, const double *x, const double *g0,
+                  const double *gm, const double *g1, double *next, double *differs);
 /* Add what forces mean + slope (2 theta - 1) do to the state at the end, or on `average`. */
 void step_add(const Body *body, const Coefficients *c, int average, const double *mean,
               const double *slope, double *next);
+void step_add_chunk(const Body *body, const Coefficients *c, const Chunk *chunk, int average,
+                    const double *mean, const double *slope, double *next);
+void step_add_rest(const Body *body, const Coefficients *c, int average, const double *mean,
+                   const double *slope, double *next);
 /* Displacement of a rigid coordinate by a force as phi_k weighs it, s^2. */
 double rigid_weight(const Coefficients *c, int k);
 

@@ -18,10 +18,10 @@ Status instance_fail(Instance *instance, const char *format, ...)
 /* Lay the arrays out in one block. */
 static int make_live(Instance *i)
 {
-    const size_t u = i->model.inputs, x = i->model.states, v = i->model.variables;
+    const size_t u = i->model.inputs, v = i->model.variables;
     const size_t clock = sizeof(Clock) / sizeof(double);
-    i->live_size = clock + v + 7 * u + 2 * x;
-    i->live = calloc(i->live_size + 2 * x + 4 * u, sizeof(double));
+    i->live_size = clock + v + 7 * u;
+    i->live = calloc(i->live_size + 4 * u, sizeof(double));
     if (i->live == NULL)
         return 0;
     double *at = i->live + clock;
@@ -32,12 +32,24 @@ static int make_live(Instance *i)
     at += v;
     for (size_t k = 0; k < sizeof parts / sizeof *parts; k++, at += u)
         *parts[k] = at;
-    i->x = at;
-    i->x_before = at + x;
-    i->next = at + 2 * x;
-    i->dx = at + 3 * x;
     for (size_t k = 0; k < 4; k++)
-        i->plan[k] = at + 4 * x + k * u;
+        i->plan[k] = at + k * u;
+    return 1;
+}
+
+static void lay_out_states(Instance *i)
+{
+    double **of_x[] = {&i->x, &i->x_before, &i->next, &i->dx};
+    for (size_t k = 0; k < sizeof of_x / sizeof *of_x; k++)
+        *of_x[k] = arrays_take(&i->states, i->model.states);
+}
+
+static int make_states(Instance *i)
+{
+    lay_out_states(i);
+    if (!arrays_make(&i->states))
+        return 0;
+    lay_out_states(i);
     return 1;
 }
 
@@ -79,7 +91,7 @@ static int open_model(Instance *i, const char *resource, const char *guid)
         instance_fail(i, "with a contact of its own this FMU is for co-simulation only");
         return 0;
     }
-    if (!make_live(i) || !make_scratch(i) || !motion_create(&i->motion, &i->model)) {
+    if (!make_live(i) || !make_states(i) || !make_scratch(i) || !motion_create(&i->motion, &i->model)) {
         instance_fail(i, "not enough memory");
         return 0;
     }
@@ -110,6 +122,7 @@ void instance_free(Instance *instance)
     motion_free(&instance->motion);
     model_free(&instance->model);
     free(instance->live);
+    free(instance->states.memory);
     free(instance->scratch);
     free(instance);
 }
@@ -139,6 +152,9 @@ int instance_allows(Instance *instance, Phase phases, const char *call)
 Status instance_reset(Instance *i)
 {
     memset(i->live, 0, i->live_size * sizeof(double));
+    memset(i->x, 0, i->model.states * sizeof(double));
+    memset(i->x_before, 0, i->model.states * sizeof(double));
+    motion_forget(&i->motion);
     for (size_t k = 0; k < i->model.variables; k++)
         i->value[k] = i->model.variable[k].start;
     for (size_t k = 0; k < i->model.inputs; k++)

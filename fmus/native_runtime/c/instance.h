@@ -24,7 +24,8 @@ enum { FIRST_STATE = 1 << 16, FIRST_DERIVATIVE = 1 << 24 };
 
 typedef void (*Log)(void *context, Status status, const char *text);
 
-/* Everything that decides the future, as one block of numbers: a snapshot is a copy of it. */
+/* Everything that decides the future begins with this: a snapshot is a copy of `live` and of the states
+   now and before. */
 typedef struct {
     double time, phase;
     double stale;          /* outputs are older than what they depend on */
@@ -40,18 +41,20 @@ typedef struct {
     Log log;
     void *context;
     char text[512];
-    size_t live_size; /* numbers in `live` */
+    size_t live_size; /* numbers in `live`, without the states */
     double *live;     /* Clock, then the arrays below */
     Clock *clock;
     double *value;                /* of every variable, by reference */
     double *u_end;                /* inputs at the end of the last step */
     double *shown;                /* those that outputs are for: u_end, or as set since then */
     double *u_slope, *u_curve;    /* input derivatives for the next step */
+    double *path[3];              /* inputs over the last step: value, slope, curvature */
+    /* Not in `live`: each step takes the next one of these for its result, and copies nothing. */
     double *x;                    /* state */
     double *x_before;             /* at the beginning of the last step */
-    double *path[3];              /* inputs over the last step: value, slope, curvature */
-    double *next, *dx;            /* scratch, not part of `live`: as x */
-    double *plan[4];              /* and: path of the next step, and the inputs set */
+    double *next, *dx;            /* scratch: as x */
+    Arrays states;
+    double *plan[4];              /* scratch: path of the next step, and the inputs set */
     double *scratch;              /* the arrays that follow */
     Inputs now, change;
     InputPath over, over_change;            /* the last or the next step */

@@ -12,6 +12,8 @@ typedef double Lanes;
 #define LANE(lanes, l) (lanes)
 #endif
 #define AT(array, place) (*(const Lanes *)((array) + (place)))
+#define PUT(array, place) (*(Lanes *)((array) + (place)))
+#define ONE(array, place) ((array)[place])
 
 #define NAME(kernel) kernel##_plain
 #define TARGET

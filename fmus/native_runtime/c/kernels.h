@@ -9,8 +9,14 @@
    node, by how much they differ at the second one, their slopes at both; real and imaginary. */
 enum { ELEMENT_PARTS = 8 };
 
+/* Where rows begin. */
+typedef struct {
+    const double *re, *im;
+} Rows;
+
 /* Every kernel is compiled for the oldest processor and, on x86-64, for AVX2 as well. Shapes are
-   rows, four at a time where there are four of something, `stride` apart. */
+   rows, four at a time where there are four of something, `stride` apart; what evaluates them
+   and drive take whole cache lines. */
 typedef struct {
     /* An element from the table of shapes: rows a and `stride_table` behind it are shape and slope
        at the first node, b at the second; imaginary parts are `im` further on. Each is turned by
@@ -21,22 +27,35 @@ typedef struct {
     /* X = e0 + w0 e1 + w1 e2 + w2 e3, of an element's four complex parts. */
     void (*evaluate)(size_t n, size_t stride, const double *restrict element, const double w[3],
                      double *restrict X_re, double *restrict X_im);
-    /* g = w0 e0 + w1 e1 + w2 e2 + w3 e3, or (`more`) that much more. */
+    /* The same twice, X by w and Y by v: where a wheelset is in the middle and at the end. */
+    void (*evaluate_both)(size_t n, size_t stride, const double *restrict element,
+                          const double w[3], const double v[3], double *restrict X_re,
+                          double *restrict X_im, double *restrict Y_re, double *restrict Y_im);
+    /* X = w0 e0 + w1 e1 + w2 e2 + w3 e3. */
     void (*mix)(size_t n, size_t stride, const double *restrict element, const double w[4],
-                int more, double *restrict g_re, double *restrict g_im);
+                double *restrict X_re, double *restrict X_im);
     /* g = f0 X0 + ... + f3 X3, or (`more`) that much more. */
     void (*drive)(size_t n, size_t stride, const double *restrict X_re,
                   const double *restrict X_im, const double f[4], int more,
                   double *restrict g_re, double *restrict g_im);
+    /* The same twice, g by f and d by e; imaginary parts are `im` further on. */
+    void (*drive_both)(size_t n, size_t stride, const double *restrict X_re,
+                       const double *restrict X_im, const double f[4], const double e[4],
+                       int more, size_t im, double *restrict g, double *restrict d);
     /* z[k] += Re sum X_k s. */
     void (*observe)(size_t n, size_t stride, const double *restrict X_re,
                     const double *restrict X_im, const double *restrict s_re,
                     const double *restrict s_im, double z[4]);
-    /* G[j][k] += Re sum X_k w S_j for k >= j; rows of S are `stride` apart, too. */
-    void (*respond)(size_t n, size_t stride, const double *restrict X_re,
-                    const double *restrict X_im, const double *restrict w_re,
-                    const double *restrict w_im, const double *restrict S_re,
-                    const double *restrict S_im, double G[4][4]);
+    /* The same, bit for bit, and v[k] += Re sum X_k d. */
+    void (*look)(size_t n, size_t stride, const double *restrict X_re,
+                 const double *restrict X_im, const double *restrict s_re,
+                 const double *restrict s_im, const double *restrict d_re,
+                 const double *restrict d_im, double z[4], double v[4]);
+    /* G[i][k] += Re sum w_i (X_k T + Y_k S) for three weights w and `rows` (1 to 4) rows of X and
+       Y; imaginary parts of w are `im` behind the real ones. */
+    void (*respond)(size_t n, size_t stride, size_t rows, const Rows *X, const Rows *Y,
+                    const Rows *S, const Rows *T, const double *const w[3], size_t im,
+                    double G[3][4]);
     /* y += a x: complex, elementwise. */
     void (*add)(size_t n, const double *restrict a_re, const double *restrict a_im,
                 const double *restrict x_re, const double *restrict x_im, double *restrict y_re,
@@ -44,22 +63,18 @@ typedef struct {
     /* y = p0 x + p1 u1 + p2 u2 + p3 u3, where h times the parabola through g0, gm and g1 is
        u1 + u2 theta + u3 theta^2 / 2: complex, elementwise. Imaginary parts of g are `im_g` behind
        the real ones, of the others `im`. */
-    void (*advance)(size_t n, size_t im, size_t im_g, double h, const double *restrict p0,
-                    const double *restrict p1, const double *restrict p2,
-                    const double *restrict p3, const double *restrict x,
-                    const double *restrict g0, const double *restrict gm,
-                    const double *restrict g1, double *restrict y);
+    void (*advance)(size_t n, size_t im, size_t im_g, double h, const double *const p[5],
+                    const double *x, const double *g0, const double *gm, const double *g1,
+                    double *y);
     /* The same, and w = p1 x + p2 u1 + p3 u2 + p4 u3 - (x + y) / 6. */
-    void (*advance_both)(size_t n, size_t im, size_t im_g, double h, const double *restrict p0,
-                         const double *restrict p1, const double *restrict p2,
-                         const double *restrict p3, const double *restrict p4,
-                         const double *restrict x, const double *restrict g0,
-                         const double *restrict gm, const double *restrict g1,
-                         double *restrict y, double *restrict w);
+    void (*advance_both)(size_t n, size_t im, size_t im_g, double h, const double *const p[5],
+                         const double *x, const double *g0, const double *gm, const double *g1,
+                         double *y, double *w);
     /* y += h (p1 (mean - slope) + 2 p2 slope). */
-    void (*add_line)(size_t n, size_t im, size_t im_g, double h, const double *restrict p1,
-                     const double *restrict p2, const double *restrict mean,
-                     const double *restrict slope, double *restrict y);
+    void (*add_line)(size_t n, size_t im, size_t im_g, double h, const double *p1,
+                     const double *p2, const double *mean, const double *slope, double *y);
+    /* 0 if all x are finite; else no number. */
+    double (*finite)(size_t n, const double *x);
 } Kernels;
 
 /* The fastest that this processor runs. */

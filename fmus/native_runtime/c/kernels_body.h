@@ -54,22 +54,32 @@ TARGET static void NAME(evaluate)(size_t n, size_t stride, const double *restric
     }
 }
 
+TARGET static void NAME(evaluate_both)(size_t n, size_t stride, const double *restrict element,
+                                       const double w[3], const double v[3],
+                                       double *restrict X_re, double *restrict X_im,
+                                       double *restrict Y_re, double *restrict Y_im)
+{
+    const double w0 = w[0], w1 = w[1], w2 = w[2], v0 = v[0], v1 = v[1], v2 = v[2];
+    PARTS;
+    for (size_t r = 0; r < n; r += LANES) { /* each part read once */
+        const Lanes a = AT(e0, r), b = AT(e2, r), c = AT(e4, r), d = AT(e6, r);
+        const Lanes a_im = AT(e1, r), b_im = AT(e3, r), c_im = AT(e5, r), d_im = AT(e7, r);
+        PUT(X_re, r) = a + w0 * b + w1 * c + w2 * d;
+        PUT(Y_re, r) = a + v0 * b + v1 * c + v2 * d;
+        PUT(X_im, r) = a_im + w0 * b_im + w1 * c_im + w2 * d_im;
+        PUT(Y_im, r) = a_im + v0 * b_im + v1 * c_im + v2 * d_im;
+    }
+}
+
 TARGET static void NAME(mix)(size_t n, size_t stride, const double *restrict element,
-                             const double w[4], int more, double *restrict g_re,
-                             double *restrict g_im)
+                             const double w[4], double *restrict X_re, double *restrict X_im)
 {
     const double w0 = w[0], w1 = w[1], w2 = w[2], w3 = w[3];
     PARTS;
-    if (more)
-        for (size_t r = 0; r < n; r++) {
-            g_re[r] += w0 * e0[r] + w1 * e2[r] + w2 * e4[r] + w3 * e6[r];
-            g_im[r] += w0 * e1[r] + w1 * e3[r] + w2 * e5[r] + w3 * e7[r];
-        }
-    else
-        for (size_t r = 0; r < n; r++) {
-            g_re[r] = w0 * e0[r] + w1 * e2[r] + w2 * e4[r] + w3 * e6[r];
-            g_im[r] = w0 * e1[r] + w1 * e3[r] + w2 * e5[r] + w3 * e7[r];
-        }
+    for (size_t r = 0; r < n; r++) {
+        X_re[r] = w0 * e0[r] + w1 * e2[r] + w2 * e4[r] + w3 * e6[r];
+        X_im[r] = w0 * e1[r] + w1 * e3[r] + w2 * e5[r] + w3 * e7[r];
+    }
 }
 
 TARGET static void NAME(drive)(size_t n, size_t stride, const double *restrict X_re,
@@ -78,90 +88,153 @@ TARGET static void NAME(drive)(size_t n, size_t stride, const double *restrict X
 {
     const double f0 = f[0], f1 = f[1], f2 = f[2], f3 = f[3];
     ROWS;
-    if (more)
-        for (size_t r = 0; r < n; r++) {
-            g_re[r] += f0 * X_re[r] + f1 * X1_re[r] + f2 * X2_re[r] + f3 * X3_re[r];
-            g_im[r] += f0 * X_im[r] + f1 * X1_im[r] + f2 * X2_im[r] + f3 * X3_im[r];
+    for (size_t r = 0; r < n; r += LANES) {
+        Lanes re = f0 * AT(X_re, r) + f1 * AT(X1_re, r) + f2 * AT(X2_re, r) + f3 * AT(X3_re, r);
+        Lanes im = f0 * AT(X_im, r) + f1 * AT(X1_im, r) + f2 * AT(X2_im, r) + f3 * AT(X3_im, r);
+        if (more) {
+            re += AT(g_re, r);
+            im += AT(g_im, r);
         }
-    else
-        for (size_t r = 0; r < n; r++) {
-            g_re[r] = f0 * X_re[r] + f1 * X1_re[r] + f2 * X2_re[r] + f3 * X3_re[r];
-            g_im[r] = f0 * X_im[r] + f1 * X1_im[r] + f2 * X2_im[r] + f3 * X3_im[r];
-        }
+        PUT(g_re, r) = re;
+        PUT(g_im, r) = im;
+    }
 }
 
-/* Sums of four rows, in LANES parts each: real parts of products, and what is taken off them. */
-#define ADD_TO_SUMS(re, im)       \
-    p0 += AT(X_re, r) * (re);     \
-    p1 += AT(X1_re, r) * (re);    \
-    p2 += AT(X2_re, r) * (re);    \
-    p3 += AT(X3_re, r) * (re);    \
-    q0 += AT(X_im, r) * (im);     \
-    q1 += AT(X1_im, r) * (im);    \
-    q2 += AT(X2_im, r) * (im);    \
-    q3 += AT(X3_im, r) * (im)
-#define SUMS Lanes p0 = {0}, p1 = {0}, p2 = {0}, p3 = {0}, q0 = {0}, q1 = {0}, q2 = {0}, q3 = {0}
-#define TAKE_SUMS(z)                                                           \
-    const Lanes sums[4] = {p0 - q0, p1 - q1, p2 - q2, p3 - q3};                \
+TARGET static void NAME(drive_both)(size_t n, size_t stride, const double *restrict X_re,
+                                    const double *restrict X_im, const double f[4],
+                                    const double e[4], int more, size_t im, double *restrict g,
+                                    double *restrict d)
+{
+    const double f0 = f[0], f1 = f[1], f2 = f[2], f3 = f[3];
+    const double e0 = e[0], e1 = e[1], e2 = e[2], e3 = e[3];
+    ROWS;
+    for (size_t part = 0; part < 2; part++) { /* real, imaginary */
+        for (size_t r = 0; r < n; r += LANES) {
+            const Lanes x0 = AT(X_re, r), x1 = AT(X1_re, r), x2 = AT(X2_re, r), x3 = AT(X3_re, r);
+            Lanes by_f = f0 * x0 + f1 * x1 + f2 * x2 + f3 * x3;
+            Lanes by_e = e0 * x0 + e1 * x1 + e2 * x2 + e3 * x3;
+            if (more) {
+                by_f += AT(g, r);
+                by_e += AT(d, r);
+            }
+            PUT(g, r) = by_f;
+            PUT(d, r) = by_e;
+        }
+        X_re = X_im;
+        X1_re = X1_im;
+        X2_re = X2_im;
+        X3_re = X3_im;
+        g += im;
+        d += im;
+    }
+}
+
+/* Real part of a complex product. */
+#define REAL_OF(X, re, im) AT(X##_re, r) * (re) - AT(X##_im, r) * (im)
+/* Sums in LANES parts of four rows, which stand in p0 .. p3, as numbers. */
+#define TAKE_SUMS(p, z)                                                        \
+    const Lanes p##_sums[4] = {p##0, p##1, p##2, p##3};                        \
     for (size_t k = 0; k < 4; k++)                                             \
         for (size_t l = 0; l < LANES; l++)                                     \
-            z[k] += LANE(sums[k], l)
+            z[k] += LANE(p##_sums[k], l)
 
 TARGET static void NAME(observe)(size_t n, size_t stride, const double *restrict X_re,
                                  const double *restrict X_im, const double *restrict s_re,
                                  const double *restrict s_im, double z[4])
 {
     ROWS;
-    SUMS;
+    Lanes p0 = {0}, p1 = {0}, p2 = {0}, p3 = {0};
     size_t r = 0;
     for (; r + LANES <= n; r += LANES) {
         const Lanes re = AT(s_re, r), im = AT(s_im, r);
-        ADD_TO_SUMS(re, im);
+        p0 += REAL_OF(X, re, im);
+        p1 += REAL_OF(X1, re, im);
+        p2 += REAL_OF(X2, re, im);
+        p3 += REAL_OF(X3, re, im);
     }
-    TAKE_SUMS(z);
+    TAKE_SUMS(p, z);
     for (; r < n; r++)
         for (size_t k = 0; k < 4; k++)
             z[k] += X_re[k * stride + r] * s_re[r] - X_im[k * stride + r] * s_im[r];
 }
 
-/* w times row j of S, and what rows of X from j on make of it. */
-#define WEIGH(j)                                                                                  \
-    const Lanes s##j##_re = AT(S_re, j * stride + r), s##j##_im = AT(S_im, j * stride + r);       \
-    const Lanes re##j = a * s##j##_re - b * s##j##_im, im##j = a * s##j##_im + b * s##j##_re
-#define MEET(j, k) g##j##k += AT(X##k##_re, r) * re##j - AT(X##k##_im, r) * im##j
-#define TAKE_SUM(j, k)                                                                            \
-    for (size_t l = 0; l < LANES; l++)                                                            \
-        G[j][k] += LANE(g##j##k, l)
-#define UPPER(each)                                                                               \
-    each(0, 0); each(0, 1); each(0, 2); each(0, 3); each(1, 1);                                   \
-    each(1, 2); each(1, 3); each(2, 2); each(2, 3); each(3, 3)
-
-TARGET static void NAME(respond)(size_t n, size_t stride, const double *restrict X_re,
-                                 const double *restrict X_im, const double *restrict w_re,
-                                 const double *restrict w_im, const double *restrict S_re,
-                                 const double *restrict S_im, double G[4][4])
+TARGET static void NAME(look)(size_t n, size_t stride, const double *restrict X_re,
+                              const double *restrict X_im, const double *restrict s_re,
+                              const double *restrict s_im, const double *restrict d_re,
+                              const double *restrict d_im, double z[4], double v[4])
 {
     ROWS;
-    const double *restrict X0_re = X_re, *restrict X0_im = X_im;
-    Lanes g00 = {0}, g01 = {0}, g02 = {0}, g03 = {0}, g11 = {0};
-    Lanes g12 = {0}, g13 = {0}, g22 = {0}, g23 = {0}, g33 = {0};
+    Lanes p0 = {0}, p1 = {0}, p2 = {0}, p3 = {0}, q0 = {0}, q1 = {0}, q2 = {0}, q3 = {0};
     size_t r = 0;
     for (; r + LANES <= n; r += LANES) {
-        const Lanes a = AT(w_re, r), b = AT(w_im, r);
-        WEIGH(0);
-        WEIGH(1);
-        WEIGH(2);
-        WEIGH(3);
-        UPPER(MEET);
+        const Lanes re = AT(s_re, r), im = AT(s_im, r), a = AT(d_re, r), b = AT(d_im, r);
+        p0 += REAL_OF(X, re, im);
+        q0 += REAL_OF(X, a, b);
+        p1 += REAL_OF(X1, re, im);
+        q1 += REAL_OF(X1, a, b);
+        p2 += REAL_OF(X2, re, im);
+        q2 += REAL_OF(X2, a, b);
+        p3 += REAL_OF(X3, re, im);
+        q3 += REAL_OF(X3, a, b);
     }
-    UPPER(TAKE_SUM);
+    TAKE_SUMS(p, z);
+    TAKE_SUMS(q, v);
     for (; r < n; r++)
-        for (size_t j = 0; j < 4; j++) {
-            const double s_re = S_re[j * stride + r], s_im = S_im[j * stride + r];
-            const double re = w_re[r] * s_re - w_im[r] * s_im;
-            const double im = w_re[r] * s_im + w_im[r] * s_re;
-            for (size_t k = j; k < 4; k++)
-                G[j][k] += X_re[k * stride + r] * re - X_im[k * stride + r] * im;
+        for (size_t k = 0; k < 4; k++) {
+            const double re = X_re[k * stride + r], im = X_im[k * stride + r];
+            z[k] += re * s_re[r] - im * s_im[r];
+            v[k] += re * d_re[r] - im * d_im[r];
+        }
+}
+
+/* What row k of X and Y with S and T add to three sums g##k##0 .. g##k##2. */
+#define MEET(k)                                                                                   \
+    {                                                                                             \
+        const Lanes x = AT(X->re + k * stride, r), x_im = AT(X->im + k * stride, r);              \
+        const Lanes y = AT(Y->re + k * stride, r), y_im = AT(Y->im + k * stride, r);              \
+        const Lanes a = x * t - x_im * t_im + (y * s - y_im * s_im);                              \
+        const Lanes b = x * t_im + x_im * t + (y * s_im + y_im * s);                              \
+        g##k##0 += AT(w0, r) * a - AT(w0_im, r) * b;                                              \
+        g##k##1 += AT(w1, r) * a - AT(w1_im, r) * b;                                              \
+        g##k##2 += AT(w2, r) * a - AT(w2_im, r) * b;                                              \
+    }
+#define BEGIN(k) Lanes g##k##0 = {0}, g##k##1 = {0}, g##k##2 = {0}
+#define END(k)                                                                                    \
+    for (size_t l = 0; l < LANES; l++) {                                                          \
+        G[0][k] += LANE(g##k##0, l);                                                              \
+        G[1][k] += LANE(g##k##1, l);                                                              \
+        G[2][k] += LANE(g##k##2, l);                                                              \
+    }
+#define OVER_MODES(meet)                                                                          \
+    for (; r + LANES <= n; r += LANES) {                                                          \
+        const Lanes s = AT(S->re, r), s_im = AT(S->im, r);                                        \
+        const Lanes t = AT(T->re, r), t_im = AT(T->im, r);                                        \
+        meet                                                                                      \
+    }
+
+TARGET static void NAME(respond)(size_t n, size_t stride, size_t rows, const Rows *X,
+                                 const Rows *Y, const Rows *S, const Rows *T,
+                                 const double *const w[3], size_t im, double G[3][4])
+{
+    const double *w0 = w[0], *w1 = w[1], *w2 = w[2];
+    const double *w0_im = w0 + im, *w1_im = w1 + im, *w2_im = w2 + im;
+    size_t r = 0;
+    BEGIN(0); BEGIN(1); BEGIN(2); BEGIN(3);
+    switch (rows) {
+    case 4: OVER_MODES(MEET(0) MEET(1) MEET(2) MEET(3)) break;
+    case 3: OVER_MODES(MEET(0) MEET(1) MEET(2)) break;
+    case 2: OVER_MODES(MEET(0) MEET(1)) break;
+    default: OVER_MODES(MEET(0)) break;
+    }
+    END(0); END(1); END(2); END(3);
+    for (; r < n; r++)
+        for (size_t k = 0; k < rows; k++) {
+            const double x = X->re[k * stride + r], x_im = X->im[k * stride + r];
+            const double y = Y->re[k * stride + r], y_im = Y->im[k * stride + r];
+            const double a = x * T->re[r] - x_im * T->im[r] + (y * S->re[r] - y_im * S->im[r]);
+            const double b = x * T->im[r] + x_im * T->re[r] + (y * S->im[r] + y_im * S->re[r]);
+            for (size_t i = 0; i < 3; i++)
+                G[i][k] += w[i][r] * a - w[i][im + r] * b;
         }
 }
 
@@ -175,95 +248,130 @@ TARGET static void NAME(add)(size_t n, const double *restrict a_re, const double
     }
 }
 
-/* Imaginary parts of generalised forces and of what belongs to modes; and the parabola
-   u1 + u2 theta + u3 theta^2 / 2 through g0, gm and g1, times h. */
-#define FORCES                                                                               \
-    const double *restrict g0_im = g0 + im_g, *restrict gm_im = gm + im_g;                   \
-    const double *restrict g1_im = g1 + im_g, *restrict x_im = x + im;                       \
-    const double *restrict p0_im = p0 + im, *restrict p1_im = p1 + im;                       \
-    const double *restrict p2_im = p2 + im, *restrict p3_im = p3 + im
-#define PARABOLA                                                                             \
-    const double u1 = h * g0[r], u1_im = h * g0_im[r];                                       \
-    const double u2 = h * (4 * gm[r] - 3 * g0[r] - g1[r]);                                   \
-    const double u2_im = h * (4 * gm_im[r] - 3 * g0_im[r] - g1_im[r]);                       \
-    const double u3 = 4 * h * (g0[r] + g1[r] - 2 * gm[r]);                                   \
-    const double u3_im = 4 * h * (g0_im[r] + g1_im[r] - 2 * gm_im[r])
-#define RE(a, b) (a[r] * b - a##_im[r] * b##_im)
-#define IM(a, b) (a[r] * b##_im + a##_im[r] * b)
+/* Of one mode or LANES of them: the parabola u1 + u2 theta + u3 theta^2 / 2 through g0, gm and g1,
+   times h, and y. `Number` is their type, `GET` reads one. */
+#define PARABOLA(Number, GET)                                                                     \
+    const Number a = GET(g0, r), a_im = GET(g0, im_g + r), b = GET(gm, r);                        \
+    const Number b_im = GET(gm, im_g + r), c = GET(g1, r), c_im = GET(g1, im_g + r);              \
+    const Number u1 = h * a, u1_im = h * a_im;                                                    \
+    const Number u2 = h * (4 * b - 3 * a - c), u2_im = h * (4 * b_im - 3 * a_im - c_im);          \
+    const Number u3 = 4 * h * (a + c - 2 * b), u3_im = 4 * h * (a_im + c_im - 2 * b_im);          \
+    const Number s = GET(x, r), s_im = GET(x, im + r);                                            \
+    const Number q0 = GET(p[0], r), q0_im = GET(p[0], im + r);                                    \
+    const Number q1 = GET(p[1], r), q1_im = GET(p[1], im + r);                                    \
+    const Number q2 = GET(p[2], r), q2_im = GET(p[2], im + r);                                    \
+    const Number q3 = GET(p[3], r), q3_im = GET(p[3], im + r);                                    \
+    const Number re = RE(q0, s) + RE(q1, u1) + RE(q2, u2) + RE(q3, u3);                           \
+    const Number turned = IM(q0, s) + IM(q1, u1) + IM(q2, u2) + IM(q3, u3)
+#define RE(p, u) (p * u - p##_im * u##_im)
+#define IM(p, u) (p * u##_im + p##_im * u)
+#define AVERAGE(Number, GET)                                                                      \
+    const Number q4 = GET(p[4], r), q4_im = GET(p[4], im + r);                                    \
+    const Number own = RE(q1, s) + RE(q2, u1) + RE(q3, u2) + RE(q4, u3) - sixth * (s + re);       \
+    const Number own_im =                                                                         \
+        IM(q1, s) + IM(q2, u1) + IM(q3, u2) + IM(q4, u3) - sixth * (s_im + turned)
 
 TARGET static void NAME(advance)(size_t n, size_t im, size_t im_g, double h,
-                                 const double *restrict p0, const double *restrict p1,
-                                 const double *restrict p2, const double *restrict p3,
-                                 const double *restrict x, const double *restrict g0,
-                                 const double *restrict gm, const double *restrict g1,
-                                 double *restrict y)
+                                 const double *const p[5], const double *x, const double *g0,
+                                 const double *gm, const double *g1, double *y)
 {
-    FORCES;
-    double *restrict y_im = y + im;
-    for (size_t r = 0; r < n; r++) {
-        PARABOLA;
-        const double s = x[r], s_im = x_im[r];
-        y[r] = RE(p0, s) + RE(p1, u1) + RE(p2, u2) + RE(p3, u3);
-        y_im[r] = IM(p0, s) + IM(p1, u1) + IM(p2, u2) + IM(p3, u3);
+    size_t r = 0;
+    for (; r + LANES <= n; r += LANES) {
+        PARABOLA(Lanes, AT);
+        PUT(y, r) = re;
+        PUT(y, im + r) = turned;
+    }
+    for (; r < n; r++) {
+        PARABOLA(double, ONE);
+        y[r] = re;
+        y[im + r] = turned;
     }
 }
 
 TARGET static void NAME(advance_both)(size_t n, size_t im, size_t im_g, double h,
-                                      const double *restrict p0, const double *restrict p1,
-                                      const double *restrict p2, const double *restrict p3,
-                                      const double *restrict p4, const double *restrict x,
-                                      const double *restrict g0, const double *restrict gm,
-                                      const double *restrict g1, double *restrict y,
-                                      double *restrict w)
+                                      const double *const p[5], const double *x,
+                                      const double *g0, const double *gm, const double *g1,
+                                      double *y, double *w)
 {
-    FORCES;
-    const double *restrict p4_im = p4 + im, sixth = 1.0 / 6;
-    double *restrict y_im = y + im, *restrict w_im = w + im;
-    for (size_t r = 0; r < n; r++) {
-        PARABOLA;
-        const double s = x[r], s_im = x_im[r];
-        const double re = RE(p0, s) + RE(p1, u1) + RE(p2, u2) + RE(p3, u3);
-        const double turned = IM(p0, s) + IM(p1, u1) + IM(p2, u2) + IM(p3, u3);
+    const double sixth = 1.0 / 6;
+    size_t r = 0;
+    for (; r + LANES <= n; r += LANES) {
+        PARABOLA(Lanes, AT);
+        AVERAGE(Lanes, AT);
+        PUT(y, r) = re;
+        PUT(y, im + r) = turned;
+        PUT(w, r) = own;
+        PUT(w, im + r) = own_im;
+    }
+    for (; r < n; r++) {
+        PARABOLA(double, ONE);
+        AVERAGE(double, ONE);
         y[r] = re;
-        y_im[r] = turned;
-        w[r] = RE(p1, s) + RE(p2, u1) + RE(p3, u2) + RE(p4, u3) - sixth * (s + re);
-        w_im[r] = IM(p1, s) + IM(p2, u1) + IM(p3, u2) + IM(p4, u3) - sixth * (s_im + turned);
+        y[im + r] = turned;
+        w[r] = own;
+        w[im + r] = own_im;
     }
 }
 
-TARGET static void NAME(add_line)(size_t n, size_t im, size_t im_g, double h,
-                                  const double *restrict p1, const double *restrict p2,
-                                  const double *restrict mean, const double *restrict slope,
-                                  double *restrict y)
+#define LINE_OF(Number, GET)                                                                      \
+    const Number a = GET(mean, r), a_im = GET(mean, im_g + r);                                    \
+    const Number b = GET(slope, r), b_im = GET(slope, im_g + r);                                  \
+    const Number u1 = h * (a - b), u1_im = h * (a_im - b_im);                                     \
+    const Number u2 = 2 * h * b, u2_im = 2 * h * b_im;                                            \
+    const Number q1 = GET(p1, r), q1_im = GET(p1, im + r);                                        \
+    const Number q2 = GET(p2, r), q2_im = GET(p2, im + r);                                        \
+    const Number re = GET(y, r) + (RE(q1, u1) + RE(q2, u2));                                      \
+    const Number turned = GET(y, im + r) + (IM(q1, u1) + IM(q2, u2))
+
+TARGET static void NAME(add_line)(size_t n, size_t im, size_t im_g, double h, const double *p1,
+                                  const double *p2, const double *mean, const double *slope,
+                                  double *y)
 {
-    const double *restrict p1_im = p1 + im, *restrict p2_im = p2 + im;
-    const double *restrict mean_im = mean + im_g, *restrict slope_im = slope + im_g;
-    double *restrict y_im = y + im;
-    for (size_t r = 0; r < n; r++) {
-        const double u1 = h * (mean[r] - slope[r]), u1_im = h * (mean_im[r] - slope_im[r]);
-        const double u2 = 2 * h * slope[r], u2_im = 2 * h * slope_im[r];
-        y[r] += RE(p1, u1) + RE(p2, u2);
-        y_im[r] += IM(p1, u1) + IM(p2, u2);
+    size_t r = 0;
+    for (; r + LANES <= n; r += LANES) {
+        LINE_OF(Lanes, AT);
+        PUT(y, r) = re;
+        PUT(y, im + r) = turned;
     }
+    for (; r < n; r++) {
+        LINE_OF(double, ONE);
+        y[r] = re;
+        y[im + r] = turned;
+    }
+}
+
+TARGET static double NAME(finite)(size_t n, const double *x)
+{
+    Lanes sum = {0};
+    double all = 0;
+    size_t r = 0;
+    for (; r + LANES <= n; r += LANES)
+        sum += AT(x, r) * 0;
+    for (; r < n; r++)
+        all += x[r] * 0;
+    for (size_t l = 0; l < LANES; l++)
+        all += LANE(sum, l);
+    return all;
 }
 
 static const Kernels NAME(kernels) = {
-    NAME(enter), NAME(evaluate), NAME(mix), NAME(drive), NAME(observe),
-    NAME(respond), NAME(add), NAME(advance), NAME(advance_both), NAME(add_line),
+    NAME(enter), NAME(evaluate), NAME(evaluate_both), NAME(mix), NAME(drive),
+    NAME(drive_both), NAME(observe), NAME(look), NAME(respond), NAME(add), NAME(advance), NAME(advance_both), NAME(add_line),
+    NAME(finite),
 };
 
-#undef ADD_TO_SUMS
-#undef FORCES
+#undef AVERAGE
+#undef BEGIN
+#undef END
 #undef IM
+#undef LINE_OF
 #undef MEET
+#undef NAME
+#undef OVER_MODES
 #undef PARABOLA
 #undef PARTS
 #undef RE
+#undef REAL_OF
 #undef ROWS
-#undef SUMS
-#undef TAKE_SUM
 #undef TAKE_SUMS
-#undef UPPER
-#undef WEIGH
-#undef NAME
 #undef TARGET

@@ -118,11 +118,8 @@ static void read_sizes(Reader *reader)
     m->ring = m->even + m->odd;
     m->modes = m->ring + m->local;
     m->states = 2 * (m->modes + m->rigid);
-    m->odd_at = whole_blocks(m->even);
-    m->width = m->odd_at + whole_blocks(m->odd);
-    m->drives = m->width + m->local;
     demand(reader, m->even > 0, "there are no modes");
-    demand(reader, (double)m->width * (double)m->padded_rows <= MAX_SHAPES,
+    demand(reader, (double)m->ring * (double)m->padded_rows <= MAX_SHAPES,
            "there are too many modes for so many wheelsets");
     demand(reader, m->contact_sign == 0 || m->directions == 1,
            "a contact inside has one direction, the normal");
@@ -144,12 +141,9 @@ static void read_segments(Reader *reader)
         demand(reader, rows[0] >= 0 && rows[1] >= 0 && rows[2] > 0, "a segment of modes");
         if (!reader->good)
             return;
-        Segment s = {(size_t)rows[0], (size_t)rows[1], (size_t)rows[2], 0, 0, mu[k]};
+        Segment s = {(size_t)rows[0], (size_t)rows[1], (size_t)rows[2], 0, 0, 0, 0, mu[k]};
         const size_t first = s.to < m->even ? 0 : m->even;
         const size_t end = s.to < m->even ? m->even : m->ring;
-        const size_t shift = s.to < m->even ? 0 : m->odd_at - m->even;
-        s.out = s.to + shift;
-        s.in = s.from + shift;
         /* One after the other, and even and odd modes apart. */
         demand(reader, s.to == next && s.size <= end - s.to && s.from >= first && s.from < end &&
                s.size <= end - s.from, "a segment of modes");
@@ -157,8 +151,11 @@ static void read_segments(Reader *reader)
         next = s.to + s.size;
     }
     demand(reader, next == m->ring, "segments leave modes out");
-    if (reader->good)
-        m->segment[m->segments] = (Segment){m->ring, m->ring, m->local, m->width, m->width, 0};
+    m->chunk = allocate(reader, m->segments + 1, sizeof *m->chunk);
+    if (!reader->good)
+        return;
+    m->segment[m->segments] = (Segment){m->ring, m->ring, m->local, 0, 0, m->segments, m->ring, 0};
+    demand(reader, model_find_chunks(m), "a segment of modes without a partner");
 }
 
 /* One part of the table of shapes. */
@@ -365,6 +362,7 @@ int model_read(Model *model, Resource resource, char *why, size_t room)
 void model_free(Model *model)
 {
     free(model->segment);
+    free(model->chunk);
     free(model->phase);
     free(model->variable);
     free(model->input);

@@ -60,9 +60,20 @@ typedef struct {
    `from` on. From cell to cell they turn by mu. */
 typedef struct {
     size_t to, from, size;
-    size_t out, in; /* `to` and `from` among the shapes, where both parities begin a block */
+    size_t out, in; /* `to` and `from` among the columns of shapes */
+    size_t partner; /* the segment that begins at `from`, whose force is received from here */
+    size_t pole;    /* the first mode with these poles: its own or its partner's, whichever is first */
     double mu;
 } Segment;
+
+/* Segments of one parity with their partners, whose modes are worked on one kernel after the other
+   while they stay in the nearest memory: `size` of them from `to` on, from column `at` on among the
+   shapes, where there is `room` for whole cache lines. */
+typedef struct {
+    size_t first, end; /* segments */
+    size_t to, at, size, room;
+    int odd;
+} Chunk;
 
 typedef struct {
     Resource resource;
@@ -73,13 +84,15 @@ typedef struct {
     /* Modes: even ones (of motions that are their own mirror images), odd ones, one local one a
        contact. */
     size_t even, odd, ring, local, modes;
-    size_t odd_at, width; /* among the shapes: first odd one; all, in whole blocks of each parity */
-    size_t drives;        /* complex generalised forces: width + local */
+    size_t width;  /* columns of shapes: those of all chunks */
+    size_t drives; /* complex generalised forces: width + local, in whole lines */
     size_t rigid, coordinates, states;
     const double *nominals; /* of Re s, Im s and, with rigid coordinates, r and dr/dt */
     Complexes pole;
     size_t segments; /* of even modes, then of odd ones; the local modes stand behind as one more */
     Segment *segment;
+    size_t chunks;
+    Chunk *chunk; /* the local modes stand behind as one more, which has no shapes */
     /* Shapes of a track: a table along one cell, (nodes, directions, w and dw/dx, ring). The node
        after the last is the first one of the next cell. */
     size_t nodes, cells;
@@ -108,5 +121,11 @@ int model_load(Model *model, const char *path, char *why, size_t room);
 /* The same from a resource that has been checked; the model owns it from now on. */
 int model_read(Model *model, Resource resource, char *why, size_t room);
 void model_free(Model *model);
+
+/* --- part of reading, in chunks.c -------------------------------------------------------------- */
+
+/* Find the segments' partners and the chunks, `segments` + 1 of which have room, and with them
+   columns. 0: there is a segment without a partner that has the same poles. */
+int model_find_chunks(Model *model);
 
 #endif

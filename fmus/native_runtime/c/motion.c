@@ -4,13 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static double *take(double **at, size_t n)
-{
-    double *part = *at;
-    *at += n;
-    return part;
-}
-
 size_t inputs_size(const Model *model) { return model->wheelsets + model->contacts; }
 
 Inputs inputs_in(const Model *model, double *block)
@@ -19,63 +12,63 @@ Inputs inputs_in(const Model *model, double *block)
     return inputs;
 }
 
-int motion_create(Motion *motion, const Model *model)
+static void lay_out(Motion *motion, const Model *model, Arrays *arrays)
 {
-    memset(motion, 0, sizeof *motion);
-    const size_t g = 2 * model->drives + model->rigid, x = model->states, c = model->contacts;
-    const size_t each = 2 * model->modes, u = inputs_size(model);
+    const size_t c = model->contacts;
     const size_t pairs = model->contact_sign != 0 ? c * c : 0;
-    const size_t solving = model->contact_sign != 0 ? BALANCE_WORK(c) : 0; /* CONTACT_WORK is less */
     double **of_g[] = {&motion->g0, &motion->gm, &motion->g1, &motion->d0,
                        &motion->dm, &motion->d1, &motion->more};
     double **of_x[] = {&motion->rate, &motion->drate, &motion->dx, &motion->part, &motion->dpart};
-    double **of_c[] = {&motion->force,     &motion->dforce,    &motion->driven, &motion->none,
-                       &motion->beyond[0], &motion->beyond[1], &motion->beyond[2],
-                       &motion->z,         &motion->dz,        &motion->moved,
-                       &motion->begin,     &motion->dbegin,    &motion->inside, &motion->dinside,
-                       &motion->seen[0],   &motion->seen[1],   &motion->seen[2],
-                       &motion->dseen[0],  &motion->dseen[1],  &motion->dseen[2],
-                        &motion->law.number};
+    double **of_c[] = {&motion->force,      &motion->dforce,    &motion->driven, &motion->none,
+                       &motion->beyond[0],  &motion->beyond[1], &motion->beyond[2],
+                       &motion->z,          &motion->dz,        &motion->moved,
+                       &motion->begin,      &motion->dbegin,    &motion->inside, &motion->dinside,
+                       &motion->seen[0],    &motion->seen[1],   &motion->seen[2],
+                       &motion->dseen[0],   &motion->dseen[1],  &motion->dseen[2],
+                       &motion->last.under, &motion->last.z,    &motion->last.vz,
+                       &motion->law.number};
     double **of_2c[] = {&motion->over, &motion->dover, &motion->free, &motion->dfree,
                         &motion->pressed};
     Inputs *of_u[] = {&motion->now,  &motion->middle,  &motion->end,
                       &motion->dnow, &motion->dmiddle, &motion->dend};
-    const size_t gs = sizeof of_g / sizeof *of_g, xs = sizeof of_x / sizeof *of_x;
-    const size_t cs = sizeof of_c / sizeof *of_c, us = sizeof of_u / sizeof *of_u;
-    const size_t twos = sizeof of_2c / sizeof *of_2c;
-    motion->memory = calloc(gs * g + xs * x + (cs + 2 * twos) * c + us * u + model->wheelsets +
-                            4 * pairs + solving + KEPT_STEPS * PHIS * each,
-                            sizeof(double));
-    if (motion->memory == NULL || !body_create(&motion->body, model)) {
+    for (size_t k = 0; k < sizeof of_g / sizeof *of_g; k++)
+        *of_g[k] = arrays_take(arrays, 2 * model->drives + model->rigid);
+    for (size_t k = 0; k < sizeof of_x / sizeof *of_x; k++)
+        *of_x[k] = arrays_take(arrays, model->states);
+    for (size_t k = 0; k < sizeof of_c / sizeof *of_c; k++)
+        *of_c[k] = arrays_take(arrays, c);
+    for (size_t k = 0; k < sizeof of_2c / sizeof *of_2c; k++)
+        *of_2c[k] = arrays_take(arrays, 2 * c);
+    for (size_t k = 0; k < sizeof of_u / sizeof *of_u; k++) {
+        of_u[k]->position = arrays_take(arrays, inputs_size(model));
+        of_u[k]->load = of_u[k]->position == NULL ? NULL : of_u[k]->position + model->wheelsets;
+    }
+    motion->driven_at = arrays_take(arrays, model->wheelsets);
+    motion->last.at = arrays_take(arrays, model->wheelsets);
+    motion->G = arrays_take(arrays, 4 * pairs);
+    motion->solving = arrays_take(arrays, pairs > 0 ? BALANCE_WORK(c) : 0);
+    for (int k = 0; k < KEPT_STEPS; k++)
+        for (int j = 0; j < PHIS; j++)
+            motion->kept[k].phi[j] = arrays_take(arrays, 2 * model->modes);
+}
+
+int motion_create(Motion *motion, const Model *model)
+{
+    memset(motion, 0, sizeof *motion);
+    lay_out(motion, model, &motion->arrays);
+    if (!arrays_make(&motion->arrays) || !body_create(&motion->body, model)) {
         motion_free(motion);
         return 0;
     }
-    double *at = motion->memory;
-    for (size_t k = 0; k < gs; k++)
-        *of_g[k] = take(&at, g);
-    for (size_t k = 0; k < xs; k++)
-        *of_x[k] = take(&at, x);
-    for (size_t k = 0; k < cs; k++)
-        *of_c[k] = take(&at, c);
-    for (size_t k = 0; k < twos; k++)
-        *of_2c[k] = take(&at, 2 * c);
-    for (size_t k = 0; k < us; k++)
-        *of_u[k] = inputs_in(model, take(&at, u));
-    motion->driven_at = take(&at, model->wheelsets);
+    lay_out(motion, model, &motion->arrays);
     motion->driven[0] = NAN; /* nothing yet */
-    motion->G = take(&at, 4 * pairs);
-    motion->solving = take(&at, solving);
-    for (int k = 0; k < KEPT_STEPS; k++) {
-        for (int j = 0; j < PHIS; j++)
-            motion->kept[k].phi[j] = take(&at, each);
-    }
     return 1;
 }
 
 void motion_free(Motion *motion)
 {
     body_free(&motion->body);
-    free(motion->memory);
+    free(motion->arrays.memory);
     memset(motion, 0, sizeof *motion);
 }
 
@@ -110,8 +103,7 @@ const Coefficients *motion_coefficients(Motion *motion, double h)
     return c;
 }
 
-/* Forces less what loads nothing. */
-static const double *beyond_preload(const Motion *motion, const double *force, double *beyond)
+const double *motion_beyond_preload(const Motion *motion, const double *force, double *beyond)
 {
     const Model *m = motion->body.model;
     for (size_t k = 0; k < m->contacts; k++)
@@ -121,7 +113,7 @@ static const double *beyond_preload(const Motion *motion, const double *force, d
 
 void motion_drive(Motion *motion, const Shapes *shapes, const double *force, double *g)
 {
-    body_drive(&motion->body, shapes, beyond_preload(motion, force, motion->beyond[0]), g);
+    body_drive(&motion->body, shapes, motion_beyond_preload(motion, force, motion->beyond[0]), g);
 }
 
 /* Whether g1 are of these forces, with wheelsets where the shapes are. */
@@ -166,6 +158,48 @@ void motion_forces(Motion *motion, const Inputs *now, const double *x, double *f
         force[k] = contact_force(&motion->law, k, sign * (motion->z[k] - now->load[k]));
 }
 
+const double *motion_seen(const Motion *motion)
+{
+    const Model *m = motion->body.model;
+    int here = motion->last.known && m->nodes > 0;
+    for (size_t k = 0; here && k < m->wheelsets; k++)
+        here &= motion->last.at[k] == motion->body.shapes.place[k].position;
+    return here ? motion->last.z : NULL;
+}
+
+void motion_note_seen(Motion *motion, int rates, const double *force)
+{
+    const Model *m = motion->body.model;
+    for (size_t k = 0; k < m->wheelsets; k++)
+        motion->last.at[k] = motion->body.shapes.place[k].position;
+    memcpy(motion->last.under, force, m->contacts * sizeof(double));
+    motion->last.known = 1;
+    motion->last.rates = rates;
+}
+
+void motion_forget(Motion *motion) { motion->last.known = 0; }
+
+void motion_see(Motion *motion, const Inputs *now, const double *x, double *force, double *z,
+                double *vz)
+{
+    const Model *m = motion->body.model;
+    const Shapes *shapes = body_shapes(&motion->body, now->position);
+    const size_t bytes = m->contacts * sizeof(double);
+    const double *seen = motion_seen(motion);
+    if (m->contact_sign == 0 || seen == NULL)
+        motion_forces(motion, now, x, force);
+    for (size_t k = 0; m->contact_sign != 0 && seen != NULL && k < m->contacts; k++)
+        force[k] = contact_force(&motion->law, k, m->contact_sign * (seen[k] - now->load[k]));
+    if (seen == NULL || !motion->last.rates ||
+        memcmp(motion->last.under, force, bytes) != 0) {
+        const double *g = motion_driven(motion, shapes, force);
+        body_look(&motion->body, shapes, x, g, motion->last.z, motion->last.vz);
+        motion_note_seen(motion, 1, force);
+    }
+    memcpy(z, motion->last.z, bytes);
+    memcpy(vz, motion->last.vz, bytes);
+}
+
 int motion_still(const Model *model, const InputPath *path)
 {
     for (size_t k = 0; k < model->wheelsets; k++)
@@ -181,52 +215,15 @@ double motion_internal_steps(const Motion *motion, int is_still, double h)
     return fmax(1, ceil(h / motion->internal_step * (1 - 1e-9)));
 }
 
-int motion_bulges(const Motion *motion, const InputPath *path, int is_still)
-{
-    const Model *m = motion->body.model;
-    if (m->contact_sign != 0)
-        return 0;
-    int curved = !is_still && m->nodes > 0;
-    for (size_t k = 0; k < m->contacts; k++)
-        curved |= path->curve.load[k] != 0;
-    return curved;
-}
-
 const char MOTION_TOO_MANY[] = "takes over 10 million internal steps; use a shorter step";
 const char MOTION_NO_CONTACT[] = "the contact forces could not be found: the wheel or rail motions "
                                  "set from outside are far off";
 
-/* Generalised forces of forces from outside at the ends and in the middle of an internal step. */
-static void drive_along(Motion *motion, int bulges)
-{
-    Body *body = &motion->body;
-    const Model *m = body->model;
-    const double *start = motion->now.load, *end = motion->end.load;
-    double *g0 = motion->g1, *const *beyond = motion->beyond;
-    const int known = motion_is_driven(motion, start);
-    motion->g1 = motion->g0;
-    motion->g0 = g0;
-    if (bulges) {
-        body_roll(body, beyond_preload(motion, start, beyond[0]), motion->middle.position,
-                  beyond_preload(motion, motion->middle.load, beyond[1]), motion->end.position,
-                  beyond_preload(motion, end, beyond[2]), known ? NULL : g0, motion->gm,
-                  motion->g1);
-    } else {
-        if (!known)
-            motion_drive(motion, &body->shapes, start, g0);
-        motion_drive(motion, &body->shapes, end, motion->g1);
-        for (size_t r = 0; r < 2 * m->drives + m->rigid; r++)
-            motion->gm[r] = 0.5 * (g0[r] + motion->g1[r]);
-    }
-    motion_note_driven(motion, end);
-}
-
 const char *motion_step(Motion *motion, const InputPath *path, double h, const double *x,
                         double *next)
 {
-    Body *body = &motion->body;
-    const Model *m = body->model;
-    const int still = motion_still(m, path), bulges = motion_bulges(motion, path, still);
+    const Model *m = motion->body.model;
+    const int still = motion_still(m, path);
     const double parts = motion_internal_steps(motion, still, h);
     if (parts > MAX_INTERNAL_STEPS)
         return MOTION_TOO_MANY;
@@ -238,13 +235,19 @@ const char *motion_step(Motion *motion, const InputPath *path, double h, const d
             if (!motion_contact_step(motion, c, x, to))
                 return MOTION_NO_CONTACT;
         } else {
-            body_shapes(body, motion->now.position);
-            drive_along(motion, bulges);
-            step_along(body, c, x, motion->g0, motion->gm, motion->g1, to);
+            motion_outside_step(motion, c, x, to);
         }
         x = to;
     }
     return NULL;
+}
+
+void motion_static_compliance(Motion *motion, const Shapes *shapes)
+{
+    const double *w = motion->body.flexibility, *const weight[3] = {w, w, w};
+    const double of_rigid[3] = {0, 0, 0};
+    body_compliance(&motion->body, shapes, weight, of_rigid, motion->G);
+    motion->G_of = 0;
 }
 
 int motion_rest(Motion *motion, const Inputs *now, const double *heights, double *x)
@@ -266,7 +269,7 @@ int motion_rest(Motion *motion, const Inputs *now, const double *heights, double
     const Shapes *shapes = body_shapes(&motion->body, now->position);
     memcpy(force, now->load, m->contacts * sizeof(double));
     if (m->contact_sign != 0) {
-        body_compliance(&motion->body, shapes, motion->body.flexibility, 0, motion->G);
+        motion_static_compliance(motion, shapes);
         if (!contact_solve(&motion->law, m->contacts, motion->G, now->load, delta,
                            motion->solving))
             return 0;
@@ -280,7 +283,7 @@ int motion_rest(Motion *motion, const Inputs *now, const double *heights, double
 double motion_through(Motion *motion, size_t coordinate, const double *force)
 {
     return body_through(&motion->body, coordinate,
-                        beyond_preload(motion, force, motion->beyond[0]));
+                        motion_beyond_preload(motion, force, motion->beyond[0]));
 }
 
 void motion_rate(Motion *motion, const Inputs *now, const double *x, double *rate)

@@ -24,9 +24,19 @@ typedef struct {
     Inputs start, slope, curve;
 } InputPath;
 
+/* What is seen at the contacts in the state that a step ended in: displacements; velocities under
+   some forces. */
+typedef struct {
+    int known, rates; /* whether the former, the latter are */
+    double *at;       /* wheelsets, as they are rounded */
+    double *under;    /* forces of the contacts */
+    double *z, *vz;
+} Seen;
+
 typedef struct {
     Body body;
     ContactLaw law;
+    Seen last;
     double internal_step;
     Coefficients kept[KEPT_STEPS];
     size_t next; /* of `kept` to be overwritten */
@@ -41,8 +51,9 @@ typedef struct {
     double *seen[3], *dseen[3];
     double *over, *dover, *free, *dfree, *pressed;
     double *G, *solving;
+    double G_of; /* step whose compliances G are, where body->between is; 0: of something else */
     Inputs now, middle, end, dnow, dmiddle, dend;
-    double *memory;
+    Arrays arrays;
 } Motion;
 
 int motion_create(Motion *motion, const Model *model); /* 0: no memory */
@@ -53,6 +64,12 @@ void path_at(const Model *model, const InputPath *path, double t, Inputs *now);
 void motion_forces(Motion *motion, const Inputs *now, const double *x, double *force);
 /* The state at rest under `now`; for a vehicle with wheelsets at `heights`. 0: none was found. */
 int motion_rest(Motion *motion, const Inputs *now, const double *heights, double *x);
+/* Contact forces, and displacements and velocities of the contacts of a track, in the state that the
+   last step ended in, if it has not been forgotten, or in any state x. */
+void motion_see(Motion *motion, const Inputs *now, const double *x, double *force, double *z,
+                double *vz);
+/* The state is another one than that in which the last step ended. */
+void motion_forget(Motion *motion);
 /* Generalised forces of contact forces; valid until the next call. */
 const double *motion_driven(Motion *motion, const Shapes *shapes, const double *force);
 /* next = state after a step h. Returns a sentence if that fails, else NULL. */
@@ -70,6 +87,8 @@ extern const char MOTION_TOO_MANY[], MOTION_NO_CONTACT[];
 const Coefficients *motion_coefficients(Motion *motion, double h);
 /* Whether no wheel moves. */
 int motion_still(const Model *model, const InputPath *path);
+/* Displacements by contact forces at rest, in motion->G. */
+void motion_static_compliance(Motion *motion, const Shapes *shapes);
 /* Into how many internal steps a step is cut: one that is exact where forces come from outside and
    no wheel moves; otherwise some over each of which the forces on the modes go along a parabola
    or, where the body's own contacts make them, along a line. */
@@ -80,15 +99,26 @@ void motion_drive(Motion *motion, const Shapes *shapes, const double *force, dou
    now are. */
 int motion_is_driven(const Motion *motion, const double *force);
 void motion_note_driven(Motion *motion, const double *force);
-/* Whether forces on modes from outside leave the line over a step. */
-int motion_bulges(const Motion *motion, const InputPath *path, int is_still);
 /* Inputs at the beginning, in the middle and at the end of part k of `parts` of a step. */
 void path_part(const Model *model, const InputPath *path, double h, double k, double parts,
                Inputs *begin, Inputs *middle, Inputs *end);
 
+/* Forces less what loads nothing; in `beyond`. */
+const double *motion_beyond_preload(const Motion *motion, const double *force, double *beyond);
+/* Displacements that were seen in the last state with wheelsets where body->shapes are; NULL: none. */
+const double *motion_seen(const Motion *motion);
+/* Take note of what is seen at the end of a step, in motion->last already: with wheelsets where the
+   shapes are, velocities (`rates`) under forces if they are. */
+void motion_note_seen(Motion *motion, int rates, const double *force);
+
+/* --- steps of a body under forces from outside, in motion_outside.c ---------------------------- */
+
+/* next = state after an internal step between motion->now, middle and end. */
+void motion_outside_step(Motion *motion, const Coefficients *c, const double *x, double *next);
+
 /* --- steps of a body with contacts of its own, in motion_contact.c ----------------------------- */
 
-/* next = state after an internal step between motion->now, middle and end. 0: no forces found. */
+/* The same. 0: no forces found. */
 int motion_contact_step(Motion *motion, const Coefficients *c, const double *x, double *next);
 /* The same, and its derivative along dnow, dmiddle, dend and dx; x and dx are moved on. */
 int motion_contact_step_change(Motion *motion, const Coefficients *c, double *x, double *dx);

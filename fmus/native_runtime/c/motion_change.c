@@ -90,7 +90,7 @@ void motion_rest_change(Motion *motion, const Inputs *now, const double *x, cons
     const Shapes *shapes = body_shapes(&motion->body, now->position);
     const Shapes *slope = body_slope(&motion->body, shapes, change->position);
     if (m->contact_sign != 0) {
-        body_compliance(&motion->body, shapes, motion->body.flexibility, 0, motion->G);
+        motion_static_compliance(motion, shapes);
         motion_drive_change(motion, shapes, slope, force, motion->none, motion->d0);
         body_at_rest(&motion->body, motion->d0, dx);
         body_observe(&motion->body, shapes, x, motion->z);

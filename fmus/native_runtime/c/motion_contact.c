@@ -38,22 +38,24 @@ static void press_average(const Motion *motion, const Inputs *begin, const Input
 
 /* What changes of the forces add to compressions, see contact_balance; and take off `free` what the
    forces at the beginning do: compressions then are of all forces. */
-static void compliances(Motion *motion, const Coefficients *c, const Shapes *shapes)
+static void compliances(Motion *motion, const Coefficients *c)
 {
-    const Model *m = motion->body.model;
-    const size_t pairs = m->contacts * m->contacts;
-    const double h = c->h, s = m->contact_sign;
+    const Body *body = &motion->body;
+    const size_t pairs = body->model->contacts * body->model->contacts;
+    const double h = c->h, s = body->model->contact_sign;
     double *of_average = motion->G, *by_slope = of_average + pairs;
     double *of_end = by_slope + pairs, *end_by_slope = of_end + pairs;
-    body_compliance(&motion->body, shapes, c->phi[1], rigid_weight(c, 1) / h, of_end);
-    body_compliance(&motion->body, shapes, c->phi[2], rigid_weight(c, 2) / h, of_average);
-    body_compliance(&motion->body, shapes, c->phi[3], rigid_weight(c, 3) / h, by_slope);
+    const double *const weight[3] = {c->phi[2], c->phi[3], c->phi[1]};
+    const double of_rigid[3] = {rigid_weight(c, 2) / h, rigid_weight(c, 3) / h,
+                                rigid_weight(c, 1) / h};
+    body_respond_rest(body, body_between(body), weight, of_rigid, motion->G);
     for (size_t k = 0; k < pairs; k++) {
         end_by_slope[k] = s * h * (2 * of_average[k] - of_end[k]);
         by_slope[k] = s * h * (2 * by_slope[k] - of_average[k]);
         of_average[k] *= s * h;
         of_end[k] *= s * h;
     }
+    motion->G_of = h;
 }
 
 static void without(const Motion *motion, const double *force, double *free)
@@ -66,43 +68,100 @@ static void without(const Motion *motion, const double *force, double *free)
         }
 }
 
-/* Generalised forces of the forces at the beginning, motion->inside, in g0, gm and g1; the shapes
-   then are those at the end. Displacements now are in motion->seen[0]. */
-static void begin(Motion *motion, const double *x)
+/* Compressions and forces at the beginning, motion->inside; z are the displacements then. */
+static void begin(Motion *motion, const double *z)
+{
+    memcpy(motion->seen[0], z, motion->body.model->contacts * sizeof(double));
+    press(motion, z, motion->now.load, motion->begin);
+    for (size_t k = 0; k < motion->body.model->contacts; k++)
+        motion->inside[k] = contact_force(&motion->law, k, motion->begin[k]);
+}
+
+/* The forces at the beginning kept over the step. */
+typedef struct {
+    const Coefficients *c;
+    const double *x;
+    double *next;
+    int known, passed, responds; /* whether g0 are known, and the shapes; and G is asked for */
+} Kept;
+
+static void keep_chunk(Motion *motion, const Kept *kept, const Chunk *chunk)
 {
     Body *body = &motion->body;
-    double *g0 = motion->g1, *force = motion->inside;
-    const Shapes *shapes = body_shapes(body, motion->now.position);
-    body_observe(body, shapes, x, motion->seen[0]);
-    press(motion, motion->seen[0], motion->now.load, motion->begin);
-    for (size_t k = 0; k < body->model->contacts; k++)
-        force[k] = contact_force(&motion->law, k, motion->begin[k]);
-    if (!motion_is_driven(motion, force))
-        motion_drive(motion, shapes, force, g0);
+    const Coefficients *c = kept->c;
+    const Shapes *shapes = &body->shapes, *between = body_between(body);
+    const double *const weight[3] = {c->phi[2], c->phi[3], c->phi[1]};
+    const ByParity *f = &body->split[0];
+    const size_t place = body_place(body, chunk, 0);
+    if (!kept->known)
+        body_drive_chunk(body, shapes, place, chunk, f, motion->g0);
+    if (!kept->passed)
+        body_pass(body, chunk, place);
+    body_drive_chunk(body, between, place, chunk, f, motion->gm);
+    body_drive_chunk(body, shapes, place, chunk, f, motion->g1);
+    average_chunk(body, c, chunk, kept->x, motion->g0, motion->gm, motion->g1, kept->next,
+                  motion->part);
+    body_observe_chunk(body, shapes, chunk, kept->next, &body->split[1]);
+    body_observe_chunk(body, between, chunk, motion->part, &body->split[2]);
+    if (kept->responds)
+        body_respond_chunk(body, between, chunk, weight);
+}
+
+static void keep_others(Motion *motion, const Kept *kept)
+{
+    Body *body = &motion->body;
+    const ByParity *f = &body->split[0];
+    const double *beyond = motion->beyond[0];
+    if (!kept->known)
+        body_drive_rest(body, &body->shapes, beyond, f, motion->g0);
+    body_end_pass(body, 1);
+    body_drive_rest(body, body_between(body), beyond, f, motion->gm);
+    body_drive_rest(body, &body->shapes, beyond, f, motion->g1);
+    average_rest(body, kept->c, kept->x, motion->g0, motion->gm, motion->g1, kept->next,
+                 motion->part);
+    body_observe_rest(body, &body->shapes, kept->next, &body->split[1], motion->seen[1]);
+    body_observe_rest(body, body_between(body), motion->part, &body->split[2], motion->seen[2]);
+    if (kept->responds)
+        compliances(motion, kept->c);
+}
+
+/* next = state after the step under the forces at the beginning, with generalised ones in g0, gm and
+   g1; how the average differs in motion->part; what is seen of both in motion->seen; and G. The
+   shapes then are those at the end. */
+static void keep_forces(Motion *motion, const Coefficients *c, const double *x, double *next)
+{
+    Body *body = &motion->body;
+    const Model *m = body->model;
+    double *g0 = motion->g1;
+    body_begin_pass(body, motion->middle.position, motion->end.position);
+    const int passed = body_has_passed(body, 1);
+    const int responds = motion->G_of != c->h || !body_has_passed(body, 1);
+    const Kept kept = {c, x, next, motion_is_driven(motion, motion->inside), passed, responds};
     motion->g1 = motion->g0;
     motion->g0 = g0;
-    body_pass(body, motion->middle.position, motion->end.position);
-    motion_drive(motion, body_shapes_between(body, motion->middle.position), force, motion->gm);
-    motion_drive(motion, body_shapes(body, motion->end.position), force, motion->g1);
-    motion_note_driven(motion, force);
+    body_split(m, motion_beyond_preload(motion, motion->inside, motion->beyond[0]),
+               &body->split[0]);
+    body_no_motion(m, &body->split[1]);
+    body_no_motion(m, &body->split[2]);
+    if (responds)
+        body_no_compliance(body);
+    for (size_t k = 0; k < m->chunks; k++)
+        keep_chunk(motion, &kept, &m->chunk[k]);
+    keep_others(motion, &kept);
+    motion_note_driven(motion, motion->inside);
 }
 
 /* next = state after the step under the forces at the beginning, and the forces over the step,
    [means, slopes], in motion->over. Compressions are in motion->begin and motion->pressed. */
-static int find_forces(Motion *motion, const Coefficients *c, const double *x, double *next)
+static int find_forces(Motion *motion, const Coefficients *c, const double *z, const double *x,
+                       double *next)
 {
-    const Body *body = &motion->body;
-    const size_t n = body->model->contacts;
-    begin(motion, x);
-    const Shapes *shapes = &motion->body.shapes;
-    const Shapes *between = body_shapes_between(&motion->body, motion->middle.position);
-    step_and_average(body, c, x, motion->g0, motion->gm, motion->g1, next, motion->part);
-    body_observe(body, shapes, next, motion->seen[1]);
-    body_observe(body, between, motion->part, motion->seen[2]);
+    const size_t n = motion->body.model->contacts;
+    begin(motion, z);
+    keep_forces(motion, c, x, next);
     press_average(motion, &motion->now, &motion->middle, &motion->end, motion->seen,
                   motion->free);
     press(motion, motion->seen[1], motion->end.load, motion->free + n);
-    compliances(motion, c, between);
     without(motion, motion->inside, motion->free);
     return contact_balance(&motion->law, n, motion->G, motion->begin, motion->free, motion->over,
                            motion->pressed, motion->solving);
@@ -121,19 +180,50 @@ static void drive_line(Motion *motion, const Shapes *between, const double *over
     body_drive(&motion->body, between, over + n, motion->d1);
 }
 
+/* The line of forces added to `next`, and what is seen at its end, in motion->last. */
+static void add_line(Motion *motion, const Coefficients *c, double *next)
+{
+    Body *body = &motion->body;
+    const Model *m = body->model;
+    const Shapes *between = body_between(body);
+    const ByParity *mean = &body->split[0], *slope = &body->split[1], *z = &body->split[2];
+    double *beyond = motion->beyond[0];
+    for (size_t k = 0; k < m->contacts; k++)
+        beyond[k] = motion->over[k] - motion->inside[k];
+    body_split(m, beyond, mean);
+    body_split(m, motion->over + m->contacts, slope);
+    body_no_motion(m, z);
+    for (size_t k = 0; k < m->chunks; k++) {
+        const Chunk *chunk = &m->chunk[k];
+        body_drive_both(body, between, chunk, mean, slope, motion->dm, motion->d1);
+        step_add_chunk(body, c, chunk, 0, motion->dm, motion->d1, next);
+        if (m->nodes > 0)
+            body_observe_chunk(body, &body->shapes, chunk, next, z);
+    }
+    body_drive_rest(body, between, beyond, mean, motion->dm);
+    body_drive_rest(body, between, motion->over + m->contacts, slope, motion->d1);
+    step_add_rest(body, c, 0, motion->dm, motion->d1, next);
+    if (m->nodes > 0) {
+        body_observe_rest(body, &body->shapes, next, z, motion->last.z);
+        motion_note_seen(motion, 0, motion->none);
+    }
+}
+
 int motion_contact_step(Motion *motion, const Coefficients *c, const double *x, double *next)
 {
-    if (!find_forces(motion, c, x, next))
+    const Shapes *shapes = body_shapes(&motion->body, motion->now.position);
+    const double *z = motion_seen(motion);
+    if (z == NULL)
+        body_observe(&motion->body, shapes, x, motion->seen[0]);
+    if (!find_forces(motion, c, z == NULL ? motion->seen[0] : z, x, next))
         return 0;
-    drive_line(motion, body_shapes_between(&motion->body, motion->middle.position), motion->over,
-               motion->inside);
-    step_add(&motion->body, c, 0, motion->dm, motion->d1, next);
+    add_line(motion, c, next);
     return 1;
 }
 
 /* --- its derivative ---------------------------------------------------------------------------- */
 
-/* Of `begin`: dinside; d0, dm and d1; dseen[0]. */
+/* Of `begin` and of the generalised forces that are kept: dinside; d0, dm and d1; dseen[0]. */
 static void begin_change(Motion *motion, const double *x, const double *dx)
 {
     Body *body = &motion->body;
@@ -209,7 +299,8 @@ int motion_contact_step_change(Motion *motion, const Coefficients *c, double *x,
 {
     Body *body = &motion->body;
     const size_t n = body->model->contacts, bytes = body->model->states * sizeof(double);
-    if (!find_forces(motion, c, x, motion->rate))
+    body_observe(body, body_shapes(body, motion->now.position), x, motion->seen[0]);
+    if (!find_forces(motion, c, motion->seen[0], x, motion->rate))
         return 0;
     free_change(motion, c, x, dx);
     line_change(motion, c);

@@ -1,5 +1,4 @@
-/* Mode shapes of a body at its wheelsets, how they change along the track, and what rolling
-   wheelsets do over a step. */
+/* Mode shapes of a body at its wheelsets, and how they change along the track. */
 #include "body.h"
 
 #include <math.h>
@@ -9,8 +8,6 @@
    then are one place, whose shapes need not be computed twice; shapes change by 1e-11 of
    themselves over it. */
 static const double GRID = 1.0 / (1ll << 40);
-
-enum { CHUNK = 128 }; /* modes whose shapes at four wheelsets stay in the nearest memory */
 
 /* Where on the ring. */
 static Place locate(const Model *m, double position)
@@ -45,9 +42,9 @@ static void shape_functions(double xi, double length, double w[4], double dw[4])
     dw[3] = 3 * xi2 - 2 * xi;
 }
 
-static double *element_of(const Body *body, size_t row)
+static double *element_of(const Body *body, const Chunk *chunk, size_t row)
 {
-    return body->element + row * ELEMENT_PARTS * body->model->width;
+    return body->element + ELEMENT_PARTS * body_place(body, chunk, row);
 }
 
 static int same_element(const Place *a, const Place *b)
@@ -55,28 +52,36 @@ static int same_element(const Place *a, const Place *b)
     return a->cell == b->cell && a->node == b->node;
 }
 
-/* Take a wheelset's element from the table, unless it is there. */
-static void enter(Body *body, size_t wheelset, const Place *place)
+/* Take a wheelset's element from the table, for the modes of a chunk. */
+static void enter_chunk(Body *body, size_t wheelset, const Place *place, const Chunk *chunk)
 {
     const Model *m = body->model;
-    Place *entered = &body->entered[wheelset];
-    if (same_element(entered, place))
-        return;
-    *entered = *place;
     const size_t n = m->ring, last = place->node + 1 == m->nodes, values = 2 * m->directions;
     const size_t next_cell = (place->cell + last) % m->cells, next = last ? 0 : place->node + 1;
     const double *phase_a = m->phase + 2 * place->cell * m->segments;
     const double *phase_b = m->phase + 2 * next_cell * m->segments;
     for (size_t d = 0; d < m->directions; d++) {
-        double *element = element_of(body, wheelset * m->directions + d);
+        double *element = element_of(body, chunk, wheelset * m->directions + d) - chunk->at;
         const float *a = m->table_re + (values * place->node + 2 * d) * n;
         const float *b = m->table_re + (values * next + 2 * d) * n;
-        for (size_t j = 0; j < m->segments; j++) {
+        for (size_t j = chunk->first; j < chunk->end; j++) {
             const Segment *s = &m->segment[j];
             body->kernels->enter(s->size, n, m->table_im - m->table_re, a + s->to, b + s->to,
-                                 phase_a + 2 * j, phase_b + 2 * j, m->width, element + s->out);
+                                 phase_a + 2 * j, phase_b + 2 * j, chunk->room,
+                                 element + s->out);
         }
     }
+}
+
+/* The whole, unless it is there. */
+static void enter(Body *body, size_t wheelset, const Place *place)
+{
+    const Model *m = body->model;
+    if (same_element(&body->entered[wheelset], place))
+        return;
+    for (size_t j = 0; j < m->chunks; j++)
+        enter_chunk(body, wheelset, place, &m->chunk[j]);
+    body->entered[wheelset] = *place;
 }
 
 /* Shapes of the local modes of a wheelset with given weights of the values at both nodes. */
@@ -93,17 +98,17 @@ static void local_shapes(const Model *m, size_t wheelset, const Place *place,
         }
 }
 
-/* Shapes of one wheelset, whose element is there, for modes `from` to `from` + `size`. */
-static void evaluate(Body *body, Shapes *shapes, size_t wheelset, const Place *place, size_t from,
-                     size_t size)
+/* Shapes of one wheelset, whose element is there, for a chunk, whose shapes begin at `to`. */
+static void evaluate(Body *body, Shapes *shapes, size_t wheelset, const Place *place,
+                     const Chunk *chunk, size_t to)
 {
     const Model *m = body->model;
     double w[4], dw[4];
     shape_functions(place->xi, m->element, w, dw);
     for (size_t d = 0; d < m->directions; d++) {
-        const size_t row = wheelset * m->directions + d, to = row * m->width + from;
-        body->kernels->evaluate(size, m->width, element_of(body, row) + from, w + 1,
-                                shapes->out_re + to, shapes->out_im + to);
+        const size_t row = wheelset * m->directions + d, at = to + row * chunk->room;
+        body->kernels->evaluate(chunk->room, chunk->room, element_of(body, chunk, row), w + 1,
+                                shapes->out_re + at, shapes->out_im + at);
     }
 }
 
@@ -123,7 +128,8 @@ static const Shapes *shapes_at(Body *body, Shapes *shapes, const double *positio
         if (place.position == shapes->place[k].position)
             continue;
         enter(body, k, &place);
-        evaluate(body, shapes, k, &place, 0, m->width);
+        for (size_t j = 0; j < m->chunks; j++)
+            evaluate(body, shapes, k, &place, &m->chunk[j], body_place(body, &m->chunk[j], 0));
         arrive(m, shapes, k, &place);
     }
     return shapes;
@@ -139,21 +145,83 @@ const Shapes *body_shapes_between(Body *body, const double *position)
     return shapes_at(body, body->model->nodes > 0 ? &body->between : &body->shapes, position);
 }
 
-void body_pass(Body *body, const double *middle, const double *end)
+void body_begin_pass(Body *body, const double *middle, const double *end)
 {
     const Model *m = body->model;
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
-        const Place between = locate(m, middle[k]), at = locate(m, end[k]);
-        if (!same_element(&between, &at) || between.position == at.position)
-            continue; /* one after the other, or but one */
-        enter(body, k, &at);
-        for (size_t from = 0; from < m->width; from += CHUNK) {
-            const size_t left = m->width - from, size = left < CHUNK ? left : CHUNK;
-            evaluate(body, &body->between, k, &between, from, size);
-            evaluate(body, &body->shapes, k, &at, from, size);
+        body->middle[k] = locate(m, middle[k]);
+        body->end[k] = locate(m, end[k]);
+        double w[4], v[4], dw[4];
+        shape_functions(body->middle[k].xi, m->element, w, dw);
+        shape_functions(body->end[k].xi, m->element, v, dw);
+        memcpy(body->weights + 6 * k, w + 1, 3 * sizeof(double));
+        memcpy(body->weights + 6 * k + 3, v + 1, 3 * sizeof(double));
+    }
+}
+
+/* Both shapes of one wheelset, from the element that it is in all the time. */
+static void evaluate_both(Body *body, size_t wheelset, const Chunk *chunk, size_t place)
+{
+    const Model *m = body->model;
+    const double *w = body->weights + 6 * wheelset;
+    for (size_t d = 0; d < m->directions; d++) {
+        const size_t row = wheelset * m->directions + d;
+        const size_t middle = place + row * chunk->room, end = body_place(body, chunk, row);
+        body->kernels->evaluate_both(chunk->room, chunk->room, element_of(body, chunk, row), w,
+                                     w + 3, body->between.out_re + middle,
+                                     body->between.out_im + middle, body->shapes.out_re + end,
+                                     body->shapes.out_im + end);
+    }
+}
+
+void body_pass(Body *body, const Chunk *chunk, size_t place)
+{
+    const Model *m = body->model;
+    for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
+        const Place *middle = &body->middle[k], *end = &body->end[k];
+        if (!same_element(&body->entered[k], middle))
+            enter_chunk(body, k, middle, chunk);
+        if (same_element(middle, end)) {
+            evaluate_both(body, k, chunk, place);
+            continue;
         }
-        arrive(m, &body->between, k, &between);
-        arrive(m, &body->shapes, k, &at);
+        evaluate(body, &body->between, k, middle, chunk, place);
+        enter_chunk(body, k, end, chunk);
+        evaluate(body, &body->shapes, k, end, chunk, body_place(body, chunk, 0));
+    }
+}
+
+void body_end_pass(Body *body, int kept)
+{
+    const Model *m = body->model;
+    for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
+        body->entered[k] = body->end[k];
+        arrive(m, &body->shapes, k, &body->end[k]);
+        arrive(m, &body->between, k, &body->middle[k]);
+        if (!kept)
+            body->between.place[k].position = NAN; /* chunk upon chunk: nowhere */
+    }
+}
+
+int body_has_passed(const Body *body, int kept)
+{
+    const Model *m = body->model;
+    int there = 1;
+    for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
+        there &= body->shapes.place[k].position == body->end[k].position;
+        there &= !kept || body->between.place[k].position == body->middle[k].position;
+    }
+    return there;
+}
+
+/* The slope of a chunk: the element's parts, weighed. */
+static void mix(Body *body, const Chunk *chunk, size_t wheelset, const double weight[4])
+{
+    const size_t D = body->model->directions;
+    for (size_t row = wheelset * D; row < (wheelset + 1) * D; row++) {
+        const size_t to = body_place(body, chunk, row);
+        body->kernels->mix(chunk->room, chunk->room, element_of(body, chunk, row), weight,
+                           body->slope.out_re + to, body->slope.out_im + to);
     }
 }
 
@@ -167,87 +235,10 @@ const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change)
         shape_functions(place->xi, m->element, w, dw);
         for (int j = 0; j < 4; j++)
             dw[j] *= change[k];
-        for (size_t d = 0; d < m->directions; d++) {
-            const size_t row = k * m->directions + d, to = row * m->width;
-            body->kernels->mix(m->width, m->width, element_of(body, row), dw, 0,
-                               body->slope.out_re + to, body->slope.out_im + to);
-        }
+        for (size_t j = 0; j < m->chunks; j++)
+            mix(body, &m->chunk[j], k, dw);
         const double local[2] = {-change[k] / m->element, change[k] / m->element};
         local_shapes(m, k, place, local, body->slope.local_re, body->slope.local_im);
     }
     return &body->slope;
-}
-
-/* Of one parity, modes `from` to `from` + `size`: what moves them at the start, if g0 is not NULL,
-   and in the middle. */
-static void roll_to_middle(Body *body, size_t from, size_t size, const double *f0,
-                           const double *fm, double *g0, double *gm)
-{
-    const Model *m = body->model;
-    if (g0 != NULL)
-        body_drive_modes(body, &body->shapes, from, size, f0, g0);
-    for (size_t row = 0; row < m->rows; row++) {
-        double w[4], dw[4];
-        shape_functions(body->middle[row / m->directions].xi, m->element, w, dw);
-        for (int j = 0; j < 4; j++)
-            w[j] *= fm[row];
-        body->kernels->mix(size, m->width, element_of(body, row) + from, w, row > 0, gm + from,
-                           gm + m->drives + from);
-    }
-}
-
-/* The same at the end, and its shapes. */
-static void roll_to_end(Body *body, size_t from, size_t size, const double *f1, double *g1)
-{
-    for (size_t k = 0; k < body->model->wheelsets; k++)
-        evaluate(body, &body->shapes, k, &body->end[k], from, size);
-    body_drive_modes(body, &body->shapes, from, size, f1, g1);
-}
-
-const Shapes *body_roll(Body *body, const double *force0, const double *middle,
-                        const double *force_m, const double *end, const double *force1,
-                        double *g0, double *gm, double *g1)
-{
-    const Model *m = body->model;
-    if (m->nodes == 0) { /* shapes that are the same everywhere */
-        if (g0 != NULL)
-            body_drive(body, &body->shapes, force0, g0);
-        body_drive(body, &body->shapes, force_m, gm);
-        body_drive(body, &body->shapes, force1, g1);
-        return &body->shapes;
-    }
-    double *const *f0 = body->by_parity, *const *fm = f0 + 2, *const *f1 = f0 + 4;
-    const size_t begin[3] = {0, m->odd_at, m->width};
-    int together = 1; /* in the middle and at the end wheelsets are in the same elements */
-    if (g0 != NULL)
-        body_drive_local(m, body->shapes.local_re, body->shapes.local_im, force0, g0);
-    for (size_t k = 0; k < m->wheelsets; k++) {
-        body->middle[k] = locate(m, middle[k]);
-        body->end[k] = locate(m, end[k]);
-        together &= same_element(&body->middle[k], &body->end[k]);
-        enter(body, k, &body->middle[k]);
-        const double local[2] = {1 - body->middle[k].xi, body->middle[k].xi};
-        local_shapes(m, k, &body->middle[k], local, body->local, body->local + m->contacts);
-    }
-    body_drive_local(m, body->local, body->local + m->contacts, force_m, gm);
-    if (g0 != NULL)
-        body_split(m, force0, f0[0], f0[1]);
-    body_split(m, force_m, fm[0], fm[1]);
-    body_split(m, force1, f1[0], f1[1]);
-    /* By chunks that stay in the nearest memory, unless elements change between. */
-    for (int odd = 0; odd < 2; odd++)
-        for (size_t from = begin[odd]; from < begin[odd + 1]; from += CHUNK) {
-            const size_t left = begin[odd + 1] - from, size = left < CHUNK ? left : CHUNK;
-            roll_to_middle(body, from, size, f0[odd], fm[odd], g0, gm);
-            if (together)
-                roll_to_end(body, from, size, f1[odd], g1);
-        }
-    for (size_t k = 0; k < m->wheelsets; k++) {
-        enter(body, k, &body->end[k]);
-        arrive(m, &body->shapes, k, &body->end[k]);
-    }
-    for (int odd = 0; odd < 2 && !together; odd++)
-        roll_to_end(body, begin[odd], begin[odd + 1] - begin[odd], f1[odd], g1);
-    body_drive_local(m, body->shapes.local_re, body->shapes.local_im, force1, g1);
-    return &body->shapes;
 }

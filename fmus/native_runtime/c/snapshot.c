@@ -23,6 +23,12 @@ static uint64_t checksum(const double *live, size_t n)
     return crc32_of((const unsigned char *)live, n * sizeof(double));
 }
 
+/* What a snapshot holds: `live`, the state, and the state before. */
+static size_t numbers_of(const Instance *i)
+{
+    return i->live_size + 2 * i->model.states;
+}
+
 /* The stamp of this instance's snapshots, but for the checksum. */
 static Stamp stamp_of(const Instance *i)
 {
@@ -31,7 +37,7 @@ static Stamp stamp_of(const Instance *i)
     memcpy(stamp.magic, MAGIC, sizeof MAGIC);
     snprintf(stamp.guid, sizeof stamp.guid, "%s", i->model.guid);
     stamp.model_exchange = (uint64_t)i->model_exchange;
-    stamp.numbers = i->live_size;
+    stamp.numbers = numbers_of(i);
     return stamp;
 }
 
@@ -50,13 +56,16 @@ Snapshot *snapshot_take(Instance *i, Snapshot *reused)
     }
     Snapshot *s = reused;
     if (s == NULL)
-        s = malloc(sizeof *s + i->live_size * sizeof(double));
+        s = malloc(sizeof *s + numbers_of(i) * sizeof(double));
     if (s == NULL) {
         instance_fail(i, "not enough memory for a snapshot");
         return NULL;
     }
     s->stamp = stamp_of(i);
+    const size_t bytes = i->model.states * sizeof(double);
     memcpy(s->live, i->live, i->live_size * sizeof(double));
+    memcpy(s->live + i->live_size, i->x, bytes);
+    memcpy(s->live + i->live_size + i->model.states, i->x_before, bytes);
     return s;
 }
 
@@ -64,7 +73,11 @@ Status snapshot_restore(Instance *i, const Snapshot *snapshot)
 {
     if (snapshot == NULL || !belongs(i, &snapshot->stamp))
         return instance_fail(i, "this state is not of this FMU");
+    const size_t bytes = i->model.states * sizeof(double);
     memcpy(i->live, snapshot->live, i->live_size * sizeof(double));
+    memcpy(i->x, snapshot->live + i->live_size, bytes);
+    memcpy(i->x_before, snapshot->live + i->live_size + i->model.states, bytes);
+    motion_forget(&i->motion);
     return OK;
 }
 
@@ -84,9 +97,9 @@ Status snapshot_write(Instance *i, const Snapshot *snapshot, unsigned char *byte
         return instance_fail(i, "this state is not of this FMU, or %lu bytes are too few for it",
                              (unsigned long)size);
     Stamp stamp = snapshot->stamp;
-    stamp.checksum = checksum(snapshot->live, i->live_size);
+    stamp.checksum = checksum(snapshot->live, numbers_of(i));
     memcpy(bytes, &stamp, sizeof stamp);
-    memcpy(bytes + sizeof stamp, snapshot->live, i->live_size * sizeof(double));
+    memcpy(bytes + sizeof stamp, snapshot->live, numbers_of(i) * sizeof(double));
     return OK;
 }
 
@@ -106,10 +119,10 @@ static int makes_sense(const Instance *i, const double *live)
 Snapshot *snapshot_read(Instance *i, const unsigned char *bytes, size_t size)
 {
     Stamp stamp;
-    if (bytes == NULL || size != sizeof stamp + i->live_size * sizeof(double)) {
+    if (bytes == NULL || size != sizeof stamp + numbers_of(i) * sizeof(double)) {
         instance_fail(i, "%lu bytes are not a state of this FMU, which has %lu",
                       (unsigned long)size,
-                      (unsigned long)(sizeof stamp + i->live_size * sizeof(double)));
+                      (unsigned long)(sizeof stamp + numbers_of(i) * sizeof(double)));
         return NULL;
     }
     memcpy(&stamp, bytes, sizeof stamp);
@@ -117,14 +130,14 @@ Snapshot *snapshot_read(Instance *i, const unsigned char *bytes, size_t size)
         instance_fail(i, "the bytes are the state of another FMU");
         return NULL;
     }
-    Snapshot *s = malloc(sizeof *s + i->live_size * sizeof(double));
+    Snapshot *s = malloc(sizeof *s + numbers_of(i) * sizeof(double));
     if (s == NULL) {
         instance_fail(i, "not enough memory for a snapshot");
         return NULL;
     }
     s->stamp = stamp;
-    memcpy(s->live, bytes + sizeof stamp, i->live_size * sizeof(double));
-    if (stamp.checksum != checksum(s->live, i->live_size) || !makes_sense(i, s->live)) {
+    memcpy(s->live, bytes + sizeof stamp, numbers_of(i) * sizeof(double));
+    if (stamp.checksum != checksum(s->live, numbers_of(i)) || !makes_sense(i, s->live)) {
         instance_fail(i, "the bytes of the state are damaged");
         snapshot_free(s);
         return NULL;

@@ -1,7 +1,6 @@
 /* Time of an instance: start, steps, and how inputs go on over a step. */
 #include "instance.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -74,24 +73,19 @@ static void plan(Instance *i, double step, double *before, double *change)
     }
 }
 
-static int all_finite(const double *x, size_t n)
-{
-    int bad = 0; /* without an early end, so that it is vector code */
-    for (size_t k = 0; k < n; k++)
-        bad |= !(fabs(x[k]) <= DBL_MAX);
-    return !bad;
-}
-
 /* The step itself, into i->next; a sentence if it fails. */
 static const char *move(Instance *i, double step)
 {
+    const Kernels *kernels = i->motion.body.kernels;
     for (int order = 0; order < 3; order++)
-        if (!all_finite(i->plan[order], i->model.inputs))
+        if (kernels->finite(i->model.inputs, i->plan[order]) != 0)
             return "the inputs change too fast for numbers";
     instance_path(i, i->plan, &i->over);
     const char *failed = motion_step(&i->motion, &i->over, step, i->x, i->next);
-    if (failed == NULL && !all_finite(i->next, i->model.states))
-        return "the result is not finite: the inputs are far off";
+    if (failed == NULL && kernels->finite(i->model.states, i->next) != 0)
+        failed = "the result is not finite: the inputs are far off";
+    if (failed != NULL)
+        motion_forget(&i->motion); /* what is seen is not of the state, which stays */
     return failed;
 }
 
@@ -113,8 +107,10 @@ Status instance_step(Instance *i, double time, double step)
     const char *failed = move(i, step);
     if (failed != NULL)
         return instance_fail(i, "step of %g s at t = %g s: %s", step, time, failed);
-    memcpy(i->x_before, i->x, m->states * sizeof(double));
-    memcpy(i->x, i->next, m->states * sizeof(double));
+    double *oldest = i->x_before;
+    i->x_before = i->x;
+    i->x = i->next;
+    i->next = oldest;
     for (int order = 0; order < 3; order++)
         memcpy(i->path[order], i->plan[order], bytes);
     for (size_t k = 0; k < u; k++) /* an interpolated path ends at the value set, to the bit */

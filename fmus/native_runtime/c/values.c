@@ -63,6 +63,7 @@ Status instance_settle(Instance *i)
         if (i->model.variable[k].role == ROLE_START_Z)
             i->heights[i->model.variable[k].index] = i->value[k];
     instance_inputs(i, i->shown, &i->now);
+    motion_forget(&i->motion);
     if (!motion_rest(&i->motion, &i->now, i->heights, i->x))
         return instance_fail(i, "there is no state at rest under these inputs: %s",
                              MOTION_NO_CONTACT);
@@ -93,19 +94,14 @@ static void find_motion(Instance *i)
 {
     Motion *motion = &i->motion;
     instance_inputs(i, i->shown, &i->now);
-    motion_forces(motion, &i->now, i->x, i->force);
-    if (i->model.nodes == 0) { /* all modes are there, so a force changes no velocity at once */
-        body_rate(&motion->body, i->x, NULL, motion->rate);
-        body_acceleration(&motion->body, i->x, motion->drate);
+    if (i->model.nodes > 0) {
+        motion_see(motion, &i->now, i->x, i->force, i->z, i->vz);
         return;
     }
-    const Shapes *shapes = body_shapes(&motion->body, i->now.position);
-    const double *g = motion_driven(motion, shapes, i->force);
-    if (i->model.contact_sign == 0)
-        body_observe(&motion->body, shapes, i->x, i->z);
-    else /* its forces come from there */
-        memcpy(i->z, motion->z, i->model.contacts * sizeof(double));
-    body_velocity(&motion->body, shapes, i->x, g, i->vz);
+    /* All modes are there, so a force changes no velocity at once. */
+    motion_forces(motion, &i->now, i->x, i->force);
+    body_rate(&motion->body, i->x, NULL, motion->rate);
+    body_acceleration(&motion->body, i->x, motion->drate);
 }
 
 static Status refresh(Instance *i)
@@ -145,6 +141,7 @@ Status instance_set_states(Instance *i, const double *x, size_t n)
         if (!isfinite(x[k]))
             return instance_fail(i, "state %lu = %g: must be finite", (unsigned long)k, x[k]);
     memcpy(i->x, x, n * sizeof(double));
+    motion_forget(&i->motion);
     i->clock->stale = 1;
     return OK;
 }
