@@ -1,6 +1,9 @@
 """What everything costs on this machine, as one table: wall-clock times, but of steps.
 
-OPENBLAS_NUM_THREADS=1 python benchmarks/cost.py [--skip-demo]
+    OPENBLAS_NUM_THREADS=1 python benchmarks/cost.py [--skip-demo] [--keep WHY]
+
+Beside each cost stands what it was when `cost.csv` was last written, by --keep; WHY is what has
+changed.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
+from kept import Memory
 from rich.console import Console
 from rich.table import Table
 
@@ -159,6 +163,7 @@ def frequency_domain(folder: Path) -> Rows:
 
 def main() -> None:
     """Print the table."""
+    memory = Memory(Path(__file__).with_suffix(".csv"))
     with TemporaryDirectory(prefix="railcosim_") as name:
         folder = Path(name)
         rows = [("export of four FMUs", seconds(lambda: export(Vehicle(), Track(), folder), 3))]
@@ -171,10 +176,17 @@ def main() -> None:
             rows.append(("railcosim demo", seconds(lambda: subprocess.run(demo, check=True), 1)))
     threads = os.environ.get("OPENBLAS_NUM_THREADS", "not set")
     table = Table("what", title=f"Cost; {os.cpu_count()} cores, OPENBLAS_NUM_THREADS {threads}")
-    table.add_column("time", justify="right")
+    for heading in ("time", "was"):
+        table.add_column(heading, justify="right")
+    step = ""
     for what, time in rows:
-        table.add_row(what, f"{time:.3g} s" if time >= 0.1 else f"{1e6 * time:.0f} µs")
+        part = what.startswith("  ")
+        step = step if part else what
+        was = memory.beside(f"{step}:{what[1:]}" if part else what, time)
+        table.add_row(what, f"{time:.3g} s" if time >= 0.1 else f"{1e6 * time:.0f} µs", was)
     Console().print(table)
+    if "--keep" in sys.argv:
+        memory.keep(sys.argv[sys.argv.index("--keep") + 1])
 
 
 if __name__ == "__main__":

@@ -15,16 +15,15 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import csv
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import perf_counter, strftime, thread_time
+from time import perf_counter
 
 import numpy as np
+from kept import Memory, seconds, shown
 from rich.console import Console
 from rich.table import Table
 
@@ -40,71 +39,7 @@ from railcosim.vehicle.parameters import Vehicle
 K_H, SAMPLE, GRID = 1e9, 20, 400
 VEHICLE = [f"vehicle.bogie[{j}].{q}" for j in (1, 2) for q in ("z", "pitch")]
 MOUNTS = (100, 160)  # 160: as many as our ring has
-KEPT = Path(__file__).with_suffix(".csv")
-COLUMNS = ("what", "seconds", "yardstick", "when", "why")
 Rows = list[tuple[str, str, str]]
-
-
-def seconds(work: Callable[[], object], repeats: int = 3) -> float:
-    """Least processor time of some work, after once to warm up; others disturb it little."""
-    times = []
-    for _ in range(repeats + 1):
-        begun = thread_time()
-        work()
-        times.append(thread_time() - begun)
-    return min(times[1:])
-
-
-def yardstick() -> float:
-    """Products of matrices, divisions, small systems of equations: what our costs are made of."""
-    random = np.random.default_rng(0)
-    a, b = random.standard_normal((2, 300, 300))
-    small = random.standard_normal((1000, 8, 8)) + 8.0 * np.eye(8)
-
-    def work() -> None:
-        for _ in range(10):
-            a @ b
-            a / (b * b + 1.0)
-        np.linalg.solve(small, small)
-
-    return seconds(work, 30)
-
-
-class Memory:
-    """What each cost was, and is."""
-
-    def __init__(self) -> None:
-        self.yardstick = yardstick()
-        self.measured: dict[str, float] = {}
-        self.kept: dict[str, float] = {}
-        if KEPT.is_file():
-            with KEPT.open(newline="", encoding="utf-8") as file:
-                for row in csv.DictReader(file):
-                    self.kept[row["what"]] = float(row["seconds"]) / float(row["yardstick"])
-
-    def beside(self, what: str, cost: float) -> str:
-        """Note a cost (s), and say what it was, on this machine."""
-        self.measured[what] = cost
-        if what not in self.kept:
-            return "new"
-        before = self.kept[what] * self.yardstick
-        return f"{shown(before)} before"
-
-    def keep(self, why: str) -> None:
-        """Add what was measured to the table."""
-        is_new = not KEPT.is_file()
-        with KEPT.open("a", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            if is_new:
-                writer.writerow(COLUMNS)
-            for what, cost in self.measured.items():
-                numbers = (f"{cost:.3g}", f"{self.yardstick:.3g}")
-                writer.writerow([what, *numbers, strftime("%Y-%m-%d"), why])
-
-
-def shown(cost: float) -> str:
-    """Seconds, in s or ms."""
-    return f"{cost:.2f} s" if cost >= 0.1 else f"{1e3 * cost:.3f} ms"
 
 
 def frequency_domain(models: Models, memory: Memory) -> Rows:
@@ -188,7 +123,7 @@ def main() -> None:
     """Print the table."""
     arguments = sys.argv[1:]
     python = sys.executable
-    memory = Memory()
+    memory = Memory(Path(__file__).with_suffix(".csv"))
     if "--rolland" in arguments:
         python = arguments[arguments.index("--rolland") + 1]
     with TemporaryDirectory(prefix="railcosim_") as name:

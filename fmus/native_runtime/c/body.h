@@ -64,10 +64,8 @@ void body_observe(const Body *body, const Shapes *shapes, const double *x, doubl
 /* The same of a track, and velocities under generalised forces g. */
 void body_look(const Body *body, const Shapes *shapes, const double *x, const double *g, double *z,
                double *vz);
-/* Displacements per force where forces move modes by three weights, rigid coordinates by as many:
-   three matrices (contacts, contacts). */
-void body_compliance(const Body *body, const Shapes *shapes, const double *const weight[3],
-                     const double rigid_weight[3], double *G);
+/* Displacements per force where forces move modes by a weight: (contacts, contacts). */
+void body_compliance(const Body *body, const Shapes *shapes, const double *weight, double *G);
 /* The state at rest under generalised forces. */
 void body_at_rest(const Body *body, const double *g, double *x);
 /* Coordinate of the multibody model from the displacements in x. */
@@ -124,11 +122,15 @@ void body_observe_rest(const Body *body, const Shapes *shapes, const double *x, 
 void body_look_rest(const Body *body, const Shapes *shapes, const double *x, const double *g,
                     const ByParity *z, const ByParity *vz, double *at_contacts,
                     double *velocities);
-/* Compliance: begin with none, add chunks, and make matrices of it. */
+/* Contacts of a block of rows, at most MOST_IN_BLOCK; returns how many. */
+enum { MOST_IN_BLOCK = 2 * BLOCK };
+size_t body_block(const Model *model, size_t block, size_t *contact);
+/* Compliance by three weights of modes: begin with none, add chunks, of rows of one block or (`far`)
+   all; then make three matrices of it, between `n` contacts. */
 void body_no_compliance(const Body *body);
 void body_respond_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
-                        const double *const weight[3]);
+                        const double *const weight[3], int far);
 void body_respond_rest(const Body *body, const Shapes *shapes, const double *const weight[3],
-                       const double rigid_weight[3], double *G);
+                       const double rigid_weight[3], size_t n, const size_t *contact, double *G);
 
 #endif

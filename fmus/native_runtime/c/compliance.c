@@ -33,7 +33,7 @@ static void respond(const Body *body, const Shapes *shapes, const Chunk *chunk, 
 }
 
 void body_respond_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
-                        const double *const weight[3])
+                        const double *const weight[3], int far)
 {
     const Model *m = body->model;
     for (size_t j = chunk->first; j < chunk->end; j++)
@@ -41,54 +41,63 @@ void body_respond_chunk(const Body *body, const Shapes *shapes, const Chunk *chu
             const size_t next = (row / BLOCK + 1) * BLOCK;
             const Segment *segment = &m->segment[j];
             respond(body, shapes, chunk, segment, weight, row, row, next - row);
-            for (size_t from = next; from < m->padded_rows; from += BLOCK)
+            for (size_t from = next; far && from < m->padded_rows; from += BLOCK)
                 respond(body, shapes, chunk, segment, weight, row, from, BLOCK);
         }
 }
 
-/* Both sides of two rows, from what even and odd modes do. */
-static void join(const Model *m, size_t k, size_t j, double even, double odd, double *G)
+/* Displacement of a contact by the force at another, one of three weights; from what even and odd
+   modes of their rows do. */
+static double between(const Body *body, const Shapes *shapes, const double *weight,
+                      double rigid_weight, size_t i, size_t k, size_t j)
 {
-    const size_t C = m->contacts, rows = m->rows;
-    const int here = m->mirror[k % m->directions], there = m->mirror[j % m->directions];
-    G[k * C + j] = even + odd;
-    if (m->sides > 1) {
-        G[(rows + k) * C + rows + j] = here * there * (even + odd);
-        G[k * C + rows + j] = there * (even - odd);
-        G[(rows + k) * C + j] = here * (even - odd);
+    const Model *m = body->model;
+    const size_t R = m->padded_rows, row = k % m->rows, other = j % m->rows;
+    const size_t low = row < other ? row : other, high = row < other ? other : row;
+    const size_t at = i * R * R + low * R + high; /* Betti's law */
+    const int here = k < m->rows ? 1 : m->mirror[row % m->directions];
+    const int there = j < m->rows ? 1 : m->mirror[other % m->directions];
+    double even = body->G[0][at], own = 0;
+    for (size_t q = 0; q < m->rigid; q++)
+        even += rigid_weight * m->rigid_out[row * m->rigid + q] *
+                m->rigid_in[other * m->rigid + q];
+    if (k == j && k < m->local) {
+        const double re = shapes->local_re[k], im = shapes->local_im[k];
+        own = (re * re - im * im) * weight[m->ring + k] -
+              2 * re * im * weight[m->modes + m->ring + k];
     }
+    const double odd = body->G[1][at]; /* forces of one side alone move both */
+    return here * there * ((k < m->rows) == (j < m->rows) ? even + odd : even - odd) + own;
 }
 
 void body_respond_rest(const Body *body, const Shapes *shapes, const double *const weight[3],
-                       const double rigid_weight[3], double *G)
+                       const double rigid_weight[3], size_t n, const size_t *contact, double *G)
 {
-    const Model *m = body->model;
-    const size_t R = m->padded_rows, C = m->contacts;
-    for (size_t i = 0; i < 3; i++, G += C * C) {
-        for (size_t k = 0; k < m->rows; k++)
-            for (size_t j = 0; j < m->rows; j++) {
-                const size_t low = j < k ? j : k, high = j < k ? k : j; /* Betti's law */
-                const size_t at = i * R * R + low * R + high;
-                double even = body->G[0][at];
-                for (size_t q = 0; q < m->rigid; q++)
-                    even += rigid_weight[i] * m->rigid_out[k * m->rigid + q] *
-                            m->rigid_in[j * m->rigid + q];
-                join(m, k, j, even, body->G[1][at], G);
-            }
-        for (size_t k = 0; k < m->local; k++) {
-            const double re = shapes->local_re[k], im = shapes->local_im[k];
-            G[k * C + k] += (re * re - im * im) * weight[i][m->ring + k] -
-                            2 * re * im * weight[i][m->modes + m->ring + k];
-        }
-    }
+    for (size_t i = 0; i < 3; i++, G += n * n)
+        for (size_t k = 0; k < n; k++)
+            for (size_t j = 0; j < n; j++)
+                G[k * n + j] = between(body, shapes, weight[i], rigid_weight[i], i, contact[k],
+                                       contact[j]);
 }
 
-void body_compliance(const Body *body, const Shapes *shapes, const double *const weight[3],
-                     const double rigid_weight[3], double *G)
+size_t body_block(const Model *m, size_t block, size_t *contact)
+{
+    size_t n = 0;
+    for (size_t side = 0; side < m->sides; side++)
+        for (size_t row = block * BLOCK; row < (block + 1) * BLOCK && row < m->rows; row++)
+            contact[n++] = side * m->rows + row;
+    return n;
+}
+
+void body_compliance(const Body *body, const Shapes *shapes, const double *weight, double *G)
 {
     const Model *m = body->model;
+    const double *const weights[3] = {weight, weight, weight};
+    const size_t C = m->contacts;
     body_no_compliance(body);
     for (size_t j = 0; j < m->chunks; j++)
-        body_respond_chunk(body, shapes, &m->chunk[j], weight);
-    body_respond_rest(body, shapes, weight, rigid_weight, G);
+        body_respond_chunk(body, shapes, &m->chunk[j], weights, 1);
+    for (size_t k = 0; k < C; k++)
+        for (size_t j = 0; j < C; j++)
+            G[k * C + j] = between(body, shapes, weight, 0, 0, k, j);
 }

@@ -162,10 +162,6 @@ int contact_balance(const ContactLaw *law, size_t n, const double *G, const doub
                     const double *free, double *force, double *compression, double *work)
 {
     double *change = work + 4 * n * n;
-    for (size_t k = 0; k < n; k++) {
-        force[k] = contact_force(law, k, begin[k]);
-        force[n + k] = 0;
-    }
     for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
         double largest = 0, size = 0;
         compress(n, G, free, force, compression);

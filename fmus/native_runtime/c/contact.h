@@ -24,7 +24,7 @@ int contact_solve(const ContactLaw *law, size_t n, const double *G, const double
    derivatives by d. */
 void contact_over_step(const ContactLaw *law, size_t k, const double d[3], double force[2],
                        double tangent[2][3]);
-/* Forces [means, slopes] of n contacts over a step. `begin` are their compressions; on average and
+/* Forces [means, slopes] of n contacts over a step, found from those that are there. `begin` are their compressions; on average and
    at the end these are `free`, [averages, ends], and what forces add: G has four parts, averages by
    means and by slopes, ends by means and by slopes. 0: they did not settle. `work` has room for
    BALANCE_WORK(n) numbers. */

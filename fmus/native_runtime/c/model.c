@@ -262,8 +262,10 @@ static void read_variable(Reader *reader, size_t k, const int32_t row[4], const 
         m->of_role[role] = (uint32_t)k;
     if (role == ROLE_STIFFNESS || role == ROLE_HERTZ)
         m->law[(role == ROLE_HERTZ) * m->wheelsets + v->index] = (uint32_t)k;
-    if (v->causality == INPUT)
+    if (v->causality == INPUT) {
+        v->place = m->inputs;
         m->input[m->inputs++] = (uint32_t)k;
+    }
     if (v->causality == OUTPUT)
         m->output[m->outputs++] = (uint32_t)k;
 }

@@ -52,6 +52,7 @@ typedef struct {
     int tunable; /* may change during a run */
     Role role;
     size_t index; /* wheelset, contact or coordinate */
+    size_t place; /* of an input among the inputs */
     double start, minimum, maximum;
     const char *name;
 } Variable;

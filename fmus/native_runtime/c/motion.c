@@ -18,7 +18,8 @@ static void lay_out(Motion *motion, const Model *model, Arrays *arrays)
     const size_t pairs = model->contact_sign != 0 ? c * c : 0;
     double **of_g[] = {&motion->g0, &motion->gm, &motion->g1, &motion->d0,
                        &motion->dm, &motion->d1, &motion->more};
-    double **of_x[] = {&motion->rate, &motion->drate, &motion->dx, &motion->part, &motion->dpart};
+    double **of_x[] = {&motion->rate, &motion->drate,   &motion->dx,     &motion->part,
+                       &motion->dpart, &motion->line[0], &motion->line[1]};
     double **of_c[] = {&motion->force,      &motion->dforce,    &motion->driven, &motion->none,
                        &motion->beyond[0],  &motion->beyond[1], &motion->beyond[2],
                        &motion->z,          &motion->dz,        &motion->moved,
@@ -27,8 +28,9 @@ static void lay_out(Motion *motion, const Model *model, Arrays *arrays)
                        &motion->dseen[0],   &motion->dseen[1],  &motion->dseen[2],
                        &motion->last.under, &motion->last.z,    &motion->last.vz,
                        &motion->law.number};
-    double **of_2c[] = {&motion->over, &motion->dover, &motion->free, &motion->dfree,
-                        &motion->pressed};
+    double **of_2c[] = {&motion->over,    &motion->dover, &motion->free, &motion->dfree,
+                        &motion->pressed, &motion->far,   &motion->line_force,
+                        &motion->last_over};
     Inputs *of_u[] = {&motion->now,  &motion->middle,  &motion->end,
                       &motion->dnow, &motion->dmiddle, &motion->dend};
     for (size_t k = 0; k < sizeof of_g / sizeof *of_g; k++)
@@ -45,8 +47,9 @@ static void lay_out(Motion *motion, const Model *model, Arrays *arrays)
     }
     motion->driven_at = arrays_take(arrays, model->wheelsets);
     motion->last.at = arrays_take(arrays, model->wheelsets);
-    motion->G = arrays_take(arrays, 4 * pairs);
-    motion->solving = arrays_take(arrays, pairs > 0 ? BALANCE_WORK(c) : 0);
+    const size_t of_blocks = BALANCE_G * (model->padded_rows / BLOCK);
+    motion->G = arrays_take(arrays, pairs > of_blocks ? pairs : of_blocks);
+    motion->solving = arrays_take(arrays, pairs > 0 ? CONTACT_WORK(c) : 0);
     for (int k = 0; k < KEPT_STEPS; k++)
         for (int j = 0; j < PHIS; j++)
             motion->kept[k].phi[j] = arrays_take(arrays, 2 * model->modes);
@@ -244,9 +247,7 @@ const char *motion_step(Motion *motion, const InputPath *path, double h, const d
 
 void motion_static_compliance(Motion *motion, const Shapes *shapes)
 {
-    const double *w = motion->body.flexibility, *const weight[3] = {w, w, w};
-    const double of_rigid[3] = {0, 0, 0};
-    body_compliance(&motion->body, shapes, weight, of_rigid, motion->G);
+    body_compliance(&motion->body, shapes, motion->body.flexibility, motion->G);
     motion->G_of = 0;
 }
 

@@ -43,13 +43,14 @@ typedef struct {
     /* Generalised forces at the ends and in the middle of a step; g1 are those that `driven` gave
        with wheelsets at `driven_at`. */
     double *g0, *gm, *g1, *driven, *driven_at;
-    double *rate, *drate, *dx, *part, *dpart; /* scratch: as x */
+    double *rate, *drate, *dx, *part, *dpart, *line[2]; /* scratch: as x */
     double *d0, *dm, *d1, *more; /* scratch: as g */
     /* Scratch of one number a contact, of two, or what solving takes. */
     double *force, *dforce, *beyond[3], *z, *dz, *moved, *begin, *dbegin, *inside, *dinside,
         *none;
     double *seen[3], *dseen[3];
-    double *over, *dover, *free, *dfree, *pressed;
+    double *over, *dover, *free, *dfree, *pressed, *far;
+    double *line_force, *last_over;
     double *G, *solving;
     double G_of; /* step whose compliances G are, where body->between is; 0: of something else */
     Inputs now, middle, end, dnow, dmiddle, dend;
@@ -122,6 +123,36 @@ void motion_outside_step(Motion *motion, const Coefficients *c, const double *x,
 int motion_contact_step(Motion *motion, const Coefficients *c, const double *x, double *next);
 /* The same, and its derivative along dnow, dmiddle, dend and dx; x and dx are moved on. */
 int motion_contact_step_change(Motion *motion, const Coefficients *c, double *x, double *dx);
+/* Parts of both. Compressions from displacements of the body, and the heights that it presses
+   against; and on average over a step. */
+void motion_press(const Motion *motion, const double *z, const double *load, double *compression);
+void motion_press_average(const Motion *motion, const Inputs *begin, const Inputs *middle,
+                          const Inputs *end, double *const z[3], double *compression);
+/* next = state after the step under the forces at the beginning, and the forces over the step,
+   [means, slopes], in motion->over; z are displacements at the beginning. */
+int motion_find_forces(Motion *motion, const Coefficients *c, const double *z, const double *x,
+                       double *next);
+/* Generalised forces of what forces over the step are beyond those at the beginning, in dm and d1. */
+void motion_drive_line(Motion *motion, const Shapes *between, const double *over,
+                       const double *inside);
+
+/* --- forces over an internal step, in motion_balance.c ----------------------------------------- */
+
+/* Numbers that the compliances of a block take. */
+#define BALANCE_G (4 * MOST_IN_BLOCK * MOST_IN_BLOCK)
+/* Weights that make compliances of shapes, in the order of contact_balance. */
+typedef struct {
+    const double *modes[3];
+    double rigid[3];
+} Weights;
+Weights motion_weights(const Coefficients *c);
+/* Compliances of all blocks, from those that chunks have added, in motion->G. */
+void motion_find_compliances(Motion *motion, const Coefficients *c);
+/* Forces in motion->over, [means, slopes], and compressions in motion->pressed, from those at the
+   beginning, motion->begin, and motion->free under the forces then. 0: they did not settle. */
+int motion_balance(Motion *motion, const Coefficients *c);
+/* Their change, motion->dover, from motion->dbegin and dfree; 0: there is none. */
+int motion_balance_change(Motion *motion, const Coefficients *c);
 
 /* --- derivatives along changes dx of the state and `change` of the inputs --------------------- */
 

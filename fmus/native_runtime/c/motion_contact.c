@@ -1,4 +1,4 @@
-/* Internal steps of a body with contacts of its own, and their derivative.
+/* Internal steps of a body with contacts of its own.
 
    Over a step the body first goes on under the forces that its contacts have at the beginning, while
    the wheelsets roll. What the forces change by is a line in time, whose effects are those of
@@ -15,7 +15,7 @@
 #include <string.h>
 
 /* Compressions from displacements of the body, and the heights that it presses against. */
-static void press(const Motion *motion, const double *z, const double *load, double *compression)
+void motion_press(const Motion *motion, const double *z, const double *load, double *compression)
 {
     const Model *m = motion->body.model;
     for (size_t k = 0; k < m->contacts; k++)
@@ -25,7 +25,7 @@ static void press(const Motion *motion, const double *z, const double *load, dou
 /* The same on average over a step. z[0] and z[1] are the displacements at the ends, z[2] those in
    the middle of how the state on average differs from a sixth of both: where wheels do not roll it
    is exact, elsewhere Simpson's rule finds what the shapes' change adds, and so it does heights. */
-static void press_average(const Motion *motion, const Inputs *begin, const Inputs *middle,
+void motion_press_average(const Motion *motion, const Inputs *begin, const Inputs *middle,
                           const Inputs *end, double *const z[3], double *compression)
 {
     const Model *m = motion->body.model;
@@ -36,43 +36,11 @@ static void press_average(const Motion *motion, const Inputs *begin, const Input
     }
 }
 
-/* What changes of the forces add to compressions, see contact_balance; and take off `free` what the
-   forces at the beginning do: compressions then are of all forces. */
-static void compliances(Motion *motion, const Coefficients *c)
-{
-    const Body *body = &motion->body;
-    const size_t pairs = body->model->contacts * body->model->contacts;
-    const double h = c->h, s = body->model->contact_sign;
-    double *of_average = motion->G, *by_slope = of_average + pairs;
-    double *of_end = by_slope + pairs, *end_by_slope = of_end + pairs;
-    const double *const weight[3] = {c->phi[2], c->phi[3], c->phi[1]};
-    const double of_rigid[3] = {rigid_weight(c, 2) / h, rigid_weight(c, 3) / h,
-                                rigid_weight(c, 1) / h};
-    body_respond_rest(body, body_between(body), weight, of_rigid, motion->G);
-    for (size_t k = 0; k < pairs; k++) {
-        end_by_slope[k] = s * h * (2 * of_average[k] - of_end[k]);
-        by_slope[k] = s * h * (2 * by_slope[k] - of_average[k]);
-        of_average[k] *= s * h;
-        of_end[k] *= s * h;
-    }
-    motion->G_of = h;
-}
-
-static void without(const Motion *motion, const double *force, double *free)
-{
-    const size_t n = motion->body.model->contacts, pairs = n * n;
-    for (size_t k = 0; k < n; k++)
-        for (size_t j = 0; j < n; j++) {
-            free[k] -= motion->G[k * n + j] * force[j];
-            free[n + k] -= motion->G[2 * pairs + k * n + j] * force[j];
-        }
-}
-
 /* Compressions and forces at the beginning, motion->inside; z are the displacements then. */
 static void begin(Motion *motion, const double *z)
 {
     memcpy(motion->seen[0], z, motion->body.model->contacts * sizeof(double));
-    press(motion, z, motion->now.load, motion->begin);
+    motion_press(motion, z, motion->now.load, motion->begin);
     for (size_t k = 0; k < motion->body.model->contacts; k++)
         motion->inside[k] = contact_force(&motion->law, k, motion->begin[k]);
 }
@@ -90,7 +58,6 @@ static void keep_chunk(Motion *motion, const Kept *kept, const Chunk *chunk)
     Body *body = &motion->body;
     const Coefficients *c = kept->c;
     const Shapes *shapes = &body->shapes, *between = body_between(body);
-    const double *const weight[3] = {c->phi[2], c->phi[3], c->phi[1]};
     const ByParity *f = &body->split[0];
     const size_t place = body_place(body, chunk, 0);
     if (!kept->known)
@@ -104,7 +71,7 @@ static void keep_chunk(Motion *motion, const Kept *kept, const Chunk *chunk)
     body_observe_chunk(body, shapes, chunk, kept->next, &body->split[1]);
     body_observe_chunk(body, between, chunk, motion->part, &body->split[2]);
     if (kept->responds)
-        body_respond_chunk(body, between, chunk, weight);
+        body_respond_chunk(body, between, chunk, motion_weights(c).modes, 0);
 }
 
 static void keep_others(Motion *motion, const Kept *kept)
@@ -122,7 +89,7 @@ static void keep_others(Motion *motion, const Kept *kept)
     body_observe_rest(body, &body->shapes, kept->next, &body->split[1], motion->seen[1]);
     body_observe_rest(body, body_between(body), motion->part, &body->split[2], motion->seen[2]);
     if (kept->responds)
-        compliances(motion, kept->c);
+        motion_find_compliances(motion, kept->c);
 }
 
 /* next = state after the step under the forces at the beginning, with generalised ones in g0, gm and
@@ -153,23 +120,21 @@ static void keep_forces(Motion *motion, const Coefficients *c, const double *x, 
 
 /* next = state after the step under the forces at the beginning, and the forces over the step,
    [means, slopes], in motion->over. Compressions are in motion->begin and motion->pressed. */
-static int find_forces(Motion *motion, const Coefficients *c, const double *z, const double *x,
+int motion_find_forces(Motion *motion, const Coefficients *c, const double *z, const double *x,
                        double *next)
 {
     const size_t n = motion->body.model->contacts;
     begin(motion, z);
     keep_forces(motion, c, x, next);
-    press_average(motion, &motion->now, &motion->middle, &motion->end, motion->seen,
+    motion_press_average(motion, &motion->now, &motion->middle, &motion->end, motion->seen,
                   motion->free);
-    press(motion, motion->seen[1], motion->end.load, motion->free + n);
-    without(motion, motion->inside, motion->free);
-    return contact_balance(&motion->law, n, motion->G, motion->begin, motion->free, motion->over,
-                           motion->pressed, motion->solving);
+    motion_press(motion, motion->seen[1], motion->end.load, motion->free + n);
+    return motion_balance(motion, c);
 }
 
 /* Generalised forces of what forces over the step [means, slopes] are beyond those at the beginning,
    in dm and d1. */
-static void drive_line(Motion *motion, const Shapes *between, const double *over,
+void motion_drive_line(Motion *motion, const Shapes *between, const double *over,
                        const double *inside)
 {
     const size_t n = motion->body.model->contacts;
@@ -215,103 +180,8 @@ int motion_contact_step(Motion *motion, const Coefficients *c, const double *x, 
     const double *z = motion_seen(motion);
     if (z == NULL)
         body_observe(&motion->body, shapes, x, motion->seen[0]);
-    if (!find_forces(motion, c, z == NULL ? motion->seen[0] : z, x, next))
+    if (!motion_find_forces(motion, c, z == NULL ? motion->seen[0] : z, x, next))
         return 0;
     add_line(motion, c, next);
-    return 1;
-}
-
-/* --- its derivative ---------------------------------------------------------------------------- */
-
-/* Of `begin` and of the generalised forces that are kept: dinside; d0, dm and d1; dseen[0]. */
-static void begin_change(Motion *motion, const double *x, const double *dx)
-{
-    Body *body = &motion->body;
-    double *force = motion->inside, *dforce = motion->dinside;
-    const Shapes *shapes = body_shapes(body, motion->now.position);
-    const Shapes *slope = body_slope(body, shapes, motion->dnow.position);
-    motion_observe_change(motion, shapes, slope, x, dx, motion->dseen[0]);
-    press(motion, motion->dseen[0], motion->dnow.load, motion->dbegin);
-    for (size_t k = 0; k < body->model->contacts; k++)
-        dforce[k] = contact_stiffness(&motion->law, k, motion->begin[k]) * motion->dbegin[k];
-    motion_drive_change(motion, shapes, slope, force, dforce, motion->d0);
-    shapes = body_shapes_between(body, motion->middle.position);
-    slope = body_slope(body, shapes, motion->dmiddle.position);
-    motion_drive_change(motion, shapes, slope, force, dforce, motion->dm);
-    shapes = body_shapes(body, motion->end.position);
-    slope = body_slope(body, shapes, motion->dend.position);
-    motion_drive_change(motion, shapes, slope, force, dforce, motion->d1);
-}
-
-/* Of the compressions on average and at the end under the forces at the beginning; dx at the end is
-   in motion->drate, x is in motion->rate. */
-static void free_change(Motion *motion, const Coefficients *c, const double *x, const double *dx)
-{
-    Body *body = &motion->body;
-    const size_t n = body->model->contacts;
-    begin_change(motion, x, dx);
-    step_and_average(body, c, dx, motion->d0, motion->dm, motion->d1, motion->drate,
-                     motion->dpart);
-    const Shapes *shapes = &body->shapes, *slope = &body->slope; /* at the end */
-    motion_observe_change(motion, shapes, slope, motion->rate, motion->drate, motion->dseen[1]);
-    shapes = body_shapes_between(body, motion->middle.position);
-    slope = body_slope(body, shapes, motion->dmiddle.position);
-    motion_observe_change(motion, shapes, slope, motion->part, motion->dpart, motion->dseen[2]);
-    press_average(motion, &motion->dnow, &motion->dmiddle, &motion->dend, motion->dseen,
-                  motion->dfree);
-    press(motion, motion->dseen[1], motion->dend.load, motion->dfree + n);
-}
-
-/* Of what the line of forces beyond those at the beginning does to compressions, where the shapes
-   change but it does not; and that, itself and its change, added to the states at the end. */
-static void line_change(Motion *motion, const Coefficients *c)
-{
-    Body *body = &motion->body;
-    const size_t n = body->model->contacts, bytes = body->model->states * sizeof(double);
-    const Shapes *shapes = body_shapes_between(body, motion->middle.position);
-    const Shapes *slope = &body->slope;
-    double *part = motion->part, *dpart = motion->dpart, *beyond = motion->beyond[1];
-    drive_line(motion, shapes, motion->over, motion->inside);
-    memset(motion->d0, 0, (2 * body->model->drives + body->model->rigid) * sizeof(double));
-    memset(motion->gm, 0, (2 * body->model->drives + body->model->rigid) * sizeof(double));
-    if (body->model->nodes > 0) {
-        for (size_t k = 0; k < n; k++)
-            beyond[k] = motion->over[k] - motion->inside[k];
-        body_drive(body, slope, beyond, motion->d0);
-        body_drive(body, slope, motion->over + n, motion->gm);
-    }
-    for (int end = 0; end < 2; end++) {
-        memset(part, 0, bytes);
-        memset(dpart, 0, bytes);
-        step_add(body, c, !end, motion->dm, motion->d1, part);
-        step_add(body, c, !end, motion->d0, motion->gm, dpart);
-        motion_observe_change(motion, shapes, slope, part, dpart, motion->dz);
-        for (size_t k = 0; k < n; k++)
-            motion->dfree[(end ? n : 0) + k] += body->model->contact_sign * motion->dz[k];
-    }
-    for (size_t r = 0; r < body->model->states; r++) {
-        motion->rate[r] += part[r];
-        motion->drate[r] += dpart[r];
-    }
-}
-
-int motion_contact_step_change(Motion *motion, const Coefficients *c, double *x, double *dx)
-{
-    Body *body = &motion->body;
-    const size_t n = body->model->contacts, bytes = body->model->states * sizeof(double);
-    body_observe(body, body_shapes(body, motion->now.position), x, motion->seen[0]);
-    if (!find_forces(motion, c, motion->seen[0], x, motion->rate))
-        return 0;
-    free_change(motion, c, x, dx);
-    line_change(motion, c);
-    without(motion, motion->dinside, motion->dfree);
-    if (!contact_change(&motion->law, n, motion->G, motion->begin, motion->pressed,
-                        motion->dbegin, motion->dfree, motion->dover, motion->solving))
-        return 0;
-    drive_line(motion, body_shapes_between(body, motion->middle.position), motion->dover,
-               motion->dinside);
-    step_add(body, c, 0, motion->dm, motion->d1, motion->drate);
-    memcpy(x, motion->rate, bytes);
-    memcpy(dx, motion->drate, bytes);
     return 1;
 }

@@ -30,10 +30,9 @@ Status instance_exit_initialisation(Instance *i)
 /* Place of an input among the inputs; their number if it is none. */
 static size_t input_place(const Instance *i, uint32_t ref)
 {
-    size_t k = 0;
-    while (k < i->model.inputs && i->model.input[k] != ref)
-        k++;
-    return k;
+    const Model *m = &i->model;
+    return ref < m->variables && m->variable[ref].causality == INPUT ? m->variable[ref].place
+                                                                     : m->inputs;
 }
 
 Status instance_set_slopes(Instance *i, const uint32_t *refs, size_t n, const int *orders,

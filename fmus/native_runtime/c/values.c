@@ -235,10 +235,10 @@ Status instance_set(Instance *i, const uint32_t *refs, size_t n, ValueType type,
         if (check_new(i, refs[k], type, values[k]) != OK)
             return ERROR;
     for (size_t k = 0; k < n; k++) {
+        const Variable *v = &i->model.variable[refs[k]];
         i->value[refs[k]] = values[k];
-        for (size_t j = 0; j < i->model.inputs; j++)
-            if (i->model.input[j] == refs[k])
-                i->shown[j] = values[k]; /* the others stay where the last step took them */
+        if (v->causality == INPUT)
+            i->shown[v->place] = values[k]; /* the others stay where the last step took them */
     }
     i->clock->stale = 1;
     return OK;

@@ -1,0 +1,111 @@
+"""How the cost of a step grows with the wheelsets and the ring, and where it goes.
+
+    OPENBLAS_NUM_THREADS=1 python benchmarks/wheelsets.py [--keep WHY]
+
+Cars of four wheelsets, 25 m apart, roll over the ring. A step is what a master asks for: inputs
+set, outputs read, derivatives of inputs given, a step of 0.1 ms; one thread, least processor time.
+Beside it stand the megabytes that it must move at least, whatever the arithmetic: the table of
+shapes where wheels are; their shapes, written once and read once or, with contacts inside, two and
+three times; exponentials, poles and states. The last two columns say how fast they went by, and
+what the cost was when `wheelsets.csv` was last written, by --keep.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import process_time
+
+import numpy as np
+from kept import Memory
+from rich.console import Console
+from rich.table import Table
+
+from railcosim.fmus.content import contact_defaults
+from railcosim.fmus.export import Start, export_track
+from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.mechanics.ports import Layout
+from railcosim.track.decay import RingWarning
+from railcosim.track.parameters import Mesh, Track
+from railcosim.track.reduced import reduce_track
+from railcosim.vehicle.parameters import Vehicle
+
+SPEED, STEP, LOAD = 250 / 3.6, 1e-4, 7e4  # m/s, s, N
+CAR, PLACES = 25.0, (20.0, 17.5, 2.5, 0.0)  # m
+CASES = ((1, 20), (2, 20), (4, 20), (4, 100), (8, 40), (16, 60), (32, 100))  # wheelsets, cells
+BLOCK, SECONDS = 7, 2.0  # steps whose time is taken together; how long one case is measured
+
+
+def positions(wheelsets: int) -> list[float]:
+    """From the front, m."""
+    cars = -(-wheelsets // len(PLACES))
+    every = (CAR * car + place for car in reversed(range(cars)) for place in PLACES)
+    return [0.3 + x for x in islice(every, wheelsets)]
+
+
+def a_step(path: Path) -> float:
+    """Least time of a step of a rolling track, s."""
+    with FmuComponent.load(path) as fmu:
+        quantity = np.array([v.name.rpartition(".")[2] for v in fmu.inputs])
+        start = np.array([v.start for v in fmu.inputs])
+        run = np.where(quantity == "position", SPEED, 0.0)
+        size = np.select([quantity == "force_z", quantity == "wheel_z"], [1e3, 1e-5], 0.0)
+        start += np.where(quantity == "wheel_z", 1e-3, 0.0)
+        shift = np.arange(start.size)
+        fmu.enter_initialization(0.0)
+        fmu.set_inputs(start)
+        fmu.exit_initialization()
+        least, first, begun = np.inf, 0, process_time()
+        while process_time() - begun < SECONDS or first < 3 * BLOCK:
+            block = process_time()
+            for step in range(first, first + BLOCK):
+                t = step * STEP
+                fmu.set_inputs(start + run * t + size * np.sin(300 * t + shift))
+                fmu.read_outputs()
+                fmu.set_input_derivatives((run + 300 * size * np.cos(300 * t + shift))[None])
+                fmu.do_step(t, STEP)
+            first += BLOCK
+            least = min(least, (process_time() - block) / BLOCK)
+    return float(least)
+
+
+def megabytes(modes: int, wheelsets: int, *, contact: bool) -> float:
+    """What a step must move, MB: complex numbers of a mode, wheelsets in whole blocks of four."""
+    rows = -(-wheelsets // 4) * 4
+    shapes = (1 + 1) + (1 + 2) if contact else 1 + 1  # in the middle and at the end; at the end
+    exponentials = 5 if contact else 4  # of half the modes, for partners have the same
+    return 16e-6 * modes * (rows * (4 + shapes) + exponentials / 2 + 1 + 6)
+
+
+def main() -> None:
+    """Print the table."""
+    warnings.simplefilter("ignore", RingWarning)  # of rings that are short on purpose
+    memory = Memory(Path(__file__).with_suffix(".csv"))
+    table = Table("track", title=f"Rolling tracks, step of {1e3 * STEP:g} ms, one thread")
+    for heading in ("modes", "step", "real time", "moves", "at", "cost was"):
+        table.add_column(heading, justify="right")
+    for wheelsets, cells in CASES:
+        track = Track(mesh=Mesh(cells=cells))
+        ports = len(Layout(wheelsets).ports)
+        start = Start([LOAD] * ports, positions(wheelsets), contact_defaults(Vehicle()))
+        modes = reduce_track(track).poles.size
+        with TemporaryDirectory(prefix="railcosim_") as name:
+            files = export_track(track, start, Path(name))
+            for fmu, path in files.items():
+                what = f"{fmu}, {wheelsets} wheelsets, {cells} cells"
+                cost = a_step(path)
+                moved = megabytes(modes, wheelsets, contact="Contact" in fmu)
+                table.add_row(
+                    what, str(modes), f"{1e6 * cost:.0f} µs", f"{cost / STEP:.2f}",
+                    f"{moved:.1f} MB", f"{moved / 1e3 / cost:.0f} GB/s", memory.beside(what, cost),
+                )  # fmt: skip
+    Console().print(table)
+    if "--keep" in sys.argv:
+        memory.keep(sys.argv[sys.argv.index("--keep") + 1])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,95 @@
+/* Derivative of motion_contact.c, statement by statement. */
+#include "motion.h"
+
+#include <string.h>
+
+/* Of `begin` and of the generalised forces that are kept: dinside; d0, dm and d1; dseen[0]. */
+static void begin_change(Motion *motion, const double *x, const double *dx)
+{
+    Body *body = &motion->body;
+    double *force = motion->inside, *dforce = motion->dinside;
+    const Shapes *shapes = body_shapes(body, motion->now.position);
+    const Shapes *slope = body_slope(body, shapes, motion->dnow.position);
+    motion_observe_change(motion, shapes, slope, x, dx, motion->dseen[0]);
+    motion_press(motion, motion->dseen[0], motion->dnow.load, motion->dbegin);
+    for (size_t k = 0; k < body->model->contacts; k++)
+        dforce[k] = contact_stiffness(&motion->law, k, motion->begin[k]) * motion->dbegin[k];
+    motion_drive_change(motion, shapes, slope, force, dforce, motion->d0);
+    shapes = body_shapes_between(body, motion->middle.position);
+    slope = body_slope(body, shapes, motion->dmiddle.position);
+    motion_drive_change(motion, shapes, slope, force, dforce, motion->dm);
+    shapes = body_shapes(body, motion->end.position);
+    slope = body_slope(body, shapes, motion->dend.position);
+    motion_drive_change(motion, shapes, slope, force, dforce, motion->d1);
+}
+
+/* Of the compressions on average and at the end under the forces at the beginning; dx at the end is
+   in motion->drate, x is in motion->rate. */
+static void free_change(Motion *motion, const Coefficients *c, const double *x, const double *dx)
+{
+    Body *body = &motion->body;
+    const size_t n = body->model->contacts;
+    begin_change(motion, x, dx);
+    step_and_average(body, c, dx, motion->d0, motion->dm, motion->d1, motion->drate,
+                     motion->dpart);
+    const Shapes *shapes = &body->shapes, *slope = &body->slope; /* at the end */
+    motion_observe_change(motion, shapes, slope, motion->rate, motion->drate, motion->dseen[1]);
+    shapes = body_shapes_between(body, motion->middle.position);
+    slope = body_slope(body, shapes, motion->dmiddle.position);
+    motion_observe_change(motion, shapes, slope, motion->part, motion->dpart, motion->dseen[2]);
+    motion_press_average(motion, &motion->dnow, &motion->dmiddle, &motion->dend, motion->dseen,
+                  motion->dfree);
+    motion_press(motion, motion->dseen[1], motion->dend.load, motion->dfree + n);
+}
+
+/* Of what the line of forces beyond those at the beginning does to compressions, where the shapes
+   change but it does not; and that, itself and its change, added to the states at the end. */
+static void line_change(Motion *motion, const Coefficients *c)
+{
+    Body *body = &motion->body;
+    const size_t n = body->model->contacts, bytes = body->model->states * sizeof(double);
+    const Shapes *shapes = body_shapes_between(body, motion->middle.position);
+    const Shapes *slope = &body->slope;
+    double *part = motion->part, *dpart = motion->dpart, *beyond = motion->beyond[1];
+    motion_drive_line(motion, shapes, motion->over, motion->inside);
+    memset(motion->d0, 0, (2 * body->model->drives + body->model->rigid) * sizeof(double));
+    memset(motion->gm, 0, (2 * body->model->drives + body->model->rigid) * sizeof(double));
+    if (body->model->nodes > 0) {
+        for (size_t k = 0; k < n; k++)
+            beyond[k] = motion->over[k] - motion->inside[k];
+        body_drive(body, slope, beyond, motion->d0);
+        body_drive(body, slope, motion->over + n, motion->gm);
+    }
+    for (int end = 0; end < 2; end++) {
+        memset(part, 0, bytes);
+        memset(dpart, 0, bytes);
+        step_add(body, c, !end, motion->dm, motion->d1, part);
+        step_add(body, c, !end, motion->d0, motion->gm, dpart);
+        motion_observe_change(motion, shapes, slope, part, dpart, motion->dz);
+        for (size_t k = 0; k < n; k++)
+            motion->dfree[(end ? n : 0) + k] += body->model->contact_sign * motion->dz[k];
+    }
+    for (size_t r = 0; r < body->model->states; r++) {
+        motion->rate[r] += part[r];
+        motion->drate[r] += dpart[r];
+    }
+}
+
+int motion_contact_step_change(Motion *motion, const Coefficients *c, double *x, double *dx)
+{
+    Body *body = &motion->body;
+    const size_t bytes = body->model->states * sizeof(double);
+    body_observe(body, body_shapes(body, motion->now.position), x, motion->seen[0]);
+    if (!motion_find_forces(motion, c, motion->seen[0], x, motion->rate))
+        return 0;
+    free_change(motion, c, x, dx);
+    line_change(motion, c);
+    if (!motion_balance_change(motion, c))
+        return 0;
+    motion_drive_line(motion, body_shapes_between(body, motion->middle.position), motion->dover,
+               motion->dinside);
+    step_add(body, c, 0, motion->dm, motion->d1, motion->drate);
+    memcpy(x, motion->rate, bytes);
+    memcpy(dx, motion->drate, bytes);
+    return 1;
+}
