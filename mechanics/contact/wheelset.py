@@ -68,9 +68,13 @@ def at_rest(law: RollingContact, load: float) -> FloatArray:
 
     Raises
     ------
+    ValueError
+        If the load is not above 0.
     ArithmeticError
         If there is none.
     """
+    if not (np.isfinite(load) and load > 0):
+        raise ValueError(f"wheel load {load:g} N: must be above 0")
     chosen = selection()
     free = [NAMES.index("z"), NAMES.index("roll")]
     down = COORDINATES.index("rail_z")

@@ -229,3 +229,16 @@ def test_flange_stops_the_wheel_that_goes_outwards():
 def test_creep_needs_a_speed(speed):
     with pytest.raises(ValueError, match="must be above 0"):
         linear_wheelset(CONE, speed=speed, load=LOAD)
+
+
+@pytest.mark.parametrize("load", [0.0, -1.0, np.nan])
+def test_a_wheelset_needs_a_load(load):
+    with pytest.raises(ValueError, match="wheel load"):
+        linear_wheelset(CONE, speed=SPEED, load=load)
+
+
+@pytest.mark.parametrize("load", [10.0, 1e6])
+def test_rest_under_any_load(load):
+    rest = linear_wheelset(CONE, speed=SPEED, load=load).rest
+    force = RollingContact(geometry=CONE, side=SIDES, speed=SPEED).force(rest, 0 * rest)
+    assert force[:, COORDINATES.index("rail_z")] == pytest.approx(load, rel=1e-11)
