@@ -103,6 +103,15 @@ def wheelset_name(wheelset: int) -> str:
     return f"wheelset[{wheelset}]"
 
 
+def wheelset_of(name: str) -> tuple[int, str] | None:
+    """Of which wheelset a variable is, and what of it, by its name; None if of none."""
+    owner, _, rest = name.partition(".")
+    return (_NUMBERS[owner], rest) if owner in _NUMBERS else None
+
+
+_NUMBERS = {wheelset_name(i): i for i in range(1, MOST_WHEELSETS + 1)}
+
+
 @dataclass(frozen=True)
 class Port:
     """One direction of one contact.

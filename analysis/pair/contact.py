@@ -116,13 +116,15 @@ def completed(
     each = layout.of_axles(needed)
     if needed in known or TANGENT in known or known.keys() >= set(each):
         return known
-    told = {fmu.description.path.name: _told(fmu, needed, each) for fmu in fmus}
-    told = {path: numbers for path, numbers in told.items() if numbers}
-    first = next(iter(told), None)
+    numbers_of = {fmu.description.path.name: told(fmu, needed, each) for fmu in fmus}
+    numbers_of = {path: numbers for path, numbers in numbers_of.items() if numbers}
+    first = next(iter(numbers_of), None)
     if first is None:
         return known
-    for path, numbers in told.items():
-        ours, theirs = (np.resize(list(of.values()), len(each)) for of in (told[first], numbers))
+    for path, numbers in numbers_of.items():
+        ours, theirs = (
+            np.resize(list(of.values()), len(each)) for of in (numbers_of[first], numbers)
+        )
         if (ours != theirs).any():
             i = int(np.argmax(ours != theirs))
             warnings.warn(
@@ -133,17 +135,18 @@ def completed(
             )
     if known.keys() & set(each):  # some are given: the others are those of the FMU
         return (
-            dict(zip(each, np.resize(list(told[first].values()), len(each)), strict=True)) | known
+            dict(zip(each, np.resize(list(numbers_of[first].values()), len(each)), strict=True))
+            | known
         )
-    return known | told[first]
+    return known | numbers_of[first]
 
 
-def _told(fmu: LoadedFmu, needed: str, each: Iterable[str]) -> dict[str, float]:
+def told(fmu: LoadedFmu, needed: str, each: Iterable[str]) -> dict[str, float]:
     """The number of all wheels, or those of each wheelset, that an FMU tells; else none."""
     rows = fmu.description.parameters
-    names = [needed] if needed in rows else [name for name in each if name in rows]
-    starts = {name: float(rows[name].start or 0.0) for name in names}
-    return starts if all(starts.values()) else {}
+    names = [needed] if needed in rows else list(each)
+    starts = {name: float(rows[name].start or 0.0) for name in names if name in rows}
+    return starts if len(starts) == len(names) and all(starts.values()) else {}
 
 
 def fitting(parameters: Parameters, fmu: LoadedFmu, layout: Layout) -> dict[str, float | bool]:
@@ -160,7 +163,11 @@ def fitting(parameters: Parameters, fmu: LoadedFmu, layout: Layout) -> dict[str,
         each = layout.of_axles(name)
         if name in given:
             given |= dict.fromkeys(each, given[name])
-        elif NONLINEAR in rows and name in rows and given.keys() & set(each):
+            continue
+        numbers = [given[at] for at in each if at in given]
+        if len(set(numbers)) == 1 and len(numbers) == len(each):
+            given[name] = numbers[0]
+        elif numbers and NONLINEAR in rows and not rows.keys() >= set(each):
             raise CouplingError(
                 f"{fmu.description.path}: has one contact law for all wheels, {name}, and those of "
                 "the vehicle have different ones: export it for that vehicle, give an FMU without "

@@ -7,7 +7,6 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import root
@@ -38,14 +37,12 @@ from .contact import (
     layout_of,
 )
 from .ring import check_ring_of
+from .several import Load, Vehicles, load_vehicles
 
-__all__ = ["FORCES", "WHEELS", "WHEELSETS", "Journey", "Pair", "open_pair"]
+__all__ = ["FORCES", "WHEELS", "WHEELSETS", "Journey", "Load", "Pair", "Vehicles", "open_pair"]
 
 FIRST_COMPRESSION = 1e-4  # m, about the static one: where the search for equilibrium begins
 STILL = 1e-6  # m/s2, and 0.1 N: a thousandth of what a bump of 1e-6 m does
-
-Load: TypeAlias = Callable[..., LoadedFmu]
-"""Loads an FMU from its path and, by keyword, a name."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +90,7 @@ class Journey:
 
 @contextmanager
 def open_pair(
-    vehicle: Path,
+    vehicle: Vehicles,
     track: Path,
     parameters: Parameters,
     journey: Journey,
@@ -103,10 +100,12 @@ def open_pair(
 
     Parameters
     ----------
-    vehicle, track : Path
-        FMU files. If neither owns the contact springs, the master does.
+    vehicle : Path or sequence of Path
+        FMU file of a vehicle or a train, or of several from the front.
+    track : Path
+        FMU file. If none owns the contact springs, the master does.
     parameters : mapping
-        Of the contact, for whoever owns it. ``contact.tangent`` asks for Hertz's law of that
+        Of the contact, for whoever owns it, and others of the FMUs. ``contact.tangent`` asks for Hertz's law of that
         stiffness at the static load, which is found here.
     journey : Journey
         Speed and irregularity.
@@ -114,9 +113,9 @@ def open_pair(
         Loads an FMU.
     """
     with ExitStack() as stack:
-        cars = stack.enter_context(load(vehicle, name="vehicle"))
+        cars = stack.enter_context(load_vehicles(vehicle, load))
         rails = stack.enter_context(load(track, name="track"))
-        layout = layout_of((vehicle, _variables(cars)), (track, _variables(rails)))
+        layout = layout_of((cars.description.path, _variables(cars)), (track, _variables(rails)))
         given = completed(parameters, (cars, rails), layout)
         first = given
         if TANGENT in given:  # the static load does not depend on the law: any does to find it
@@ -219,10 +218,15 @@ def _settle(
 
     The vehicle is at rest on wheelsets held at `start_z`; it needs no holding where the wheelsets'
     accelerations vanish. A track that is given forces sinks under them at once, in initialisation:
-    the forces are then unknown, too, and cut from where they come. A vehicle without `start_z`
-    starts as its maker wants.
+    the forces are then unknown, too, and cut from where they come. Wheelsets without `start_z`
+    start as their maker wants.
     """
-    starts, count = layout.of_axles("start_z"), layout.wheelsets
+    able = [
+        k
+        for k, name in enumerate(layout.of_axles("start_z"))
+        if name in vehicle.description.parameters
+    ]
+    starts, count = [layout.of_axles("start_z")[k] for k in able], len(able)
     known = {v.name: v for v in track.inputs}
     cut = [known[name] for name in layout.names(FORCE) if name in known]
     held = np.array([v.start for v in cut])
@@ -233,10 +237,11 @@ def _settle(
     ]
     system = System([*components, pressing], wires)
     system.begin(0.0)
-    if starts[0] not in vehicle.description.parameters:
+    if not able:
         return system
     forces, accelerations = (
-        _columns(system, names) for names in (layout.names(FORCE), layout.of_axles("az"))
+        _columns(system, names)
+        for names in (layout.names(FORCE), [layout.of_axles("az")[k] for k in able])
     )
 
     def imbalance(unknown: FloatArray) -> FloatArray:
@@ -249,7 +254,7 @@ def _settle(
 
     guess = np.full(count, 2.0)
     if cut:
-        rail = system.outputs[_columns(system, layout.names(RAIL.motion)[:count])]
+        rail = system.outputs[_columns(system, [layout.names(RAIL.motion)[k] for k in able])]
         guess = np.concatenate([1e3 * (rail + FIRST_COMPRESSION), held / 1e5])
     rest = imbalance(root(imbalance, guess, tol=1e-13).x)
     if not np.abs(rest).max() < STILL:

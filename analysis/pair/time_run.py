@@ -11,13 +11,13 @@ from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.recorded_run import Progress, Stopped, recorded_run
 
 from .contact import Parameters
-from .pair import Journey, Load, open_pair
+from .pair import Journey, Load, Vehicles, open_pair
 
 __all__ = ["Progress", "Stopped", "run_pair"]
 
 
 def run_pair(
-    vehicle: Path,
+    vehicle: Vehicles,
     track: Path,
     parameters: Parameters,
     journey: Journey,
