@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import xarray as xr
@@ -10,7 +11,9 @@ from railcosim.analysis.pair.contact import NONLINEAR, Parameters, contact_of
 from railcosim.analysis.pair.judged import judged
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.roles import owners
+from railcosim.analysis.pair.several import files_of
 from railcosim.analysis.pair.time_run import run_pair
+from railcosim.analysis.response.standing import Position, start_positions
 from railcosim.analysis.schemes.choice import choice_of, usual_step
 from railcosim.analysis.schemes.choice import scheme as scheme_of
 from railcosim.master.course import Course
@@ -23,7 +26,7 @@ HERTZ: Parameters = {NONLINEAR: True}
 
 
 def run(
-    vehicle: str | Path,
+    vehicle: str | Path | Sequence[str | Path],
     track: str | Path,
     *,
     scheme: Scheme | str | None = None,
@@ -33,6 +36,7 @@ def run(
     speed: float = 250 / 3.6,
     irregularity: Profile | str | Path = "german-low",
     held: bool = False,
+    position: Position = None,
     tolerance: float | None = None,
     progress: Progress = lambda done, total: None,
 ) -> xr.Dataset:
@@ -41,7 +45,8 @@ def run(
     Parameters
     ----------
     vehicle, track : str or Path
-        FMUs. If neither owns the contact springs, the master does.
+        FMUs; of vehicles also several, from the front. If none owns the contact springs, the
+        master does.
     scheme : Scheme or str, optional
         How to couple, or its name; the usual one of the owner of the contact if not given.
     contact : float or mapping
@@ -56,6 +61,8 @@ def run(
         Or the name of a class, or a CSV file.
     held : bool
         Hold the wheels and move the irregularity instead.
+    position : float or sequence of float, optional
+        Where the last wheelset (of each vehicle) stands at first, m; as the FMU has it if None.
     tolerance : float, optional
         Choose steps by an error estimate.
     progress : callable
@@ -77,7 +84,7 @@ def run(
     -----
     What was recorded by a run that failed is the attribute ``dataset`` of the exception.
     """
-    pair = Path(vehicle), Path(track)
+    pair = files_of(vehicle), Path(track)
     name = scheme if isinstance(scheme, str) else None
     chosen, owner = choice_of(name, None, owners(*pair))
     if not isinstance(irregularity, Profile):
@@ -89,5 +96,6 @@ def run(
         stop=time,
         tolerance=tolerance,
     )
-    made = *pair, contact_of(contact), journey
+    parameters = {**contact_of(contact), **start_positions(pair[0], position)}
+    made = *pair, parameters, journey
     return judged(lambda change: run_pair(*made, change(course), progress))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -56,20 +56,45 @@ def fmus_of(
     FmuError, CouplingError
         At once if a file cannot take the place of ours of that name.
     """
-    from railcosim.analysis.pair.roles import owns_contact
     from railcosim.track.parameters import Track
     from railcosim.vehicle.parameters import Vehicle
 
     given = ((vehicle, Owner.VEHICLE, vehicle_name), (track, Owner.TRACK, track_name))
     for path, role, name in given:
-        if path is not None and owns_contact(path, role) != name.endswith("WithContact"):
-            is_one = "owns" if name in {"Vehicle", "Track"} else "does not own"
-            raise UsageError(f"{path}: {is_one} the contact springs; give one like {name}.fmu")
+        if path is not None:
+            _check_like(path, role, name)
     if vehicle is not None and track is not None:
         yield vehicle, track
         return
     with made(Vehicle(), Track(), fresh=fresh) as ours:
         yield vehicle or ours[vehicle_name], track or ours[track_name]
+
+
+@contextmanager
+def fmus_of_several(
+    vehicles: Sequence[Path] | None,
+    track: Path | None,
+    vehicle_name: str = "Vehicle",
+    track_name: str = "Track",
+    *,
+    fresh: bool = False,
+) -> Iterator[tuple[tuple[Path, ...], Path]]:
+    """The same, of several vehicles from the front."""
+    given = tuple(vehicles or ())
+    for path in given:
+        _check_like(path, Owner.VEHICLE, vehicle_name)
+    first = given[0] if given else None
+    with fmus_of(first, track, vehicle_name, track_name, fresh=fresh) as (vehicle, rails):
+        yield (vehicle, *given[1:]), rails
+
+
+def _check_like(path: Path, role: Owner, name: str) -> None:
+    """Raise UsageError if a file cannot take the place of ours of that name."""
+    from railcosim.analysis.pair.roles import owns_contact
+
+    if owns_contact(path, role) != name.endswith("WithContact"):
+        is_one = "owns" if name in {"Vehicle", "Track"} else "does not own"
+        raise UsageError(f"{path}: {is_one} the contact springs; give one like {name}.fmu")
 
 
 def tell_of_losses(track: Track) -> None:

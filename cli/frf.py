@@ -6,18 +6,19 @@ from typing import Annotated
 
 import typer
 
-from .fmus import FreshOption, fmus_of
+from .fmus import FreshOption, fmus_of_several
 from .options import (
     ContactStiffness,
     Frequencies,
     Out,
     PlotFile,
-    PositionOption,
+    PositionsOption,
     Speed,
     TrackFmu,
     UsageError,
-    VehicleFmu,
+    VehicleFmus,
     frequencies_of,
+    positions_of,
     progress,
     speed_of,
     stiffness_of,
@@ -27,7 +28,7 @@ from .results import PICTURES, RESULTS, keep
 
 def frf(
     out: Out,
-    vehicle_fmu: VehicleFmu = None,
+    vehicle_fmu: VehicleFmus = None,
     track_fmu: TrackFmu = None,
     fresh: FreshOption = False,
     contact_stiffness: ContactStiffness = "1e9",
@@ -42,7 +43,7 @@ def frf(
         ),
     ] = "wheelset[4].force_z",
     speed: Speed = 250.0,
-    position: PositionOption = None,
+    position: PositionsOption = None,
     uncoupled: Annotated[
         bool, typer.Option("--uncoupled", help="Vehicle and track without each other.")
     ] = False,
@@ -71,13 +72,13 @@ def frf(
     frequency = frequencies_of(frequencies)
     assembly = Assembly.RIGID_TRACK if rigid_track else Assembly.COUPLED
     with (
-        fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
+        fmus_of_several(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
         progress("linearising") as update,
     ):
         result = frequency_response(
             vehicle, track, frequency,
             excitation=excitation, contact_stiffness=k_H, speed=v, progress=update,
-            position=position,
+            position=positions_of(position),
             assembly=Assembly.APART if uncoupled else assembly,
         )  # fmt: skip
     keep(result, out, f"{frequency.size} frequencies", plot, response_chart)

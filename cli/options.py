@@ -72,6 +72,14 @@ VehicleFmu = Annotated[
     Path | None,
     typer.Option("--vehicle-fmu", help="Vehicle FMU; ours if not given.", metavar="F"),
 ]
+VehicleFmus = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--vehicle-fmu",
+        help="Vehicle FMU; ours if not given. Several, from the front, if given again.",
+        metavar="F",
+    ),
+]
 TrackFmu = Annotated[
     Path | None,
     typer.Option("--track-fmu", help="Track FMU; ours if not given.", metavar="F"),
@@ -95,6 +103,15 @@ PositionOption = Annotated[
         "--position", help="Where the last wheelset stands, m; as the FMU has it if not given."
     ),
 ]
+PositionsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--position",
+        help="Where the last wheelset stands, m; of several vehicles that of each, such as "
+        "25.1,0.3. As the FMU has it if not given.",
+        metavar="X",
+    ),
+]
 Speed = Annotated[float, typer.Option("--speed", help="km/h")]
 
 
@@ -103,6 +120,16 @@ USUAL = {
     "--speed": (Usual(15.0, 600.0, "shunting to records"), "km/h"),
     "--step": (Usual(1e-7, 2e-2, "contact to car body"), "s"),
 }
+
+
+def positions_of(text: str | None) -> list[float] | None:
+    """Read ``--position``: numbers of m, with commas."""
+    if text is None:
+        return None
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise UsageError(f"--position {text}: must be m, with commas") from error
 
 
 def vehicle_of(file: Path | None, count: int = 1) -> Vehicle | Train:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import typer
 
@@ -16,6 +16,7 @@ from .options import errors
 
 FREE = ("out", "plot", "time", "checkpoint", "every", "resume", "isolate", "believe", "fresh")
 """Parameters that may differ when a run is resumed: they do not decide its numbers."""
+Kept: TypeAlias = Path | tuple[Path, ...]
 BY_CONTENT = ("system", "vehicle_fmu", "track_fmu")
 """Files that may be in another folder; name and content are in the run's identity."""
 
@@ -66,19 +67,19 @@ def options_in(context: typer.Context) -> dict[str, Any]:
     Files by their whole paths; FMUs and systems beside the checkpoint by their names, so that all
     may be moved together.
     """
-    values = {k: _plain(v) for k, v in context.params.items() if v is not None}
+    values = {k: _plain(v) for k, v in context.params.items() if v not in (None, [], ())}
     values.pop("resume", None)
     text = values.get("irregularity")
     if text is not None and Path(text).is_file():
         values["irregularity"] = str(Path(text).absolute())
     beside = Path(values.get("checkpoint", "")).parent
     for name in BY_CONTENT:
-        if "checkpoint" in values and name in values and Path(values[name]).parent == beside:
-            values[name] = Path(values[name]).name
+        if "checkpoint" in values and name in values:
+            values[name] = _each(values[name], lambda p: p.name if p.parent == beside else str(p))
     return values
 
 
-def keep_fmus(checkpoint: Path | None, options: dict[str, Any], **fmus: Path) -> list[Path]:
+def keep_fmus(checkpoint: Path | None, options: dict[str, Any], **fmus: Kept) -> list[Kept]:
     """FMUs of a run; those exported for it alone are kept beside its checkpoint, and its options.
 
     Exported again, they need not have the same bits, for instance on another processor.
@@ -89,32 +90,48 @@ def keep_fmus(checkpoint: Path | None, options: dict[str, Any], **fmus: Path) ->
         Of the run.
     options : dict
         From `options_in`; FMUs that are not in it get there.
-    **fmus : Path
+    **fmus : Path or tuple of Path
         By parameter of the command.
 
     Returns
     -------
-    list of Path
+    list of Path or tuple of Path
         Where they are now.
     """
     if checkpoint is None:
         return list(fmus.values())
-    for name, path in fmus.items():
+    for name, given in fmus.items():
         if name not in options:
-            kept = checkpoint.absolute().with_name(f"{checkpoint.name}.{path.name}")
-            write_whole(kept, path.read_bytes())
-            options[name] = kept.name
-            fmus[name] = kept
+            alone = isinstance(given, Path)
+            paths = (given,) if isinstance(given, Path) else given
+            kept = tuple(_kept(checkpoint, path) for path in paths)
+            names = [path.name for path in kept]
+            options[name], fmus[name] = (names[0], kept[0]) if alone else (names, kept)
     return list(fmus.values())
+
+
+def _kept(checkpoint: Path, fmu: Path) -> Path:
+    kept = checkpoint.absolute().with_name(f"{checkpoint.name}.{fmu.name}")
+    write_whole(kept, fmu.read_bytes())
+    return kept
 
 
 def _absolute(options: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Options with the paths of files that are beside the checkpoint."""
-    beside = {n: str((folder / options[n]).absolute()) for n in BY_CONTENT if n in options}
-    return {**options, **beside}
+    known = [name for name in BY_CONTENT if name in options]
+    return options | {n: _each(options[n], lambda p: str((folder / p).absolute())) for n in known}
+
+
+def _each(paths: str | list[str], change: Callable[[Path], str]) -> str | list[str]:
+    """The path of an option, or those of one that is given several times."""
+    if isinstance(paths, str):
+        return change(Path(paths))
+    return [change(Path(path)) for path in paths]
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
     if isinstance(value, Path):
         return str(value.absolute())
     return value.value if isinstance(value, Enum) else value

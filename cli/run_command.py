@@ -10,19 +10,21 @@ import typer
 from railcosim.analysis.pair.owner import FMUS, Owner
 
 from .conclusion import concluded
-from .fmus import FreshOption, fmus_of
+from .fmus import FreshOption, fmus_of_several
 from .irregularity_options import IrregularityOptions
 from .keeping_options import KeepingOptions
 from .options import (
     Out,
     PlotFile,
+    PositionsOption,
     Speed,
     TrackFmu,
     UsageError,
-    VehicleFmu,
+    VehicleFmus,
     contact_parameters,
     doubted,
     errors,
+    positions_of,
     speed_of,
 )
 from .results import PICTURES, RESULTS
@@ -35,8 +37,8 @@ if TYPE_CHECKING:
 
 TIME = 1.0  # s
 OF_THE_PAIR = (
-    "vehicle_fmu", "track_fmu", "contact", "contact_stiffness", "speed", "irregularity", "seed",
-    "fade", "repeat", "held", "fresh",
+    "vehicle_fmu", "track_fmu", "contact", "contact_stiffness", "position", "speed",
+    "irregularity", "seed", "fade", "repeat", "held", "fresh",
 )  # fmt: skip
 
 
@@ -47,7 +49,7 @@ def run(
         Path | None,
         typer.Argument(help="A system: see run-system.", metavar="F.ssp", hidden=True),
     ] = None,
-    vehicle_fmu: VehicleFmu = None,
+    vehicle_fmu: VehicleFmus = None,
     track_fmu: TrackFmu = None,
     fresh: FreshOption = False,
     course: CourseOptions,
@@ -59,6 +61,7 @@ def run(
             help="N/m: linear; hertz: nonlinear, may lose contact; hertz:N/m: tangent at rest.",
         ),
     ] = "hertz",
+    position: PositionsOption = None,
     speed: Speed = 250.0,
     rough: IrregularityOptions,
     held: Annotated[
@@ -83,7 +86,9 @@ def run(
         )
         return
     from railcosim.analysis.pair.pair import Journey
+    from railcosim.analysis.pair.several import files_of
     from railcosim.analysis.pair.time_run import run_pair
+    from railcosim.analysis.response.standing import start_positions
 
     from .pair_charts import run_chart
 
@@ -91,15 +96,15 @@ def run(
     PICTURES.check(plot)
     course.check()
     kept = keeping.keeping(context, out)
-    owner, taken = _taken(course, contact, kept, (vehicle_fmu, track_fmu))
+    owner, taken = _taken(course, contact, kept, (vehicle_fmu or None, track_fmu))
     v = speed_of(speed)
     parameters = contact_parameters(contact_stiffness)
     journey = Journey(speed=v, held=held, profile=rough.profile(v * taken.stop))
-    with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh) as made:
+    with fmus_of_several(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh) as made:
         options = kept.checkpoints.options if kept.checkpoints else {}
-        vehicle, track = keep_fmus(
-            keeping.checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1]
-        )
+        cars, rails = keep_fmus(keeping.checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1])
+        vehicle, (track,) = files_of(cars), files_of(rails)
+        parameters |= start_positions(vehicle, positions_of(position))
         with told_how_to_resume(context, keeping.checkpoint):
             concluded(
                 lambda update, change: run_pair(
@@ -113,7 +118,7 @@ def _taken(
     options: CourseOptions,
     contact: Owner | None,
     keeping: Keeping,
-    fmus: tuple[Path | None, Path | None],
+    fmus: tuple[list[Path] | None, Path | None],
 ) -> tuple[Owner, Course]:
     """Who owns the contact, and how the run goes."""
     from railcosim.analysis.pair.roles import owners

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -105,8 +105,8 @@ def open_pair(
     track : Path
         FMU file. If none owns the contact springs, the master does.
     parameters : mapping
-        Of the contact, for whoever owns it, and others of the FMUs. ``contact.tangent`` asks for Hertz's law of that
-        stiffness at the static load, which is found here.
+        Of the contact, for whoever owns it, and others of the FMUs. ``contact.tangent`` asks for
+        Hertz's law of that stiffness at the static load, which is found here.
     journey : Journey
         Speed and irregularity.
     load : callable, optional

@@ -10,6 +10,8 @@ from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.description import describe_file
 from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Port, wheelset_name
 
+from .several import Vehicles, files_of
+
 FIRST = Port(1, SIDES[0])
 SIGNS = {
     Owner.VEHICLE: f"{wheelset_name(FIRST.wheelset)}.position",
@@ -47,19 +49,31 @@ def owns_contact(path: Path, role: Owner) -> bool:
     return FIRST.name(FORCE) in outputs
 
 
-def owners(vehicle: Path | None, track: Path | None) -> tuple[Owner, ...]:
+def owners(vehicle: Vehicles | None, track: Path | None) -> tuple[Owner, ...]:
     """Who may own the contact springs of FMU files, where None stands for one of ours.
 
     Raises
     ------
     CouplingError
-        If both own them, or a file cannot be what it is given as.
+        If both own them, some vehicles do and others do not, or a file cannot be what it is given
+        as.
     """
-    given = {Owner.VEHICLE: vehicle, Owner.TRACK: track}
-    owning = {role: owns_contact(path, role) for role, path in given.items() if path is not None}
+    cars = () if vehicle is None else files_of(vehicle)
+    given = {Owner.VEHICLE: cars, Owner.TRACK: () if track is None else (track,)}
+    owning = {}
+    for role, paths in given.items():
+        found = {path: owns_contact(path, role) for path in paths}
+        if len(set(found.values())) > 1:
+            one, *_, other = sorted(found, key=lambda path: not found[path])
+            raise CouplingError(
+                f"{one} owns the contact springs and {other} does not: of vehicles on one "
+                "track, all do or none"
+            )
+        if found:
+            owning[role] = any(found.values())
     having = [role for role, owns in owning.items() if owns]
     if len(having) > 1:
-        raise CouplingError(f"{vehicle} and {track} both own the contact springs; give one without")
+        raise CouplingError(f"{cars[0]} and {track} both own the contact springs; give one without")
     return tuple(having) or tuple(role for role in Owner if role not in owning)
 
 

@@ -32,9 +32,9 @@ START_POSITION = "start_position"
 """Parameter of a vehicle: where its last wheelset stands at first, m."""
 
 
-def files_of(vehicle: Vehicles) -> tuple[Path, ...]:
+def files_of(vehicle: str | Path | Sequence[str | Path]) -> tuple[Path, ...]:
     """The FMUs from the front."""
-    return (vehicle,) if isinstance(vehicle, Path) else tuple(vehicle)
+    return tuple(map(Path, [vehicle] if isinstance(vehicle, str | Path) else vehicle))
 
 
 def load_vehicles(vehicle: Vehicles, load: Load) -> LoadedFmu:
@@ -84,9 +84,9 @@ def check_order(files: Sequence[Path], places: Sequence[FloatArray]) -> None:
     for (file, place), (behind, next_) in pairwise(zip(files, places, strict=True)):
         if next_.max() >= place.min():
             raise CouplingError(
-                f"{behind}: its first wheelset stands at {next_.max():g} m, not behind {file}, whose "
-                f"last one stands at {place.min():g} m: give the vehicles from the front, and say "
-                "where the last wheelset of each stands (--position 25,0.3)"
+                f"{behind}: its first wheelset stands at {next_.max():g} m, which is not behind "
+                f"the last one of {file} at {place.min():g} m: give vehicles from the front, and "
+                "say where the last wheelset of each stands (--position 25,0.3)"
             )
 
 
@@ -160,7 +160,7 @@ class SeveralVehicles(LoadedFmu):
         )
 
     def _parameters(self) -> dict[str, Parameter]:
-        """By their names among all; contact laws by wheelset, and of all where all tell the same."""
+        """By their names among all; contact laws by wheelset, and of all if all are the same."""
         rows: dict[str, Parameter] = {}
         for number, (fmu, ahead) in enumerate(zip(self.fmus, self._ahead, strict=True), start=1):
             for name, row in fmu.description.parameters.items():
@@ -175,7 +175,7 @@ class SeveralVehicles(LoadedFmu):
         return rows
 
     def _contact_rows(self, at: int, name: str) -> list[Parameter]:
-        """What one of them tells of the contact of each of its wheelsets; nothing if it does not."""
+        """What one of them tells of the contact of each of its wheelsets, if it does."""
         fmu, names = self.fmus[at], self._layouts[at].of_axles(name)
         known = told(fmu, name, names)
         if not known:
@@ -239,14 +239,9 @@ class SeveralVehicles(LoadedFmu):
         return tuple(f"{fmu.name}: {text}" for fmu in self.fmus for text in fmu.messages)
 
     @property
-    def holds(self) -> frozenset[Hold]:
+    def holds(self) -> frozenset[Hold]:  # type: ignore[override]
         """Those of all."""
         return frozenset.intersection(*(fmu.holds for fmu in self.fmus))
-
-    @property
-    def max_input_derivative(self) -> int:
-        """The least."""
-        return min(fmu.max_input_derivative for fmu in self.fmus)
 
     # --- stepping ------------------------------------------------------------------------------
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,13 @@ import xarray as xr
 
 from railcosim.analysis.pair.contact import Stiffness, layout_of
 from railcosim.analysis.pair.ring import check_ring_of
+from railcosim.analysis.pair.several import (
+    Vehicles,
+    check_order,
+    files_of,
+    layouts_of,
+    through,
+)
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.description import FmuDescription, describe_file
@@ -20,11 +28,12 @@ from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.linearise import values_of
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import FrequencyResponse, Response, frequency_response, lag
+from railcosim.master.linear.side_by_side import SideBySide
 from railcosim.master.linear.substructuring import Joint, couple
 from railcosim.master.memory import afford
 from railcosim.mechanics.ports import FORCE, MOST_WHEELSETS, Layout
 
-from .standing import standing
+from .standing import Position, each_position, standing
 
 # For FMUs without Model Exchange. Both wheels of a wheelset together, then against each other: each
 # shows half of the track's modes. The record lasts a third of the longest period of the vehicle,
@@ -80,25 +89,25 @@ class Models:
 
 
 def linear_models(
-    vehicle: Path, track: Path | None, progress: Progress, position: float | None = None
+    vehicle: Vehicles, track: Path | None, progress: Progress, position: Position = None
 ) -> Models:
     """Linearise a vehicle FMU and a track FMU that take contact forces.
 
     Parameters
     ----------
-    vehicle : Path
-        FMU file that does not own the contact: with the contact inside, its stiffness would cancel
-        digits at low frequency.
+    vehicle : Path or sequence of Path
+        FMU file, or those of several vehicles from the front, without contact: with the contact
+        inside, its stiffness would cancel digits at low frequency.
     track : Path or None
         The same; None leaves the track out.
     progress : callable
         Told what is done and the total.
-    position : float, optional
-        Where the last wheelset stands, m; where the vehicle starts if not given.
+    position : float or sequence of float, optional
+        Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
     """
     share = 1.0 if track is None else VEHICLE_SHARE
-    cars, sha256 = linear_vehicle(vehicle, lambda a, b: progress(share * a / b, 1.0), position)
-    layout = layout_of((vehicle, cars.inputs))
+    cars, sha256 = linear_vehicles(vehicle, lambda a, b: progress(share * a / b, 1.0), position)
+    layout = layout_of((files_of(vehicle)[0], cars.inputs))
     positions = np.array([cars.standing[name] for name in layout.of_axles("position")])
     attributes = {"vehicle_fmu": sha256}
     if track is None:
@@ -135,6 +144,37 @@ def linear_vehicle(
         },
     )
     return best_way(fmu, pulses(layout.wheelsets))(fmu, "vehicle", wanted, progress), about.sha256
+
+
+def linear_vehicles(
+    vehicle: Vehicles, progress: Progress, position: Position = None
+) -> tuple[LinearForm, str]:
+    """The same of one vehicle or several, which only the track joins."""
+    each = each_position(vehicle, position)
+    made = [
+        linear_vehicle(file, lambda a, b, k=k: progress(k + a / b, len(each)), x)  # type: ignore[misc]
+        for k, (file, x) in enumerate(each)
+    ]
+    if len(made) == 1:
+        return made[0]
+    layouts = layouts_of([(f, m.inputs) for (f, _), (m, _) in zip(each, made, strict=True)])
+    check_order(
+        [file for file, _ in each],
+        [
+            np.array([m.standing[name] for name in layout.of_axles("position")])
+            for layout, (m, _) in zip(layouts, made, strict=True)
+        ],
+    )
+    ahead = [0, *accumulate(layout.wheelsets for layout in layouts)]
+    names = [
+        {
+            name: through(name, number, ahead[number - 1])
+            for name in (*(v.name for v in m.inputs), *m.standing)
+        }
+        for number, (m, _) in enumerate(made, start=1)
+    ]
+    together = SideBySide.of("vehicle", [m for m, _ in made], names)
+    return together, " ".join(sha256 for _, sha256 in made)
 
 
 def linear_track(fmu: Path, positions: FloatArray, progress: Progress) -> tuple[LinearForm, str]:

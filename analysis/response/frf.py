@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from pathlib import Path
 
@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from railcosim.analysis.pair.ring import check_frequencies_of
+from railcosim.analysis.pair.several import files_of
 from railcosim.analysis.response.frequency import (
     apart,
     check_excitation,
@@ -19,6 +20,7 @@ from railcosim.analysis.response.frequency import (
     on_rigid_track,
     response,
 )
+from railcosim.analysis.response.standing import Position
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
 
@@ -35,7 +37,7 @@ class Assembly(StrEnum):
 
 
 def frequency_response(
-    vehicle: str | Path,
+    vehicle: str | Path | Sequence[str | Path],
     track: str | Path,
     frequency: FloatArray,
     *,
@@ -43,7 +45,7 @@ def frequency_response(
     contact_stiffness: float = 1e9,
     speed: float = SPEED,
     assembly: Assembly = Assembly.COUPLED,
-    position: float | None = None,
+    position: Position = None,
     progress: Progress = lambda done, total: None,
 ) -> xr.Dataset:
     """Linearise both FMUs and couple them in the frequency domain.
@@ -51,7 +53,7 @@ def frequency_response(
     Parameters
     ----------
     vehicle, track : str or Path
-        FMUs that take contact forces.
+        FMUs that take contact forces; of vehicles also several, from the front.
     frequency : array, shape (n,)
         Hz.
     excitation : str
@@ -62,8 +64,8 @@ def frequency_response(
         m/s, for the lag with which wheelsets meet an irregularity.
     assembly : Assembly
         What responds.
-    position : float, optional
-        Where the last wheelset stands, m; where the vehicle starts if not given.
+    position : float or sequence of float, optional
+        Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
     progress : callable
         Told what is done and the total.
 
@@ -83,7 +85,7 @@ def frequency_response(
     omega, k_H = 2 * np.pi * frequency, contact_stiffness
     rigid = assembly is Assembly.RIGID_TRACK
     rails = Path(track)
-    models = linear_models(Path(vehicle), None if rigid else rails, progress, position)
+    models = linear_models(files_of(vehicle), None if rigid else rails, progress, position)
     if not rigid:
         check_frequencies_of(rails, float(frequency.max()))
     systems = {

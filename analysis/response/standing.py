@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TypedDict
+from typing import TypeAlias, TypedDict
 
+from railcosim.analysis.pair.several import START_POSITION, Vehicles, files_of, through
 from railcosim.master.fmi.description import describe_file
 from railcosim.mechanics.ports import MOST_WHEELSETS, Layout
 from railcosim.parameters import ArgumentError
 
 POSITIONS = frozenset(Layout(MOST_WHEELSETS).of_axles("position"))
-PARAMETER = "start_position"
+
+
+Position: TypeAlias = float | Sequence[float] | None
+"""Where the last wheelset stands, of several vehicles that of each, m; None: as the FMU has it."""
 
 
 class Standing(TypedDict, total=False):
@@ -19,6 +24,40 @@ class Standing(TypedDict, total=False):
 
     at: dict[str, float]
     parameters: dict[str, float]
+
+
+def each_position(vehicle: Vehicles, position: Position) -> list[tuple[Path, float | None]]:
+    """The FMUs of vehicles from the front, and where the last wheelset of each stands.
+
+    Raises
+    ------
+    ArgumentError
+        If there are not as many positions as vehicles.
+    """
+    files = files_of(vehicle)
+    each: Sequence[float | None]
+    if position is None:
+        each = [None] * len(files)
+    else:
+        each = [position] if isinstance(position, float | int) else position
+    if len(each) != len(files):
+        raise ArgumentError(
+            "position", position, f"must be one of each of {len(files)} vehicles, with commas"
+        )
+    return list(zip(files, each, strict=True))
+
+
+def start_positions(vehicle: Vehicles, position: Position) -> dict[str, float]:
+    """Parameters of a pair whose vehicles stand so; see `standing`."""
+    each = each_position(vehicle, position)
+    starts = [standing(file, x).get("parameters", {}) for file, x in each]
+    if len(each) == 1:
+        return starts[0]
+    return {
+        through(name, number, 0): x
+        for number, own in enumerate(starts, start=1)
+        for name, x in own.items()
+    }
 
 
 def standing(fmu: Path, position: float | None) -> Standing:
@@ -41,14 +80,14 @@ def standing(fmu: Path, position: float | None) -> Standing:
     if not math.isfinite(position):
         raise ArgumentError("position", position, "must be a number of m")
     about = describe_file(fmu)
-    if PARAMETER in about.parameters:
-        return {"parameters": {PARAMETER: position}}
+    if START_POSITION in about.parameters:
+        return {"parameters": {START_POSITION: position}}
     starts = {v.name: v.start for v in about.inputs if v.name in POSITIONS}
     if not starts:
         raise ArgumentError(
             "position", position,
-            f"{fmu} has no input wheelset[1].position and no parameter {PARAMETER}, so nothing of "
-            "it stands elsewhere; leave the option out",
+            f"{fmu} has no input wheelset[1].position and no parameter {START_POSITION}, so "
+            "nothing of it stands elsewhere; leave the option out",
         )  # fmt: skip
     last = min(starts.values())
     return {"at": {name: start - last + position for name, start in starts.items()}}

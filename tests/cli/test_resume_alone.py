@@ -24,11 +24,11 @@ def railcosim(tmp_path, monkeypatch, exported):
     """A command in a folder of its own; FMUs that are not given are the short track's."""
 
     @contextmanager
-    def fmus_of(vehicle, track, *names, fresh):
-        yield vehicle or exported[names[0]], track or exported[names[1]]
+    def fmus_of(vehicles, track, *names, fresh):
+        yield tuple(vehicles or [exported[names[0]]]), track or exported[names[1]]
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(run_command, "fmus_of", fmus_of)
+    monkeypatch.setattr(run_command, "fmus_of_several", fmus_of)
 
     def call(*arguments):
         with ExitStack() as claimed:
@@ -63,7 +63,7 @@ def test_alone_and_longer(railcosim, tmp_path) -> None:
     options = options_of(tmp_path / "moved" / "c")
     assert options["time"] == 0.04
     assert options["seed"] == 4
-    assert options["vehicle_fmu"] == "c.Vehicle.fmu"
+    assert options["vehicle_fmu"] == ["c.Vehicle.fmu"]
     assert sorted(p.name for p in (tmp_path / "moved").iterdir()) == [
         "c", "c.TrackWithContact.fmu", "c.Vehicle.fmu", "c.nc",
     ]  # fmt: skip
