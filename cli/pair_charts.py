@@ -2,39 +2,69 @@
 
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
 
+from railcosim.mechanics.ports import IRREGULARITY, RAIL, SIDES, WHEEL, Port, wheelset_of
 from railcosim.plots.chart import Chart
 from railcosim.plots.results import Group, size_chart, time_chart
 
-WHEELSETS = [f"wheelset[{i}]" for i in (1, 2, 3, 4)]
-MOTION = [
-    "carbody.z",
-    "bogie[1].z",
-    "bogie[2].z",
-    "wheelset[4].left.wheel_z",
-    "wheelset[4].left.rail_z",
-]
-FIRST = [f"wheelset[1].left.{name}" for name in ("wheel_z", "rail_z", "irregularity_z")]
-OVER_TIME = (
-    Group("contact force, left (kN)", {f"{w}.left.force_z": w for w in WHEELSETS}, 1e-3),
-    Group("down (mm)", {name: name for name in FIRST}, 1e3),
-    Group("bogie acceleration (m/s²)", {f"bogie[{i}].az": f"bogie[{i}].az" for i in (1, 2)}),
-    Group("car body acceleration (m/s²)", {"carbody.az": "carbody.az"}),
-)
+MOST = 8
+"""Curves in one picture that are told apart."""
 
 
 def run_chart(run: xr.Dataset) -> Chart:
     """Contact forces, wheel and rail motion, and accelerations over time."""
-    return time_chart(run, OVER_TIME)
+    first = _left(run)[0]
+    down = [f"{first}.{what.format('z')}" for what in (WHEEL.motion, RAIL.motion, IRREGULARITY)]
+    cars, others = _bodies(run, "az")
+    groups = (
+        Group("contact force, left (kN)", _forces(run, ""), 1e-3),
+        Group("down (mm)", {name: name for name in down}, 1e3),
+        Group("bogie acceleration (m/s²)", others),
+        Group("car body acceleration (m/s²)", cars),
+    )
+    return time_chart(run, groups)
 
 
 def response_chart(frf: xr.Dataset) -> Chart:
     """Magnitude of displacements and of contact forces over frequency."""
     per = "m" if str(frf.attrs["excitation"]).endswith("irregularity_z") else "N"
-    forces = {f"{w}.left.force_z": f"{w}.left" for w in WHEELSETS}
+    last = _left(frf)[-1]
+    moved = [f"{last}.{what.format('z')}" for what in (WHEEL.motion, RAIL.motion)]
+    cars, others = _bodies(frf, "z")
     groups = (
-        Group(f"displacement (m/{per})", {name: name for name in MOTION}),
-        Group(f"contact force (N/{per})", forces),
+        Group(f"displacement (m/{per})", {**cars, **others, **{name: name for name in moved}}),
+        Group(f"contact force (N/{per})", _forces(frf, ".left")),
     )
     return size_chart(frf, groups)
+
+
+def _left(shown: xr.Dataset) -> list[str]:
+    """The left wheels from the front; of many, some from the first to the last."""
+    found = [wheelset_of(str(name)) for name in shown.data_vars]
+    numbers = sorted({of[0] for of in found if of is not None}) or [1]
+    return _some([Port(i, SIDES[0]).wheel for i in numbers])
+
+
+def _forces(shown: xr.Dataset, side: str) -> dict[str, str]:
+    return {f"{w}.force_z": w.removesuffix(".left") + side for w in _left(shown)}
+
+
+def _bodies(shown: xr.Dataset, quantity: str) -> tuple[dict[str, str], dict[str, str]]:
+    """A quantity of the car bodies, and of the other bodies above the wheelsets."""
+    names = [
+        name
+        for name in map(str, shown.data_vars)
+        if name.rpartition(".")[2] == quantity and wheelset_of(name) is None
+    ]
+    cars = [name for name in names if "carbody" in name]
+    others = [name for name in names if name not in cars]
+    return {name: name for name in _some(cars)}, {name: name for name in _some(others)}
+
+
+def _some(names: list[str]) -> list[str]:
+    """Not more than are told apart, the first and the last among them."""
+    if len(names) <= MOST:
+        return names
+    return [names[k] for k in np.linspace(0, len(names) - 1, MOST).round().astype(int)]

@@ -31,7 +31,7 @@ from railcosim.master.linear.receptance import FrequencyResponse, Response, freq
 from railcosim.master.linear.side_by_side import SideBySide
 from railcosim.master.linear.substructuring import Joint, couple
 from railcosim.master.memory import afford
-from railcosim.mechanics.ports import FORCE, MOST_WHEELSETS, Layout
+from railcosim.mechanics.ports import FORCE, MOST_WHEELSETS, RAIL, Layout
 
 from .standing import Position, each_position, standing
 
@@ -191,9 +191,10 @@ def linear_track(fmu: Path, positions: FloatArray, progress: Progress) -> tuple[
             f"{fmu}: is made for {layout.wheelsets} wheelsets, and there are {len(positions)}: "
             "export the track for that vehicle"
         )
+    rails = set(layout.names(RAIL.motion))
     wanted = Wanted(
         inputs=layout.names(FORCE),
-        outputs=[v.name for v in about.outputs if v.name.endswith("rail_z")],
+        outputs=[v.name for v in about.outputs if v.name in rails],
         at={
             name: float(x)
             for name, x in zip(layout.of_axles("position"), positions, strict=True)

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.pair.contact import WHEELSETS
 from railcosim.analysis.pair.ring import check_frequencies_of
 from railcosim.analysis.response.critical import Critical, critical_points
 from railcosim.analysis.response.frequency import Models, coupled, linear_models, on_rigid_track
@@ -18,12 +17,13 @@ from railcosim.analysis.response.resonance import resonance
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.memory import afford
+from railcosim.mechanics.ports import Layout
 
 from .frf import Progress
 
 BODIES = ("carbody.z", "carbody.pitch", "bogie[1].z", "bogie[1].pitch", "bogie[2].z",
           "bogie[2].pitch")  # fmt: skip
-LEFT = tuple(f"{w}.left" for w in WHEELSETS)
+LEFT = Layout().wheels[: Layout().wheelsets]
 OUTPUTS = (
     *(f"vehicle.{name}" for name in BODIES),
     *(f"vehicle.{w}.wheel_z" for w in LEFT),

@@ -16,6 +16,7 @@ from railcosim.analysis.pair.linear_pair import Part
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.linear.receptance import lag
 from railcosim.master.linear.state_space import ComplexArray
+from railcosim.mechanics.ports import FORCE, Z
 from railcosim.track.irregularity import Spectrum
 
 from .stability import Coupling
@@ -75,6 +76,7 @@ class ForceError:
     def __init__(self, part: Part, k_H: Stiffness, source: Excitation) -> None:
         n = len(part.wheels)
         self._omega = source.omega
+        self._forces = {f"{wheel}.{FORCE.format(Z.name)}" for wheel in part.wheels}
         self._heights = np.asarray(
             np.tile(source.heights, (1, n // source.heights.shape[1])), dtype=np.complex128
         )
@@ -89,7 +91,7 @@ class ForceError:
         """
         amplifier = coupling.amplifiers[0]
         names = amplifier.system.names
-        forces = [i for i, name in enumerate(names) if name.endswith(".force_z")]
+        forces = [i for i, name in enumerate(names) if name.partition(".")[2] in self._forces]
         try:
             response = amplifier.at(h).response(self._omega, self._heights, forces)
         except (ComponentError, ArithmeticError, np.linalg.LinAlgError):

@@ -11,11 +11,13 @@ from railcosim.analysis.pair.pair import Pair
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.cosimulation import Divergence, cosimulate
 from railcosim.master.schemes import Scheme
+from railcosim.mechanics.ports import FORCE, SIDES
 
 from .stability import FAST, LONGEST
 
 PATTERN = np.array([1.0, 0.7, -0.5, 0.3, 0.4, -0.6, 0.2, 0.9])
-"""Heights under the wheels, in parts of the kick: both wheels alike and against each other."""
+"""Heights under the wheels, in parts of the kick, again and again where there are more: both wheels
+alike and against each other."""
 KICKED = 3
 """Steps that the kick lasts."""
 SHORT, LONG = 1500, 12_000
@@ -50,7 +52,8 @@ class Kick:
 
     def under(self, place: FloatArray, speed: float) -> Callable[[float], FloatArray]:
         """Heights under the wheels at a time."""
-        return lambda t: PATTERN * (self.height if 0.0 < t <= self.duration else 0.0)
+        pattern = np.resize(PATTERN, len(SIDES) * len(place))
+        return lambda t: pattern * (self.height if 0.0 < t <= self.duration else 0.0)
 
 
 class Bench:
@@ -74,10 +77,11 @@ class Bench:
         self._rate = exact + FAST
         self._system, self._kick, self._most = pair.system, kick, most
         self._rest = pair.system.save_state()
-        names = pair.system.names
-        owner = next(n.split(".")[0] for n in names if n.endswith(".force_z"))
+        told = [name.partition(".") for name in pair.system.names]
+        forces = set(pair.layout.names(FORCE))
+        owner = next(who for who, _, name in told if name in forces)
         self._forces = [
-            i for i, n in enumerate(names) if n.startswith(f"{owner}.") and n.endswith(".force_z")
+            i for i, (who, _, name) in enumerate(told) if who == owner and name in forces
         ]
 
     def growth(self, scheme: Scheme, h: float, most: int = LONG) -> float:

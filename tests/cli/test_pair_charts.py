@@ -47,3 +47,18 @@ def test_a_response_is_per_unit_of_what_excites(excitation, per) -> None:
     assert (motion.name, force.name) == ("carbody.z", "wheelset[1].left")
     assert np.array_equal(motion.y, [5.0, 0.0])
     assert np.array_equal(force.y, [1.0, 2.0])
+
+
+def test_a_train_is_drawn_whole() -> None:
+    """All car bodies and bogies; of 32 wheelsets eight, the first and the last among them."""
+    names = [f"wheelset[{i}].left.force_z" for i in range(1, 33)]
+    names += ["vehicle[1].carbody.az", "carbody[2].az", "bogie[3].az", "wheelset[2].az"]
+    run = xr.Dataset({k: ("time", [1.0, 2.0]) for k in names}, {"time": [0.0, 1.0]})
+    shown = {label: [c.name for c in p.curves] for label, p in panels(run_chart(run)).items()}
+    force = shown.pop("contact force, left (kN)")
+    assert len(force) == 8
+    assert (force[0], force[-1]) == ("wheelset[1]", "wheelset[32]")
+    assert shown == {
+        "bogie acceleration (m/s²)": ["bogie[3].az"],
+        "car body acceleration (m/s²)": ["vehicle[1].carbody.az", "carbody[2].az"],
+    }

@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.compare import frequency_errors, newmark_forces
+from railcosim.analysis.pair.linear_pair import linear_parts
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.frequency import Models, linear_models
 from railcosim.analysis.schemes.advice import advise
+from railcosim.analysis.schemes.catalogue import members
+from railcosim.analysis.schemes.growth import Bench, Kick
+from railcosim.analysis.schemes.stability import Coupling, SprungPair
 from railcosim.fmus.export import export
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.course import Course
@@ -53,12 +57,7 @@ MIXED = Train(
     ),
     coupler=Coupler(stiffness=2e5, damping=1e4),
 )
-STOCK = {
-    "wagon": (WAGON, 6),
-    "locomotive": (LOCOMOTIVE, 6),
-    "two coupled": (TWO, 8),
-    "mixed": (MIXED, 10),
-}
+STOCK = {"wagon": (WAGON, 6), "locomotive": (LOCOMOTIVE, 6), "two coupled": (TWO, 8)}
 
 
 @dataclass(frozen=True)
@@ -190,7 +189,7 @@ def test_loads_differ() -> None:
 
 @pytest.fixture(scope="module")
 def mixed(tmp_path_factory):
-    return made(*STOCK["mixed"], tmp_path_factory.mktemp("mixed"))
+    return made(MIXED, 10, tmp_path_factory.mktemp("mixed"))
 
 
 def own_law():
@@ -226,6 +225,27 @@ def test_every_wheelset_has_its_own_contact(mixed, owner, nonlinear) -> None:
 
 def test_frequency_responses_with_every_wheelsets_own_contact(mixed) -> None:
     assert worst(mixed, [0.7, 8.0, 37.0, 95.0, 240.0], own_law()[1]) < 5e-3
+
+
+@pytest.mark.parametrize(
+    ("owner", "name"), [(Owner.VEHICLE, "jacobi-linear"), (Owner.TRACK, "jacobi-quadratic")]
+)
+def test_the_largest_stable_step_is_that_of_runs(mixed, owner, name) -> None:
+    """Linear springs, of every wheelset its own, within the 1 % that is promised."""
+    pair = mixed.folder / "Vehicle.fmu", mixed.folder / "Track.fmu"
+    scheme = members()[name].scheme
+    sprung = SprungPair(linear_parts(*pair, quiet), owner, own_law()[1])
+    predicted = Coupling(sprung, scheme).limit(longest=2e-3).fast
+    one = SprungPair(linear_parts(*pair, quiet), owner, float(own_law()[1].mean()))
+    # One number for all would be told from them.
+    assert abs(Coupling(one, scheme).limit(longest=2e-3).fast / predicted - 1) > 0.02
+    kick = Kick(1e-6)
+    journey = Journey(speed=SPEED, held=True, profile=kick)
+    parameters = {"contact.nonlinear": False, "internal_step": 2e-5}
+    fmus = [mixed.folder / f"{name}.fmu" for name in FMUS[owner]]
+    with open_pair(*fmus, parameters, journey) as opened:
+        found = Bench(opened, kick, 1e6, sprung.exact).limit(scheme, predicted)
+    assert found == pytest.approx(predicted, rel=0.01)
 
 
 # A ring of 50 cells, and 10,000 unknowns at once.
