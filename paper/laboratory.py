@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from fmpy import read_model_description
 
+from railcosim.analysis.pair.judged import judged
 from railcosim.analysis.pair.pair import FORCES, Journey
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.frequency import (
@@ -219,19 +220,22 @@ def _run(
     file: Path,
     progress: Progress,
 ) -> None:
-    """Run the pair with Hertz's law that has the tangent k_H at the static load, and save it."""
-    recorded, stopped = run_pair(
-        fmus[PAIR[0]],
-        fmus[PAIR[1]],
-        {
-            "contact.nonlinear": True,
-            "contact.hertz_coefficient": coefficient_for(run.k_H, wheel_load),
-        },
-        Journey(speed=SPEED, held=not run.rolling, profile=_profile(run, duration)),
-        Course(scheme=jacobi(degree=1), step=STEP, stop=duration),
-        progress,
+    """Run the pair with Hertz's law that has the tangent k_H at the static load, and save it.
+
+    Raises
+    ------
+    NotBelievedError
+        If the run shows signs of an unstable coupling and shorter steps do not confirm them.
+    """
+    law = {
+        "contact.nonlinear": True,
+        "contact.hertz_coefficient": coefficient_for(run.k_H, wheel_load),
+    }
+    journey = Journey(speed=SPEED, held=not run.rolling, profile=_profile(run, duration))
+    course = Course(scheme=jacobi(degree=1), step=STEP, stop=duration)
+    vehicle, track = (fmus[name] for name in PAIR)
+    recorded = judged(
+        lambda change: run_pair(vehicle, track, law, journey, change(course), progress)
     )
-    if stopped is not None:
-        raise stopped
     file.parent.mkdir(exist_ok=True)
     save(recorded[KEPT], file)
