@@ -52,12 +52,15 @@ class Part:
         Contact forces to wheel motion, one each a wheel.
     track : Modal
         Contact forces to rail motion, likewise.
+    mix : array, shape (n_contacts, n_wheels)
+        What all contacts of the pair do, by those of `wheels`.
     """
 
     name: str
     wheels: tuple[str, ...]
     vehicle: StateSpace
     track: Modal
+    mix: FloatArray
 
     def of_wheels(self, of_wheelsets: Stiffness) -> FloatArray:
         """At its wheels, what is given for all wheelsets or for each, from the front."""
@@ -124,6 +127,7 @@ def linear_parts(vehicle: Path, track: Path, progress: Progress) -> tuple[Part, 
                 wheels=wheels,
                 vehicle=_acting(_mixed(cars, mix)),
                 track=_condensed(_mixed(rails, mix), track),
+                mix=mix,
             )
         )
         progress(0.2 + 0.8 * (i + 1) / len(ways), 1.0)

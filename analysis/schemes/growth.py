@@ -1,91 +1,123 @@
-"""The largest stable step of a pair of FMUs by running them: kicked, and watched."""
+"""What grows in a pair of FMUs, by running them: driven, left alone, and watched."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from railcosim.analysis.pair.pair import Pair
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.cosimulation import Divergence, cosimulate
+from railcosim.master.linear.state_space import ComplexArray
 from railcosim.master.schemes import Scheme
+from railcosim.master.schemes.iteration import Iterated
 from railcosim.mechanics.ports import FORCE, SIDES
 
-from .stability import FAST, LONGEST
+from .iteration_limit import contraction, longest_that_converges
+from .motion import Motion, fastest_motion
+from .stability import LONGEST, Coupling, Window
 
-PATTERN = np.array([1.0, 0.7, -0.5, 0.3, 0.4, -0.6, 0.2, 0.9])
-"""Heights under the wheels, in parts of the kick, again and again where there are more: both wheels
-alike and against each other."""
-KICKED = 3
-"""Steps that the kick lasts."""
-SHORT, LONG = 1500, 12_000
-"""Steps of a run: if the growth is not clear after few, there are more."""
-CLEAR = 3.0
-"""Growth, as a logarithm, in the second half of a run that is clear beside the decay of others."""
-WINDOWS = 20
+SIZE = 100.0
+"""Of the forces a motion is driven to, N: Hertz's law is linear for some thousandths of a load."""
+MOST = 30.0
+"""Times that, where a run ends."""
+DRIVEN, ALONE = 0.2, 3
+"""Time a motion is driven, s, and left alone, in that, ..."""
+FEWEST, MANY = 100, 500
+"""... but so many steps of driving at least and at the most, to begin with."""
+SURE = 0.1
+"""Difference between two runs, 1/s or relative, of which one is twice as long, that is enough."""
+LONG = 0.5
+"""Time of driving, s, after which there is no longer run."""
+PIECES = 32
 """Parts of a run, of which amplitudes are taken."""
-ABOVE = (0.012, 0.03)
-"""How far above the limit, of itself, growth is measured: little is left to extrapolate."""
+CLEAR = 1e-4
+"""Of the largest singular value of the amplitudes in order: smaller ones are not told apart."""
+THERE = 0.03
+"""Of the amplitudes in the end: weaker motions are not measured."""
+APART = 0.004, 0.01, 0.025, 0.06, 0.1
+"""Distances to a limit, of itself, at which growth is measured, until it is on both sides."""
 INSIDE = 0.4
 """Of a window, at the most: growth rises to its middle."""
 BELOW = 0.97
-"""Steps in limits at which nothing must grow."""
+"""Step in limits at which nothing may grow that was not foreseen."""
+KICK = 1e-8
+"""Height of a kick, m: 10 N."""
+PATTERN = np.array([1.0, 0.7, -0.5, 0.3, 0.4, -0.6, 0.2, 0.9])
+"""Heights under the wheels, in kicks: alike and against each other."""
+KICKED, AFTER = 3, 1500
+"""Steps that a kick lasts, and that are looked at at the most."""
+CERTAIN = 1.0
+"""Growth, as a logarithm, in the second half of a run after a kick, that is no beat of others."""
+FAR = LONGEST * np.array([0.1, 0.3, 1.0])
+"""Steps at which nothing may grow where nothing is said to, s."""
 
 
-class Kick:
-    """An irregularity that is flat but for the beginning; a profile for `Journey`.
+class Disturbance:
+    """An irregularity that is whatever a `Bench` wants; a profile for `Journey`.
 
     Attributes
     ----------
-    height : float
-        m.
-    duration : float
-        s.
+    heights : callable
+        Heights (m) under all wheels at a time.
     """
 
-    name = "kick"
+    name = "disturbance"
 
-    def __init__(self, height: float) -> None:
-        self.height, self.duration = height, 0.0
+    def __init__(self) -> None:
+        self.heights: Callable[[float], FloatArray] = lambda t: np.zeros(1)
 
     def under(self, place: FloatArray, speed: float) -> Callable[[float], FloatArray]:
         """Heights under the wheels at a time."""
-        pattern = np.resize(PATTERN, len(SIDES) * len(place))
-        return lambda t: pattern * (self.height if 0.0 < t <= self.duration else 0.0)
+        zero = np.zeros(len(SIDES) * len(place))
+        return lambda t: zero + self.heights(t)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Compared:
+    """A largest stable step as it was found by runs.
+
+    Attributes
+    ----------
+    step : float
+        s; infinite if nothing grows, NaN if it is not within ten percent of the predicted one.
+    at : float
+        Step, s, just above the predicted limit, or where growth was looked for.
+    predicted, measured : float
+        Rates (1/s) there.
+    """
+
+    step: float
+    at: float
+    predicted: float
+    measured: float
 
 
 class Bench:
-    """A pair at rest, to be kicked again and again.
+    """A pair at rest, to be disturbed again and again.
 
     Parameters
     ----------
     pair : Pair
-        Opened on a journey over `kick`.
-    kick : Kick
+        Opened on a journey over `disturbance`.
+    disturbance : Disturbance
         The irregularity.
-    most : float
-        Deviation of a contact force, in those of the kick, at which a run ends: with Hertz's law
-        it must stay small.
-    exact : float, optional
-        What grows (1/s) if both are coupled exactly; see `SprungPair`. Growth counts if it is
-        faster by `FAST`: slower is not told from none in runs of so many steps.
     """
 
-    def __init__(self, pair: Pair, kick: Kick, most: float, exact: float = 0.0) -> None:
-        self._rate = exact + FAST
-        self._system, self._kick, self._most = pair.system, kick, most
+    def __init__(self, pair: Pair, disturbance: Disturbance) -> None:
+        self._system, self._disturbance = pair.system, disturbance
         self._rest = pair.system.save_state()
-        told = [name.partition(".") for name in pair.system.names]
-        forces = set(pair.layout.names(FORCE))
-        owner = next(who for who, _, name in told if name in forces)
-        self._forces = [
-            i for i, (who, _, name) in enumerate(told) if who == owner and name in forces
-        ]
+        told = [name.partition(".")[2] for name in pair.system.names]
+        self._forces = [told.index(name) for name in pair.layout.names(FORCE)]
 
-    def growth(self, scheme: Scheme, h: float, most: int = LONG) -> float:
-        """Rate (1/s) at which forces grow in the end; infinite if the scheme fails.
+    def growth(self, scheme: Scheme, h: float, motion: Motion) -> float:
+        """Rate (1/s) at which a motion grows; infinite if the scheme fails.
+
+        It is driven with its own frequency and pattern, softly, then left alone. What else is of
+        nearly the same frequency is driven, too: the fastest is told that is not weak in the end.
 
         Parameters
         ----------
@@ -93,88 +125,177 @@ class Bench:
             The scheme.
         h : float
             Communication step, s.
-        most : int, optional
-            Steps after which a growth that is still not clear is taken as it is.
+        motion : Motion
+            As predicted for that step; only its frequency and patterns are used, and its growth
+            for the strength of driving.
         """
-        steps = SHORT
+        driven, last = int(np.clip(DRIVEN / h, FEWEST, MANY)), math.nan
         while True:
-            amplitude, n = self._run(scheme, h, steps)
-            if amplitude is None:
+            forces = self._driven(scheme, h, motion, driven)
+            if forces is None:
                 return math.inf
-            late = np.log(amplitude[WINDOWS // 2 :])
-            slope = np.polyfit(np.arange(late.size), late, 1)[0] * WINDOWS
-            if abs(slope) / 2 > CLEAR or n < steps or steps >= most:
-                return float(slope / (n * h))
-            steps *= 2
+            turned = forces * np.exp(-1j * motion.rate.imag * h * np.arange(len(forces)))[:, None]
+            found = fastest(_pieces(turned)) / (len(forces) // PIECES * h)
+            if abs(found - last) < max(SURE, SURE * abs(found)) or driven * h > LONG:
+                return found
+            driven, last = 2 * driven, found
 
-    def limit(self, scheme: Scheme, guess: float, end: float = math.inf) -> float:
-        """Find the largest stable step (s) near a guess.
+    def _driven(self, scheme: Scheme, h: float, motion: Motion, driven: int) -> FloatArray | None:
+        """Forces after a motion was driven for so many steps; None if the scheme fails."""
+        omega, stop = motion.rate.imag, driven * h
+        n = np.arange(driven)
+        gain = (np.sin(np.pi * n / driven) ** 2 * np.exp(motion.rate.real * (stop - n * h))).sum()
+        heights = motion.heights * (SIZE / (motion.receptance * 0.5 * gain))
 
-        Growth is measured at two steps beyond the guess and extrapolated to none. Where that leads
-        far, or the scheme fails rather than grows, intervals are halved instead.
+        def drive(t: float) -> FloatArray:
+            wave = heights * np.exp(1j * omega * t) * math.sin(math.pi * min(t / stop, 1.0)) ** 2
+            return np.asarray(wave.real)
+
+        while (forces := self._run(scheme, h, (1 + ALONE) * driven, drive, driven + 1)) is not None:
+            if len(forces) >= 2 * PIECES:
+                break
+            heights = heights * (SIZE / np.abs(forces).max())  # others were driven more
+        return forces
+
+    def kicked(self, scheme: Scheme, h: float) -> float:
+        """Rate (1/s) at which forces grow in the end after a kick; infinite if the scheme fails."""
+        n = len(self._forces)
+        pattern = KICK * np.resize(PATTERN, n)
+
+        def kick(t: float) -> FloatArray:
+            return pattern if 0.0 < t <= (KICKED + 0.5) * h else 0.0 * pattern
+
+        forces = self._run(scheme, h, _kicked_steps(h), kick, 4 * KICKED)
+        if forces is None:
+            return math.inf
+        late = [np.sqrt((part**2).mean()) + 1e-300 for part in np.array_split(forces, PIECES)]
+        half = np.log(late[PIECES // 2 :])
+        slope = np.polyfit(np.arange(half.size), half, 1)[0]
+        return float(slope * PIECES / (len(forces) * h))
+
+    def limit(self, scheme: Scheme, coupling: Coupling, window: Window | None) -> Compared:
+        """Find the largest stable step where it was predicted.
+
+        Growth is measured on both sides of it, of the motion that is predicted to grow fastest
+        there; and after a kick, which excites all motions, somewhat below.
 
         Parameters
         ----------
         scheme : Scheme
             The scheme.
-        guess : float
-            s.
-        end : float, optional
-            End of the window that begins there, s.
-
-        Returns
-        -------
-        float
-            NaN if something grows at the guess less ten percent, or nothing at ten percent more.
+        coupling : Coupling
+            Its prediction.
+        window : Window or None
+            The first of fast growth; None if there is none.
         """
-        if math.isinf(guess):
-            rates = [self.growth(scheme, h, SHORT) for h in (LONGEST / 10, LONGEST / 3, LONGEST)]
-            return math.inf if not self._grows(max(rates)) else math.nan
-        reach = min(1.0, INSIDE * (end / guess - 1.0) / ABOVE[-1])
-        near, far = (guess * (1.0 + reach * above) for above in ABOVE)
-        slow, fast = self.growth(scheme, near), self.growth(scheme, far)
-        if self._grows(slow) and slow < fast < math.inf:
-            found = near - (slow - self._rate) * (far - near) / (fast - slow)
-            # Not farther than what was measured: another motion may take over on the way.
-            below = BELOW * found
-            if near - found <= far - near and not self._grows(
-                self.growth(scheme, below, 2 * SHORT)
-            ):
-                return found
-        return self._halved(scheme, guess)
+        most = coupling.fast
 
-    def _halved(self, scheme: Scheme, guess: float) -> float:
-        """The limit within ten percent of a guess, to half a percent."""
-        low, high = 0.9 * guess, 1.1 * guess
-        if self._grows(self.growth(scheme, low)) or not self._grows(self.growth(scheme, high)):
-            return math.nan
-        while high > 1.005 * low:
-            middle = math.sqrt(low * high)
-            if self._grows(self.growth(scheme, middle)):
-                high = middle
-            else:
-                low = middle
-        return math.sqrt(low * high)
+        def compared(h: float) -> Compared:
+            motion = fastest_motion(coupling, h)
+            measured = self.growth(scheme, h, motion)
+            return Compared(step=h, at=h, predicted=motion.rate.real, measured=measured)
 
-    def _grows(self, rate: float) -> bool:
-        return rate > self._rate
+        def unforeseen(h: float) -> bool:
+            rate = self.kicked(scheme, h)
+            return rate > most and rate * _kicked_steps(h) * h > 2.0 * CERTAIN
 
-    def _run(self, scheme: Scheme, h: float, steps: int) -> tuple[FloatArray | None, int]:
-        """Amplitude of the forces in each part of a run, and how many steps it took."""
+        if window is None:
+            tried = [compared(float(h)) for h in FAR]
+            grows = any(one.measured > most or unforeseen(one.at) for one in tried)
+            worst = max(tried, key=lambda one: one.predicted)
+            return replace(worst, step=math.nan if grows else math.inf)
+        guess = window.fast
+        if isinstance(scheme, Iterated) and math.isinf(coupling.growth((1.0 + APART[0]) * guess)):
+            return self._iterating(scheme, coupling, guess)
+        widest = INSIDE * (window.end / guess - 1.0)
+        tried = list[Compared]()
+        for apart in APART:
+            low = compared(guess * (1.0 - apart))
+            high = compared(guess * (1.0 + min(apart, widest)))
+            tried.append(high)
+            if low.measured <= most < high.measured:
+                break
+        else:
+            return replace(tried[0], step=math.nan)
+        while high.at > (1.0 + 2.5 * APART[0]) * low.at:
+            middle = compared(math.sqrt(low.at * high.at))
+            low, high = (low, middle) if middle.measured > most else (middle, high)
+        found = math.sqrt(low.at * high.at)
+        if math.isfinite(high.measured):
+            part = (most - low.measured) / (high.measured - low.measured)
+            found = low.at + part * (high.at - low.at)
+        return replace(tried[0], step=math.nan if unforeseen(BELOW * found) else found)
+
+    def _iterating(self, scheme: Iterated, coupling: Coupling, guess: float) -> Compared:
+        """The limit where iterations begin to take too many evaluations."""
+        kick = 10.0 * KICK * np.resize(PATTERN, len(self._forces))
+
+        def ready() -> None:
+            self._system.restore_state(self._rest)
+            self._disturbance.heights = lambda t: kick * (t > 0.0)
+
+        def measured(h: float) -> float:
+            return contraction(self._system, scheme, h, ready)
+
+        above = (1.0 + APART[0]) * guess
+        return Compared(
+            step=longest_that_converges(coupling.contraction, guess, measured),
+            at=above,
+            predicted=math.log(coupling.contracts(above)),
+            measured=math.log(measured(above)),
+        )
+
+    def _run(
+        self, scheme: Scheme, h: float, steps: int,
+        heights: Callable[[float], FloatArray], begin: int,
+    ) -> FloatArray | None:  # fmt: skip
+        """Deviations of the forces from rest, from a step on; None if the scheme fails."""
         self._system.restore_state(self._rest)
-        self._kick.duration = (KICKED + 0.5) * h
+        self._disturbance.heights = heights
         forces = np.empty((steps + 1, len(self._forces)))
-        top, n = math.inf, 0
+        n = 0
         try:
             for n, point in enumerate(cosimulate(self._system, scheme, h, steps * h, limit=1e12)):
                 forces[n] = point.outputs[self._forces]
-                size = float(np.abs(forces[n] - forces[0]).max())
-                if n == 4 * KICKED:
-                    top = self._most * float(np.abs(forces[: n + 1] - forces[0]).max())
-                if size > top:
+                if n > begin and np.abs(forces[n] - forces[0]).max() > MOST * SIZE:
                     break
         except (ComponentError, ArithmeticError, Divergence):
-            return None, n
-        deviation = np.abs(forces[4 * KICKED : n + 1] - forces[0])
-        parts = np.array_split(deviation, WINDOWS)
-        return np.array([np.sqrt((part**2).mean()) + 1e-300 for part in parts]), n
+            return None
+        deviation: FloatArray = forces[begin : n + 1] - forces[0]
+        return deviation
+
+
+def _kicked_steps(h: float) -> int:
+    """Steps of a run after a kick."""
+    return int(np.clip(2.0 / h, AFTER // 5, AFTER))
+
+
+def _pieces(values: ComplexArray) -> ComplexArray:
+    """Mean of each channel over overlapping parts of a run, faded in and out."""
+    length = len(values) // PIECES
+    window = np.hanning(2 * length + 1)[1:-1]
+    window /= window.sum()
+    begins = range(0, len(values) - len(window) + 1, length)
+    return np.stack([window @ values[b : b + len(window)] for b in begins])
+
+
+def fastest(values: ComplexArray) -> float:
+    """Logarithm of the growth per row of the fastest of few motions that a series consists of.
+
+    Parameters
+    ----------
+    values : array of complex, shape (n, n_channels)
+        The series, a sum of exponentials.
+    """
+    depth = len(values) // 2
+    rows = np.stack([values[i : len(values) - depth + i] for i in range(depth)])
+    hankel = rows.transpose(0, 2, 1).reshape(depth * values.shape[1], -1)
+    U, s, _ = np.linalg.svd(hankel, full_matrices=False)
+    U = U[:, s > CLEAR * s[0]]
+    channels = values.shape[1]
+    change = np.linalg.lstsq(U[:-channels], U[channels:], rcond=None)[0]
+    factors = np.linalg.eigvals(change)
+    powers = factors[None, :] ** np.arange(len(values))[:, None]
+    shapes = np.linalg.lstsq(powers, values, rcond=None)[0]
+    strength = np.linalg.norm(shapes * powers[-1][:, None], axis=1)
+    return float(np.log(np.abs(factors[strength > THERE * strength.max()]).max()))

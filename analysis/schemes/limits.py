@@ -25,7 +25,7 @@ Progress = Callable[[float, float], None]
 Found: TypeAlias = dict[tuple[str, Owner], list[Limit]]
 TOGETHER = 3
 """Schemes of one task: the contact is made ready once for them."""
-NOWHERE = Window(begin=math.nan, end=math.nan, is_fast=False, growth=math.nan)
+NOWHERE = Window(begin=math.nan, end=math.nan, fast=math.nan, growth=math.nan)
 LINEARISING = 0.2  # of the time that all takes
 
 

@@ -21,8 +21,9 @@ from railcosim.analysis.pair.linear_pair import Part, coupled
 from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.master.component import ComponentError, FloatArray
-from railcosim.master.schemes import Scheme
+from railcosim.master.schemes import ConvergenceError, Scheme
 from railcosim.master.schemes.interface_jacobian import InterfaceJacobian
+from railcosim.master.schemes.iteration import Iterated
 from railcosim.master.stability.amplification import Amplification
 from railcosim.master.stability.amplifier import Amplifier
 from railcosim.master.stability.windows import Probe, unstable_ranges
@@ -50,16 +51,23 @@ class Window:
     ----------
     begin, end : float
         Its edges, s; the last window may have no end within the range that is searched: infinite.
-    is_fast : bool
-        Whether something grows faster than `FAST`. Slow and fast windows may touch.
+    fast : float
+        Its first step at which something grows faster than `FAST`, s; infinite if nothing does.
     growth : float
         Rate (1/s) near the middle of a window with an end; infinite of one without.
     """
 
     begin: float
     end: float
-    is_fast: bool
+    fast: float
     growth: float
+
+    def and_then(self, after: Window) -> Window:
+        """With one that touches it above."""
+        return Window(
+            begin=self.begin, end=after.end,
+            fast=min(self.fast, after.fast), growth=max(self.growth, after.growth),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +93,7 @@ class Limit:
     @property
     def fast(self) -> float:
         """The largest step, s, up to which nothing grows faster than `FAST`, or infinite."""
-        return next((window.begin for window in self.windows if window.is_fast), math.inf)
+        return min((window.fast for window in self.windows), default=math.inf)
 
 
 class SprungPair:
@@ -102,6 +110,8 @@ class SprungPair:
 
     Attributes
     ----------
+    parts : tuple of Part
+        As given.
     systems : list of System
         One a part, at rest.
     exact : float
@@ -115,6 +125,7 @@ class SprungPair:
 
     def __init__(self, parts: Sequence[Part], owner: Owner, k_H: Stiffness) -> None:
         k = [part.of_wheels(k_H) for part in parts]
+        self.parts = tuple(parts)
         self.systems = [coupled(part, owner, its) for part, its in zip(parts, k, strict=True)]
         self.exact = max(0.0, *(part.growth(its) for part, its in zip(parts, k, strict=True)))
         self.rate = RATE + self.exact
@@ -137,17 +148,30 @@ class Coupling:
     ------
     ValueError
         If the scheme does not suit the owner.
+
+    Attributes
+    ----------
+    parts : tuple of Part
+        The pair.
+    rate, fast : float
+        What grows slower (1/s) counts as stable, and as slow.
+    contraction : float
+        What an evaluation may leave of an error if the scheme iterates, else 1.
     """
 
     def __init__(self, pair: SprungPair, scheme: Scheme) -> None:
         scheme = _observed(scheme)
-        self.rate = pair.rate
+        self.parts, self.rate, self.fast = pair.parts, pair.rate, pair.exact + FAST
         self._resonant = pair.resonant
         self.amplifiers = []
         for system, rest in zip(pair.systems, pair.rests, strict=True):
             system.restore_state(rest)
             self.amplifiers.append(Amplifier(system, scheme))
         scheme.start(self.amplifiers[0].system)
+        self.contraction = 1.0
+        if isinstance(scheme, Iterated):  # as many evaluations as it allows make any guess good
+            until = scheme.until
+            self.contraction = until.relative ** (1.0 / max(until.max_evaluations - 1, 1))
         self._last: tuple[float, list[Amplification]] = 0.0, []
         self._grades = dict[float, int]()
         self._was_fast = False
@@ -168,10 +192,24 @@ class Coupling:
             return False
 
     def _at(self, h: float) -> list[Amplification]:
-        """What the step does, of each part; the last length asked for is kept."""
+        """What the step does, of each part; the last length asked for is kept.
+
+        Raises
+        ------
+        ConvergenceError
+            If the scheme iterates, and is not sure to come to an end.
+        """
         if self._last[0] != h:
             self._last = h, [a.at(h) for a in self.amplifiers]
+        if self.contraction < 1.0 and self.contracts(h) > self.contraction:
+            raise ConvergenceError(f"steps of {h:g} s may take too many evaluations")
         return self._last[1]
+
+    def contracts(self, h: float) -> float:
+        """What an evaluation leaves of an error in a step of `h` (s), if the scheme iterates."""
+        if self._last[0] != h:
+            self._last = h, [a.at(h) for a in self.amplifiers]
+        return max(a.contraction() for a in self._last[1])
 
     def growth(self, h: float) -> float:
         """Rate (1/s) of the fastest-growing motion with steps of `h` (s); infinite if it fails.
@@ -193,11 +231,14 @@ class Coupling:
         """
         probe = Probe(grade=self._grade, ends=self._ends)
         found = unstable_ranges(probe, SHORTEST, self._resonant, longest)
-        windows = tuple(
-            Window(begin=b, end=e, is_fast=grade > 1, growth=self._growth_inside(h, e))
-            for b, e, grade, h in found
-        )
-        return Limit(windows=windows, evaluations=self.evaluations)
+        windows = list[Window]()
+        for begin, end, grade, h in found:
+            fast = begin if grade > 1 else math.inf
+            window = Window(begin=begin, end=end, fast=fast, growth=self._growth_inside(h, end))
+            if windows and windows[-1].end == begin:  # slower or faster growth goes on
+                window = windows.pop().and_then(window)
+            windows.append(window)
+        return Limit(windows=tuple(windows), evaluations=self.evaluations)
 
     def _grade(self, h: float) -> int:
         """0 if nothing grows, 1 if something does, 2 if fast; found once for each step."""
@@ -206,7 +247,7 @@ class Coupling:
         return self._grades[h]
 
     def _new_grade(self, h: float) -> int:
-        fast = self.rate - RATE + FAST
+        fast = self.fast
         try:
             radius, step = math.exp(fast * h), self._at(h)
             # What grows fast at one step mostly does so by far at the next.

@@ -53,6 +53,9 @@ class Amplification:
         Times of the signals in the step, s.
     outputs : array of int
         Where in m the system's outputs are.
+    within : array, shape (..., n_w, n_w)
+        What is fed in a step, through what is seen of it in the same step, makes of itself; what
+        agrees is taken as agreed on, however a scheme comes to it.
     """
 
     h: Any
@@ -67,6 +70,14 @@ class Amplification:
     C: ComplexArray
     signals: FloatArray
     outputs: IndexArray
+    within: FloatArray
+
+    def contraction(self) -> float:
+        """What an iteration within the step that gives back what it gets leaves of an error.
+
+        One where it does not converge. Of the slowest part, from one component to the next.
+        """
+        return float(np.abs(np.linalg.eigvals(self.within)).max(initial=0.0))
 
     def eigenvalues(self) -> ComplexArray:
         """Eigenvalues of the whole map: every motion's change a step."""

@@ -114,7 +114,8 @@ class _Observed:
         bring = np.zeros((*lead, f, n + x))
         bring[..., ~seen, n:] = C
         from_modes = np.broadcast_to(np.eye(f)[:, seen], (*lead, f, seen.sum()))
-        agreed = np.linalg.inv(np.eye(len(self.P)) - one.P @ D)
+        within = one.P @ D
+        agreed = np.linalg.inv(np.eye(len(self.P)) - within)
         w_state = one.P @ bring
         w_state[..., :n] += one.Q
         w_state = agreed @ w_state
@@ -146,6 +147,7 @@ class _Observed:
             C=_blocks(part.C for part in modes).astype(complex),
             signals=np.multiply.outer(h, self.signals),
             outputs=self.outputs,
+            within=within,
         )  # fmt: skip
 
     def _in_units_of(self, ratio: FloatArray) -> _Observed:

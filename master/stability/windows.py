@@ -76,13 +76,13 @@ def unstable_ranges(
     looks = sorted(_looks(probe, shortest, resonant, longest))
     suspects = [h for run in _stable_runs(looks, resonant) for h in _suspects(probe.ends, run)]
     looks = sorted([*looks, *((h, probe.grade(h)) for h in suspects)])
+    looks = list(_resolved(probe, looks))
     found = []
     begin = 0.0
     inside = list[float]()
-    for (below, was), (above, now) in pairwise([*looks, (math.inf, looks[-1][1])]):
-        inside.append(below)
+    for (before, was), (after, now) in pairwise(looks):
+        inside.append(before)
         if was != now:
-            before, after = _edge(probe, below, above, was)
             if was:
                 end = after if now == 0 else before
                 found.append((begin, end, was, _nearest(inside, 0.5 * (begin + end))))
@@ -162,6 +162,21 @@ def _below_zero(
         around = sorted([*around, (step, new)])
         lowest = min(range(1, 3), key=lambda i: around[i][1])
         around = around[lowest - 1 : lowest + 2]
+
+
+def _resolved(probe: Probe, looks: list[tuple[float, int]]) -> Iterator[tuple[float, int]]:
+    """The same looks and one on either side of each edge; there may be two between neighbours."""
+    for first, (above, now) in pairwise(looks):
+        below, was = first
+        yield first
+        while was != now:
+            before, after = _edge(probe, below, above, was)
+            if before > below:
+                yield before, was
+            below, was = after, probe.grade(after)
+            if after < above:
+                yield after, was
+    yield looks[-1]
 
 
 def _edge(probe: Probe, below: float, above: float, grade: int) -> tuple[float, float]:

@@ -11,6 +11,8 @@ KNOWN = [  # s: just above each other, as narrow as half the distance of looks, 
     (5e-4, 5.01e-4, 2),
     (6e-4, 7e-4, 1),
     (7e-4, 9.9e-4, 2),
+    (1.2e-3, 1.201e-3, 1),  # slow, then fast, between two looks
+    (1.201e-3, 1.4e-3, 2),
     (3e-3, np.inf, 2),
 ]
 

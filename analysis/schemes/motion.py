@@ -1,0 +1,85 @@
+"""The motion that a coupling makes grow fastest: how it is driven from the rail, and seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from railcosim.analysis.pair.linear_pair import Part
+from railcosim.master.linear.state_space import ComplexArray
+from railcosim.master.stability.amplification import Amplification
+from railcosim.master.system import System
+
+from .stability import Coupling
+
+NEAR = 1e-6
+"""Distance to an eigenvalue, of itself, at which nothing is seen but its own motion ..."""
+POLE = 1.9
+"""... and at twice of it half as much."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Motion:
+    """A motion of vehicle and track at communication points, exp(rate t) times its shape.
+
+    Attributes
+    ----------
+    rate : complex
+        Growth (1/s) and angular frequency (rad/s), the latter not above half a turn a step.
+    heights : array of complex, shape (n_contacts,)
+        Of the rail's surface, m, of size 1: times exp(i omega t) they drive it most.
+    forces : array of complex, shape (n_contacts,)
+        Its shape in the contact forces, of size 1.
+    receptance : float
+        Size of the forces (N) after one step of such heights.
+    """
+
+    rate: complex
+    heights: ComplexArray
+    forces: ComplexArray
+    receptance: float
+
+
+def fastest_motion(coupling: Coupling, h: float) -> Motion:
+    """Find the motion that grows fastest, or dies away most slowly, with steps of `h` (s).
+
+    Raises
+    ------
+    Exception
+        Whatever the scheme raises if it cannot make the step.
+    """
+    found = []
+    for amplifier, part in zip(coupling.amplifiers, coupling.parts, strict=True):
+        step = amplifier.at(h)
+        values = step.eigenvalues()
+        upper = values[values.imag >= 0.0]
+        # Some states of a part may be nobody's: no force reaches them.
+        for z in upper[np.argsort(-np.abs(upper))].tolist():
+            motion = _motion(step, part, amplifier.system, z)
+            if motion is not None:
+                found.append(motion)
+                break
+    return max(found, key=lambda motion: motion.rate.real)
+
+
+def _motion(step: Amplification, part: Part, system: System, z: complex) -> Motion | None:
+    """What heights do next to an eigenvalue is its motion, and nothing else; None if nothing."""
+    forces = [i for i, name in enumerate(system.names) if name.endswith(".force_z")]
+    one = np.eye(len(part.wheels), dtype=complex)
+
+    def receptance(beside: complex) -> ComplexArray:
+        omega = np.full(len(one), np.log(beside) / (1j * step.h))
+        return step.response(omega, one, forces).T
+
+    near, far = receptance((1.0 + NEAR) * z), receptance((1.0 + 2.0 * NEAR) * z)
+    if np.linalg.norm(near) < POLE * np.linalg.norm(far):
+        return None
+    U, s, Vh = np.linalg.svd(near)
+    size = np.linalg.norm(part.mix[:, 0])
+    return Motion(
+        rate=complex(np.log(z)) / step.h,
+        heights=part.mix @ Vh[0].conj() / size,
+        forces=part.mix @ U[:, 0] / size,
+        receptance=float(s[0] * NEAR * abs(z)),
+    )
