@@ -101,8 +101,8 @@ def in_ms(step: float) -> str:
 
 def _reach(limit: Limit) -> str:
     """Largest stable step for a table, and that up to which nothing grows fast, ms."""
-    last = "" if limit.fast == limit.step else f" ({in_ms(limit.fast)})"
-    return in_ms(limit.step) + last
+    step, fast = in_ms(limit.step), in_ms(limit.fast)
+    return step if fast == step else f"{step} ({fast})"
 
 
 def _closed(limit: Limit) -> list[Window]:
