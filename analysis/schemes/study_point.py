@@ -28,9 +28,10 @@ from railcosim.track.decay import RingWarning
 
 from .coupled_reference import ContactForces, compression_model, converged_forces
 
-INTERNAL_STEP = 5e-6
-"""Of FMUs that own the contact (s). Their own error, of fourth order in it, is then far below what
-is measured, the coupling's."""
+INTERNAL_STEP = 2.5e-5
+"""Of FMUs that own the contact (s). Their own error, of fourth order in it, changes what is
+measured, the coupling's, by 5 parts in a thousand at most: at 8 GN/m and 0.1 ms 1.980e-4 with 5e-6
+becomes 1.970e-4, at 1 GN/m and 0.05 ms 1.677e-6 becomes 1.679e-6. It takes a third of the time."""
 
 KEPT = 6
 """Pairs that a process keeps open: of three owners, for two contacts."""
