@@ -79,7 +79,7 @@ class ModalBody:
         """The body as it is met by wheelsets at positions, shape (wheelsets,), m."""
         rows = self.layout.wheelsets * len(self.layout.directions)
         out, into, local = self.shapes.at(position, rows)
-        return Met(self, out, into, np.tile(local, len(self.layout.sides)))
+        return Met(self, out, into, self.layout.both_sides(local))
 
     # --- of a free vehicle ----------------------------------------------------------------------
 
@@ -175,8 +175,8 @@ class Met:
         Whose.
     out, into : array, shape (rows, n)
         As displacements, and as forces receive them.
-    local : array, shape (ports,)
-        Shape of each port's own oscillator; empty without any.
+    local : array, shape (contacts, directions, directions)
+        Shapes of each contact's own oscillators; empty without any.
     """
 
     body: ModalBody
@@ -190,7 +190,8 @@ class Met:
         n = self.body.even
         driven = [even @ self.into[:, :n], odd @ self.into[:, n:]]
         if self.local.size:
-            driven.append(self.local * force)
+            loads = force.reshape(-1, 1, self.local.shape[1])
+            driven.append((loads @ self.local).ravel())
         return Drive(np.concatenate(driven), even @ self.body.rigid_into)
 
     def motion(self, state: State) -> FloatArray:
@@ -211,7 +212,8 @@ class Met:
         odd = self.out[:, n:] @ s[n:shared]
         at_ports = self.body.layout.joined(even, odd)
         if self.local.size:
-            at_ports = at_ports + self.local * s[shared:]
+            own = s[shared:].reshape(-1, self.local.shape[1], 1)
+            at_ports = at_ports + (self.local @ own).ravel()
         if not r.size:
             return at_ports.real
         rigid = self.body.rigid_out @ r
@@ -228,7 +230,11 @@ class Met:
         loads = layout.halves(forces)  # of a unit force at each port
         G: FloatArray = layout.joined(loads[0] @ even.T, loads[1] @ odd.T).T
         if self.local.size:
-            G[np.diag_indices(len(G))] += (self.local**2 * weight[shared:]).real
+            k = self.local.shape[1]
+            weights = weight[shared:].reshape(-1, 1, k)
+            own = ((self.local * weights) @ np.swapaxes(self.local, 1, 2)).real
+            contact = np.arange(len(own))
+            G.reshape(len(own), k, len(own), k)[contact, :, contact] += own
         return G
 
     def static_compliance(self) -> FloatArray:

@@ -279,6 +279,14 @@ class Layout:
             return even + odd
         return np.concatenate([even + odd, self.mirror * (even - odd)], axis=-1)
 
+    def both_sides(self, left: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Repeat what moves the left contacts, (wheelsets, directions, ...), for the right ones.
+
+        There all is as in the mirror between the rails.
+        """
+        signs = np.array([float(d.mirror) for d in self.directions]).reshape(-1, 1)
+        return np.concatenate([left, signs * left][: len(self.sides)])
+
     def at_wheelsets(self, of_wheelsets: Iterable[float]) -> FloatArray:
         """Repeat values of wheelsets for their ports, in order."""
         values = np.array(list(of_wheelsets), dtype=np.float64)

@@ -33,8 +33,8 @@ class Shapes(Protocol):
         -------
         out, into : array, shape (rows, n)
             As displacements, and as forces receive them; a row is a wheelset in a direction.
-        local : array, shape (rows,)
-            Of the local oscillators; empty without any.
+        local : array, shape (wheelsets, directions, directions)
+            Of the local oscillators on the left; empty without any.
         """
 
 
@@ -51,8 +51,9 @@ class AlongRing:
         Phase of a mode from cell to cell, rad.
     partner : array of int, shape (n,)
         Mode whose shape receives the force.
-    local_table : array, shape (n_nodes, directions)
-        Shape of the local oscillator under each port.
+    local_table : array, shape (n_nodes, directions, directions)
+        Shapes of the local oscillators under each contact: motion in a direction by the oscillator
+        of a direction, of the left rail.
     cell_length : float
         m.
     cells : int
@@ -108,9 +109,10 @@ class AlongRing:
                 block = table[node : node + 2, 2 * d : 2 * d + 2].reshape(4, -1).view(float)
                 out[i, d] = (weights[i] @ block).view(complex)
         out *= self._phase[cell.astype(int), None]
-        local = (1 - xi)[:, None] * local_table[first] + xi[:, None] * local_table[first + 1]
+        xi = xi[:, None, None]
+        local = (1 - xi) * local_table[first] + xi * local_table[first + 1]
         shaped: ComplexArray = out.reshape(rows, -1)
-        return shaped, shaped[:, self.partner], local.ravel()
+        return shaped, shaped[:, self.partner], local
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,4 +136,4 @@ class Everywhere:
     def at(self, position: FloatArray, rows: int) -> Shaped:
         """See `Shapes`."""
         del position, rows
-        return self.out, self.into, np.empty(0, complex)
+        return self.out, self.into, np.empty((0, 0, 0), complex)

@@ -20,7 +20,7 @@ from .fastenings import springs_of
 from .parameters import Track
 from .rail import assemble, element_matrices
 from .section import VERTICAL, Section, section_of
-from .slab import SlabModes, free_plate_modes
+from .slab import SlabModes, free_plate_modes, no_plate_modes
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -169,7 +169,12 @@ def build_cell(
 
 
 def _slab(track: Track, parity: int, directions: Collection[Direction]) -> SlabModes:
-    plate = free_plate_modes(track.slab, parity, track.mesh.highest_slab_frequency)
+    bends = Z in directions or track.slab.tilts_rails
+    plate = (
+        free_plate_modes(track.slab, parity, track.mesh.highest_slab_frequency)
+        if bends
+        else no_plate_modes(track.slab)
+    )
     # Equal motion of both rails to the right is the opposite of its mirror image.
     return SlabModes(
         slab=track.slab, plate=plate, sideways=Y in directions and parity == Y.mirror

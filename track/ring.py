@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -43,6 +44,18 @@ class RingModes:
     partner: NDArray[np.intp]
     shapes: ComplexArray
 
+    @classmethod
+    def joined(cls, parts: Sequence[RingModes]) -> RingModes:
+        """Modes of several, one behind the other; shapes stay with their own."""
+        offsets = np.cumsum([0, *(part.poles.size for part in parts[:-1])])
+        pairs = zip(parts, offsets, strict=True)
+        return cls(
+            poles=np.concatenate([part.poles for part in parts]),
+            mu=np.concatenate([part.mu for part in parts]),
+            partner=np.concatenate([part.partner + offset for part, offset in pairs]),
+            shapes=np.concatenate([part.shapes for part in parts], axis=1),
+        )
+
     def weighted(self, weight: FloatArray) -> RingModes:
         """Modes that take part with a weight; partners, having one pole, have one weight."""
         return replace(self, shapes=self.shapes * np.sqrt(weight))
@@ -75,13 +88,7 @@ def ring_modes(cell: Cell, highest_frequency: float) -> RingModes:
         _wave(cell, 2 * np.pi * q / N, highest_frequency, standing=q in (0, N // 2), cells=N)
         for q in range(N // 2 + 1)
     ]
-    offsets = np.cumsum([0, *(part.poles.size for part in parts[:-1])])
-    return RingModes(
-        poles=np.concatenate([part.poles for part in parts]),
-        mu=np.concatenate([part.mu for part in parts]),
-        partner=np.concatenate([p.partner + o for p, o in zip(parts, offsets, strict=True)]),
-        shapes=np.concatenate([part.shapes for part in parts], axis=1),
-    )
+    return RingModes.joined(parts)
 
 
 def _wave(cell: Cell, mu: float, highest: float, *, standing: bool, cells: int) -> RingModes:

@@ -56,6 +56,13 @@ class PlateModes:
         return shapes
 
 
+def no_plate_modes(slab: Slab) -> PlateModes:
+    """Modes of a plate that nothing bends: none."""
+    return PlateModes(
+        omega=np.empty(0), coefficients=np.empty((0, 1, 1)), length=slab.length, width=slab.width
+    )
+
+
 @dataclass(frozen=True, kw_only=True)
 class SlabModes:
     """What a slab does for loads of one parity: it bends, and moves sideways as a rigid body.

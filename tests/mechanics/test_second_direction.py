@@ -51,14 +51,15 @@ def with_lateral(body: ModalBody) -> ModalBody:
     partner = np.concatenate([shapes.partner, [n, n + 1]])[order]
     pole = complex(-d, w)
     shared = grown(body.poles[:n], [pole, pole])
-    quiet = np.zeros_like(shapes.local_table)
+    quiet = np.zeros((len(shapes.local_table), 2, 2), complex)
+    quiet[:, :1, :1] = shapes.local_table
     return replace(
         body, layout=LAYOUT, even=even + 1,
         poles=np.concatenate([shared, np.full(8, body.poles[-1])]),
         shapes=replace(
             shapes, table=np.concatenate([down, across], axis=1).astype(np.complex64),
             mu=grown(shapes.mu, [0.0, 0.0]), partner=back[partner],
-            local_table=np.concatenate([shapes.local_table, quiet], axis=1),
+            local_table=quiet,
         ),
         rigid_out=np.zeros((4, 0)), rigid_into=np.zeros((4, 0)), preload=np.zeros(8),
     )  # fmt: skip
