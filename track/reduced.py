@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.mechanics.modal import ModalBody
-from railcosim.mechanics.ports import RAIL, Direction, Layout, Z
+from railcosim.mechanics.ports import RAIL, ROLL, Direction, Layout, Z
 from railcosim.mechanics.shapes import AlongRing
+from railcosim.parameters import ParameterError
 
-from .cell import EVEN, ODD, Cell, build_cell
+from .cell import EVEN, ODD, build_cell
 from .parameters import Track
 from .residual import head_shapes, residual
 from .ring import RingModes, ring_modes
@@ -24,6 +25,7 @@ from .section import VERTICAL
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+SHORTEST_WAVES = 0.8  # of the highest frequency kept: what a mesh must have, if at its least
 FADE_FROM = 0.6  # of the highest frequency kept; modes below count in full
 
 
@@ -126,51 +128,89 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
     Returns
     -------
     ReducedTrack
+
+    Raises
+    ------
+    ParameterError
+        If rails are to roll and their elements are too long for it.
     """
-    top = 2 * np.pi * track.mesh.highest_frequency
-    k, tables, rings = len(directions), [], []
+    check_mesh(track, directions)
     groups = independent(track, directions)
-    for group in groups:
-        cells = [build_cell(track, parity, directions=group) for parity in (EVEN, ODD)]
-        modes = [_faded(ring_modes(cell, track.mesh.highest_frequency), top) for cell in cells]
-        own = [directions.index(d) for d in group]
-        pole, shape = residual(track, cells, modes, group)
-        if not rings:
-            nodes, poles = cells[0].nodes, np.empty(k, complex)
-            shapes = np.zeros((nodes.size, k, k), complex)
-        poles[own], shapes[:, np.array(own)[:, None], own] = pole, shape
-        rows = np.stack([2 * np.array(own), 2 * np.array(own) + 1], axis=1).ravel()
-        for cell, ring in zip(cells, modes, strict=True):
-            table = np.zeros((nodes.size, 2 * k, ring.poles.size), complex)
-            table[:, rows] = head_shapes(cell, ring, group)
-            tables.append(table)
-        rings.append([replace(ring, shapes=ring.shapes[:0]) for ring in modes])
-    order = [2 * i + parity for parity in (0, 1) for i in range(len(groups))]
-    kept = [rings[i // 2][i % 2] for i in order]
-    joined = RingModes.joined(kept)
+    parts = [_group(track, group) for group in groups]
+    nodes, k = parts[0].nodes, len(directions)
+    poles, shapes = np.empty(k, complex), np.zeros((nodes.size, k, k), complex)
+    tables: list[list[ComplexArray]] = [[], []]
+    for group, part in zip(groups, parts, strict=True):
+        own = np.array([directions.index(d) for d in group])
+        poles[own], shapes[:, own[:, None], own] = part.pole, part.shape
+        rows = np.stack([2 * own, 2 * own + 1], axis=1).ravel()
+        for parity, table in zip(tables, part.tables, strict=True):
+            whole = np.zeros((nodes.size, 2 * k, table.shape[2]), complex)
+            whole[:, rows] = table
+            parity.append(whole)
+    modes = [part.modes[parity] for parity in (0, 1) for part in parts]
+    joined, count = RingModes.joined(modes), [sum(t.shape[2] for t in some) for some in tables]
     # A force on one rail is half an even and half an odd one: sqrt(1/2) into shapes that are
     # used twice, receiving the force and giving the deflection.
     # Half as much to store, and to read in every step, for 1e-7 of the receptance.
-    table = np.sqrt(0.5) * np.concatenate([tables[i] for i in order], axis=2)
+    table = np.sqrt(0.5) * np.concatenate([*tables[0], *tables[1]], axis=2)
     return ReducedTrack(
         directions=directions,
         poles=joined.poles,
         mu=joined.mu,
         partner=joined.partner,
-        parity=np.repeat([1.0, -1.0], [sum(r.poles.size for r in part) for part in (
-            kept[: len(groups)], kept[len(groups) :])]),
+        parity=np.repeat([1.0, -1.0], count),
         nodes=nodes,
         table=table.astype(np.complex64).astype(complex),
         residual_poles=poles,
         residual_shapes=shapes,
         cell_length=track.cell_length,
         length=track.length,
-    )  # fmt: skip
+    )
 
 
-def independent(
-    track: Track, directions: Collection[Direction]
-) -> list[tuple[Direction, ...]]:
+@dataclass(frozen=True)
+class _Group:
+    """What is reduced by itself: modes (without shapes) and tables, even and odd; a residual."""
+
+    nodes: FloatArray
+    modes: list[RingModes]
+    tables: list[ComplexArray]
+    pole: ComplexArray
+    shape: ComplexArray
+
+
+def _group(track: Track, directions: tuple[Direction, ...]) -> _Group:
+    top = track.mesh.highest_frequency
+    cells = [build_cell(track, parity, directions=directions) for parity in (EVEN, ODD)]
+    modes = [_faded(ring_modes(cell, top), 2 * np.pi * top) for cell in cells]
+    pole, shape = residual(track, cells, modes, directions)
+    pairs = zip(cells, modes, strict=True)
+    return _Group(
+        nodes=cells[0].nodes,
+        modes=[replace(ring, shapes=ring.shapes[:0]) for ring in modes],
+        tables=[head_shapes(cell, ring, directions) for cell, ring in pairs],
+        pole=pole,
+        shape=shape,
+    )
+
+
+def check_mesh(track: Track, directions: Collection[Direction]) -> None:
+    """Raise ParameterError if elements are too long for the waves that are to be kept."""
+    rail, mesh = track.rail, track.mesh
+    speed = np.sqrt(rail.torsional_rigidity / rail.polar_inertia)
+    shortest = np.sqrt(6) * speed / (2 * np.pi * track.fastening.spacing)  # of a bay as one element
+    ends = shortest * mesh.elements_per_bay
+    if ROLL in directions and ends < SHORTEST_WAVES * mesh.highest_frequency:
+        needed = 2 * int(np.ceil(SHORTEST_WAVES * mesh.highest_frequency / shortest / 2))
+        raise ParameterError(
+            f"[mesh] elements_per_bay = {mesh.elements_per_bay}: torsion of this mesh ends at "
+            f"{ends:.0f} Hz, too far below highest_frequency = {mesh.highest_frequency:g} Hz; take "
+            f"elements_per_bay = {needed}"
+        )
+
+
+def independent(track: Track, directions: Collection[Direction]) -> list[tuple[Direction, ...]]:
     """Directions in groups that know nothing of each other: upright rails go down by themselves."""
     down = tuple(d for d in directions if d is Z)
     aside = tuple(d for d in directions if d is not Z)

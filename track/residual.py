@@ -25,6 +25,7 @@ Directions = tuple[Direction, ...]
 
 FIT_FROM, FIT_TO = 0.1, 0.4  # of the highest frequency kept: where the residual's inertia shows
 LEAST_DAMPING, MOST_DAMPING = 1e-3, 0.9  # ratio of the residual's pole, whatever the fit finds
+TRIFLE = 1e-6  # of a flexibility: rounding, to be left out as if it were there
 MOSTLY_ELASTIC = 0.1  # imaginary by real part of what is left out
 HIGHEST_POLE = 10.0  # of the residual, in highest frequencies kept
 OTHERS, APART = 3, 1.5  # other wheelsets, and m to the next one; bogies have 1.8 m or more
@@ -47,7 +48,7 @@ def head_shapes(cell: Cell, ring: RingModes, directions: Directions) -> ComplexA
         first = section.element_unknowns(i)[0]
         w = nodal[:, first]
         if isinstance(member, Bar):
-            constant, turned = np.diff(w, axis=0) / L, 0.0
+            constant, turned = np.diff(w, axis=0) / L, np.zeros_like(w)
         else:
             theta, phi = nodal[:, first + 1], member.softness(L)
             mean = (theta[:-1] + theta[1:]) / 2
@@ -74,17 +75,21 @@ def residual(
     rail would give power to what rests on it. The residual jumps by tau omega_r^2, which must make
     up for it. And it must take no less power than what is left out: where waves run between wheels
     undamped, their powers nearly cancel. The d taken is the least that allows both.
+
+    Directions are taken apart first. What dampers at the foot still couple is carried by the earlier
+    one's oscillator, bending's: with the pole of torsion, the lower one, the same jump would give
+    power at the railseats near 3.5 kHz.
     """
     top = 2 * np.pi * track.mesh.highest_frequency
     omega = np.concatenate([[0.0], np.linspace(FIT_FROM, FIT_TO, 8) * top])
-    left_out = _left_out(track, cells, modes, directions, omega)
-    apart = _Apart.of(left_out[0].real)
+    left_out, whole = _left_out(track, cells, modes, directions, omega)
+    apart = _Apart.of(left_out[0].real, whole)
     N, w, k = apart.seen(left_out), omega[1:, None], len(directions)
     static = np.diagonal(apart.static, axis1=1, axis2=2)
     missing = _missing_jumps(track, cells, modes, directions, apart)
     poles, slope = np.empty(k, complex), np.zeros_like(apart.static)  # of the imaginary part
     for j in range(k):
-        omega_r = _natural(N[:, :, j, j], w, top)
+        omega_r = _natural(N[:, :, j, j], apart.known[:, j], w, top)
         falls = 1 - (w / omega_r) ** 2
         loss = np.max(-N[1:, :, j, j].imag / w * falls, axis=0)
         needed = missing[:, :, j, j].max(axis=0) / omega_r**2
@@ -108,7 +113,7 @@ def _around(at_places: FloatArray) -> FloatArray:
 
 
 def _at_least(J: FloatArray, least: FloatArray, size: FloatArray) -> FloatArray:
-    """Symmetric matrices raised, where they must, to lie not below others; `size` of coordinates."""
+    """Symmetric matrices raised where they lie below others; `size` is that of coordinates."""
     unit = np.outer(size, size)
     value, vector = np.linalg.eigh((least - J) / unit)
     raised = (vector * np.maximum(value, 0)[:, None, :]) @ np.swapaxes(vector, 1, 2)
@@ -128,21 +133,29 @@ class _Apart:
     U : array, shape (k, k)
         Ones on the diagonal, and beside it what the later direction moves of the earlier one.
     static : array, shape (n_nodes, k, k)
-        What is left out at rest.
+        What is left out at rest, or a trifle.
+    known : array, shape (n_nodes, k)
+        Whether it is more: a mesh may have no modes above the highest frequency kept.
     """
 
     U: FloatArray
     static: FloatArray
+    known: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, R0: FloatArray) -> _Apart:
+    def of(cls, R0: FloatArray, whole: FloatArray) -> _Apart:
         rest = R0.mean(axis=0)
         U = np.eye(len(rest))
         for j in reversed(range(len(rest))):
-            U[:j, j] = rest[:j, j] / rest[j, j]
+            U[:j, j] = rest[:j, j] / max(rest[j, j], TRIFLE * whole[:, j, j].mean())
             rest = rest - rest[j, j] * np.outer(U[:, j], U[:, j])
         back = np.linalg.inv(U)
-        return cls(U, back @ R0 @ back.T)
+        static, diagonal = back @ R0 @ back.T, np.arange(len(U))
+        trifle = TRIFLE * (back @ whole @ back.T)[:, diagonal, diagonal]
+        known = static[:, diagonal, diagonal] > trifle
+        static = static * (known[:, :, None] & known[:, None, :])
+        static[:, diagonal, diagonal] = np.where(known, static[:, diagonal, diagonal], trifle)
+        return cls(U, static, known)
 
     def seen(self, R: ComplexArray) -> ComplexArray:
         """Receptances, (..., k, k), in these coordinates."""
@@ -155,13 +168,16 @@ class _Apart:
         return np.linalg.inv(self.U).astype(float)
 
 
-def _natural(N: ComplexArray, w: FloatArray, top: float) -> float:
+def _natural(N: ComplexArray, known: NDArray[np.bool_], w: FloatArray, top: float) -> float:
     """Natural frequency of an oscillator like this flexibility, static first; rad/s.
 
     Told by the nodes where damping does not decide.
     """
+    if not known.any():
+        return top
     elastic = np.max(np.abs(N.imag), axis=0) < MOSTLY_ELASTIC * np.max(np.abs(N.real), axis=0)
-    R, R0 = (N[1:, elastic], N[0, elastic].real) if elastic.any() else (N[1:], N[0].real)
+    told = elastic & known if (elastic & known).any() else known
+    R, R0 = N[1:, told], N[0, told].real
     inertia = np.vdot(R * w**2, R - R0).real / np.vdot(R * w**2, R * w**2).real
     return float(1 / np.sqrt(max(inertia, 1 / (HIGHEST_POLE * top) ** 2)))
 
@@ -218,14 +234,18 @@ def _left_out(
     modes: list[RingModes],
     directions: Directions,
     omega: FloatArray,
-) -> ComplexArray:
-    """Finite elements less modes, at every node for forces there, (n_omega, n_nodes, k, k)."""
+) -> tuple[ComplexArray, FloatArray]:
+    """Finite elements less modes, at every node for forces there, (n_omega, n_nodes, k, k).
+
+    And the finite elements at rest, (n_nodes, k, k).
+    """
     nodes, k = cells[0].nodes, len(directions)
     points = [Point(x=float(x), direction=d) for x in nodes for d in directions]
     total = direct_receptance(track, omega, points, points, viscous=True)
     same = np.arange(nodes.size)
     total = total.reshape(omega.size, nodes.size, k, nodes.size, k)
     left_out: ComplexArray = np.moveaxis(total[:, same, :, same], 0, 1).copy()
+    whole = left_out[0].real.copy()
     s = 1j * omega[:, None]
     for cell, ring in zip(cells, modes, strict=True):
         w = head_shapes(cell, ring, directions)[:, ::2]
@@ -234,7 +254,7 @@ def _left_out(
                 residue = w[:, i] * w[:, j][:, ring.partner]
                 for p, r in ((ring.poles, residue), (ring.poles.conj(), residue.conj())):
                     left_out[:, :, i, j] -= 0.25 * (1 / (s - p)) @ r.T
-    return left_out
+    return left_out, whole
 
 
 def _missing_jumps(

@@ -96,18 +96,23 @@ def states_of(body: ModalBody) -> States:
 
 
 def _track_states(body: ModalBody) -> States:
-    """Modes of the ring, moved by all forces at all places, and one local mode under each wheel."""
+    """Modes of the ring, moved by all forces at all places, and local ones under each wheel."""
     layout, ring = body.layout, body.shared
     positions, forces = layout.of_axles("position"), layout.names(FORCE)
     all_ring = np.arange(ring)
     drivers: list[Names] = [positions + forces] * ring
-    drivers += [(positions[port.wheelset - 1], port.name(FORCE)) for port in layout.ports]
+    shapes, size = body.shapes, len(layout.directions)
+    coupled = np.eye(size, dtype=bool)  # motion in a direction, oscillator of a direction
+    if isinstance(shapes, AlongRing):
+        coupled |= np.any(shapes.local_table, axis=0)
     outputs = {}
     for k, port in enumerate(layout.ports):
-        seen = np.append(all_ring, ring + k)
+        own, first = k % size, k - k % size
+        pushing = [layout.ports[first + d].name(FORCE) for d in np.flatnonzero(coupled[:, own])]
+        drivers.append((positions[port.wheelset - 1], *pushing))
+        seen = np.append(all_ring, ring + first + np.flatnonzero(coupled[own]))
         for quantity in (body.face.motion, body.face.rate):
             outputs[port.name(quantity)] = {RE: seen, IM: seen}
-    shapes = body.shapes
     shape = shapes.table[:, 0] if isinstance(shapes, AlongRing) else shapes.into
     largest = FORCE_SIZE * np.abs(shape / body.poles[:ring]).max()
     return States(

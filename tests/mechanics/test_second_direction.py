@@ -77,17 +77,32 @@ def body(plain):
 
 
 @pytest.fixture(scope="module")
-def fmu(body, tmp_path_factory):
-    """The native FMU of it."""
+def coupled(body):
+    """With local oscillators of both directions, each of which moves the rail both ways."""
+    own = body.shapes.local_table[:, :1, :1]
+    table = own * np.array([[1.0, 0.3 + 0.2j], [-0.4 + 0.1j, 0.7]])
+    poles = body.poles.copy()
+    poles[body.shared + 1 :: 2] *= 0.8
+    return replace(body, poles=poles, shapes=replace(body.shapes, local_table=table))
+
+
+def native(body, folder):
+    """The native FMU of a body."""
     loads = [7e4, 1e3] * 4
     start = Start(loads=loads, positions=POSITIONS.tolist(), contact=contact_defaults(Vehicle()))
     content = Content(
         name="Track", model="track", text="Moves across too.", parameters="", annotations={},
         table=interface(body, start, with_contact=False), body=body,
     )  # fmt: skip
-    path = tmp_path_factory.mktemp("lateral") / "Track.fmu"
+    path = folder / "Track.fmu"
     NATIVE.pack(content, path, lambda text: None)
     return path
+
+
+@pytest.fixture(scope="module")
+def fmu(body, tmp_path_factory):
+    """The native FMU of it."""
+    return native(body, tmp_path_factory.mktemp("lateral"))
 
 
 def across(values):
@@ -157,3 +172,32 @@ def test_native_runtime_against_numpy(fmu, body):
     H = model.frequency_response(omega)[:, 1, 1]
     expected = 1 / (STIFFNESS - MASS * omega**2 + 1j * omega * DAMPING)
     assert pytest.approx(expected, rel=1e-6) == H
+
+
+def test_oscillators_that_couple_directions(coupled, tmp_path):
+    """Rest, receptances and velocities of both runtimes; the right rail is the mirror image."""
+    fmu, met = native(coupled, tmp_path), coupled.at(POSITIONS)
+    force = np.array([7e4, 1e3, 6e4, 2e3, 5e4, -4e3, 8e4, 500.0])
+    model = linear_model(
+        fmu, inputs=LAYOUT.names(FORCE),
+        outputs=[*LAYOUT.names(RAIL.motion), *LAYOUT.names(RAIL.rate)],
+        at=dict(zip(LAYOUT.of_axles("position"), POSITIONS.tolist(), strict=True)),
+    )  # fmt: skip
+    omega = 2 * np.pi * np.array([0.0, 31.8, 90.0, 400.0])
+    H = model.frequency_response(omega)
+    static = met.compliance(-1 / coupled.poles, 0.0)
+    assert H[0, :8] == pytest.approx(static, rel=1e-10, abs=1e-18)
+    assert H[:, 8:] == pytest.approx(1j * omega[:, None, None] * H[:, :8], rel=1e-8, abs=1e-12)
+    assert H[:, 0, 1] == pytest.approx(H[:, 1, 0], rel=1e-10)  # Maxwell and Betti
+    assert np.abs(H[:, 0, 1]).min() > 1e-3 * np.abs(H[:, 0, 0]).min()
+    mirrored = np.array([1, -1, 1, -1])
+    assert H[:, 4:8, 4:] == pytest.approx(
+        mirrored[:, None] * H[:, :4, :4] * mirrored, rel=1e-10, abs=1e-18
+    )
+    with FmuComponent.load(fmu) as one:
+        one.enter_initialization(0.0)
+        one.set_inputs(np.concatenate([POSITIONS, force]))
+        one.exit_initialization()
+        y = dict(zip((v.name for v in one.outputs), one.get_outputs(), strict=True))
+    found = np.array([y[name] for name in LAYOUT.names(RAIL.motion)])
+    assert found == pytest.approx(met.motion(met.rest(force)), rel=1e-11)

@@ -6,10 +6,12 @@ with it. The model is put together from what a step uses, poles and shapes.
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 
-from railcosim.mechanics.ports import Layout
+from railcosim.mechanics.ports import ROLL, Layout
 from railcosim.track.parameters import Fastening, Mesh, Slab, Track
 from railcosim.track.reduced import reduce_track
+from railcosim.track.section import SPATIAL
 
 SEAT, BAY = 0.3125, 0.625  # m
 # Wheelsets of a vehicle and of one whose four stand 4 bays apart, all over railseats.
@@ -19,12 +21,13 @@ FREQUENCY = np.unique(np.r_[np.geomspace(1, 1000, 30), np.arange(1000.0, 30000, 
 
 
 def carried(body, position):
-    """(poles, B, C): s' = poles s + B f, deflections Re(C s), for all contacts."""
+    """(poles, B, C): s' = poles s + B f, motions Re(C s), for all ports."""
     shapes = body.at(position)
     B = np.stack([shapes.drive(f).s for f in np.eye(body.ports)], axis=1)
     even, odd = shapes.out[:, : body.even], shapes.out[:, body.even :]
-    ring = np.block([[even, odd], [even, -odd]])
-    return body.poles, B, np.hstack([ring, np.diag(shapes.local)])
+    mirror = body.layout.mirror[:, None]
+    ring = np.block([[even, odd], [mirror * even, -mirror * odd]])
+    return body.poles, B, np.hstack([ring, block_diag(*shapes.local)])
 
 
 def power(body, position):
@@ -33,6 +36,9 @@ def power(body, position):
     Per unit force squared, s/kg. An impulse's jump of the deflection is the mobility at infinity.
     """
     poles, B, C = carried(body, position)
+    # A roll counts by what it moves 0.1 m from its axis.
+    size = np.array([0.1 if p.direction is ROLL else 1.0 for p in body.layout.ports])
+    B, C = B * size, size[:, None] * C
     least, scale = [], 0.0
     for s in 2j * np.pi * FREQUENCY:
         Y = 0.5 * s * ((C / (s - poles)) @ B + (C.conj() / (s - poles.conj())) @ B.conj())
@@ -88,6 +94,34 @@ def test_many_wheelsets_are_given_no_power(default_reduced):
 def test_other_tracks_give_no_power(track):
     body = reduce_track(track).under(Layout())
     for place in (0.0, 1 / 16, 1 / 2):
+        least, at_infinity, _ = power(body, SEAT + place * BAY + WHEELSETS[1])
+        assert least.min() > 0
+        assert at_infinity > 0
+
+
+FINE = Mesh(cells=4, highest_slab_frequency=600)
+SOON = Mesh(cells=4, elements_per_bay=4, highest_slab_frequency=600, highest_frequency=2000)
+
+
+@pytest.mark.parametrize(
+    "track",
+    [
+        Track(mesh=SOON),
+        *(
+            pytest.param(track, marks=pytest.mark.slow)  # large eigenproblems, 10 s each
+            for track in (
+                Track(mesh=FINE),
+                Track(mesh=FINE, fastening=Fastening(damping_lateral=1e3, roll_damping=2.0)),
+                Track(mesh=FINE, fastening=Fastening(roll_stiffness=5.6e5, roll_damping=470.0)),
+            )
+        ),
+    ],
+    ids=["few modes", "default", "hardly damped", "stiff in roll"],
+)
+def test_no_power_in_any_direction(track):
+    """Forces down and to the right, and moments: in any combination, at all wheels."""
+    body = reduce_track(track, SPATIAL).under(Layout(directions=SPATIAL))
+    for place in (0.0, 1 / 64, 1 / 16, 1 / 2):
         least, at_infinity, _ = power(body, SEAT + place * BAY + WHEELSETS[1])
         assert least.min() > 0
         assert at_infinity > 0

@@ -32,8 +32,8 @@ static void lay_out(Body *body, Arrays *arrays)
         set[k]->out_im = arrays_take(arrays, all);
         set[k]->in_re = set[k]->out_re; /* a track: the wave that runs the other way */
         set[k]->in_im = set[k]->out_im;
-        set[k]->local_re = arrays_take(arrays, m->contacts);
-        set[k]->local_im = arrays_take(arrays, m->contacts);
+        set[k]->local_re = arrays_take(arrays, m->contacts * m->directions);
+        set[k]->local_im = arrays_take(arrays, m->contacts * m->directions);
     }
     /* A track's table where its wheelsets are; of a vehicle the shapes that receive forces. */
     body->element = arrays_take(arrays, (m->nodes > 0 ? ELEMENT_PARTS : 2) * all);
@@ -141,9 +141,15 @@ void body_drive_rest(const Body *body, const Shapes *shapes, const double *force
                      const ByParity *f, double *g)
 {
     const Model *m = body->model;
+    const size_t D = m->directions;
     for (size_t k = 0; k < m->local; k++) {
-        g[m->width + k] = shapes->local_re[k] * force[k];
-        g[m->drives + m->width + k] = shapes->local_im[k] * force[k];
+        double re = 0, im = 0;
+        for (size_t j = k - k % D; j < k - k % D + D; j++) { /* ports of the same contact */
+            re += shapes->local_re[j * D + k % D] * force[j];
+            im += shapes->local_im[j * D + k % D] * force[j];
+        }
+        g[m->width + k] = re;
+        g[m->drives + m->width + k] = im;
     }
     for (size_t j = 0; j < m->rigid; j++) {
         double sum = 0;
@@ -181,6 +187,17 @@ void body_observe_chunk(const Body *body, const Shapes *shapes, const Chunk *chu
     }
 }
 
+/* What the local modes add to the motion at their contacts. */
+static void observe_local(const Model *m, const Shapes *shapes, const double *re, const double *im,
+                          double *at_contacts)
+{
+    const size_t D = m->directions;
+    for (size_t k = 0; k < m->local; k++)
+        for (size_t j = 0, first = k - k % D; j < D; j++)
+            at_contacts[k] += shapes->local_re[k * D + j] * re[first + j] -
+                              shapes->local_im[k * D + j] * im[first + j];
+}
+
 void body_observe_rest(const Body *body, const Shapes *shapes, const double *x, const ByParity *z,
                        double *at_contacts)
 {
@@ -190,8 +207,7 @@ void body_observe_rest(const Body *body, const Shapes *shapes, const double *x, 
         for (size_t j = 0; j < m->rigid; j++)
             z->of[0][k] += m->rigid_out[k * m->rigid + j] * r[j];
     join(m, z, at_contacts);
-    for (size_t k = 0; k < m->local; k++)
-        at_contacts[k] += shapes->local_re[k] * re[k] - shapes->local_im[k] * im[k];
+    observe_local(m, shapes, re, im, at_contacts);
 }
 
 void body_observe(const Body *body, const Shapes *shapes, const double *x, double *z)
@@ -241,8 +257,7 @@ void body_look_rest(const Body *body, const Shapes *shapes, const double *x, con
     find_rate(body, &m->chunk[m->chunks], x, g);
     body_observe_rest(body, shapes, x, z, at_contacts);
     join(m, vz, velocities);
-    for (size_t k = 0; k < m->local; k++)
-        velocities[k] += shapes->local_re[k] * rate[k] - shapes->local_im[k] * rate_im[k];
+    observe_local(m, shapes, rate, rate_im, velocities);
 }
 
 void body_look(const Body *body, const Shapes *shapes, const double *x, const double *g, double *z,

@@ -17,7 +17,8 @@ typedef struct {
 } Place;
 
 /* Mode shapes at the wheelsets, (padded_rows, room) for each chunk, one after the other, so that a
-   chunk is one piece of memory; and the local modes' at the contacts. */
+   chunk is one piece of memory; and of the local modes
+   at the contacts: (contacts, directions), of a contact's oscillators one behind the other. */
 typedef struct {
     double *out_re, *out_im;       /* as displacements */
     const double *in_re, *in_im;   /* as forces receive them, before the segments' exchange */

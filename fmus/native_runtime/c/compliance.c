@@ -61,10 +61,12 @@ static double between(const Body *body, const Shapes *shapes, const double *weig
     for (size_t q = 0; q < m->rigid; q++)
         even += rigid_weight * m->rigid_out[row * m->rigid + q] *
                 m->rigid_in[other * m->rigid + q];
-    if (k == j && k < m->local) {
-        const double re = shapes->local_re[k], im = shapes->local_im[k];
-        own = (re * re - im * im) * weight[m->ring + k] -
-              2 * re * im * weight[m->modes + m->ring + k];
+    const size_t D = m->directions, first = k - k % D;
+    for (size_t q = 0; q < D && first < m->local && j - j % D == first; q++) {
+        const double re = shapes->local_re[k * D + q], im = shapes->local_im[k * D + q];
+        const double to_re = shapes->local_re[j * D + q], to_im = shapes->local_im[j * D + q];
+        own += (re * to_re - im * to_im) * weight[m->ring + first + q] -
+               (re * to_im + im * to_re) * weight[m->modes + m->ring + first + q];
     }
     const double odd = body->G[1][at]; /* forces of one side alone move both */
     return here * there * ((k < m->rows) == (j < m->rows) ? even + odd : even - odd) + own;

@@ -177,7 +177,7 @@ static void read_track(Reader *reader)
     Model *m = reader->model;
     m->table_re = floats(reader, "table.re");
     m->table_im = floats(reader, "table.im");
-    m->local_shape = complexes(reader, "local", m->nodes, m->directions, 0);
+    m->local_shape = complexes(reader, "local", m->nodes, m->directions, m->directions);
     const double *geometry = doubles(reader, "geometry", 1, 0, 0);
     demand(reader, m->local == m->contacts, "local modes must be one a contact");
     if (!reader->good)

@@ -90,11 +90,13 @@ static void local_shapes(const Model *m, size_t wheelset, const Place *place,
 {
     const double *re = m->local_shape.re, *im = m->local_shape.im;
     const size_t D = m->directions, next = place->node + 1 == m->nodes ? 0 : place->node + 1;
-    for (size_t d = 0; d < D; d++)
+    for (size_t k = 0; k < D * D; k++)
         for (size_t side = 0; side < m->sides; side++) {
-            const size_t to = side * m->rows + wheelset * D + d;
-            to_re[to] = weight[0] * re[place->node * D + d] + weight[1] * re[next * D + d];
-            to_im[to] = weight[0] * im[place->node * D + d] + weight[1] * im[next * D + d];
+            const size_t to = (side * m->rows + wheelset * D) * D + k;
+            const size_t here = place->node * D * D + k, there = next * D * D + k;
+            const double sign = side > 0 ? m->mirror[k / D] : 1;
+            to_re[to] = sign * (weight[0] * re[here] + weight[1] * re[there]);
+            to_im[to] = sign * (weight[0] * im[here] + weight[1] * im[there]);
         }
 }
 
