@@ -76,9 +76,9 @@ def residual(
     up for it. And it must take no less power than what is left out: where waves run between wheels
     undamped, their powers nearly cancel. The d taken is the least that allows both.
 
-    Directions are taken apart first. What dampers at the foot still couple is carried by the earlier
-    one's oscillator, bending's: with the pole of torsion, the lower one, the same jump would give
-    power at the railseats near 3.5 kHz.
+    Directions are taken apart first. What dampers at the foot still couple is carried by bending's
+    oscillator: with the pole of torsion, a lower one, the same jump would give power at the
+    railseats near 3.5 kHz.
     """
     top = 2 * np.pi * track.mesh.highest_frequency
     omega = np.concatenate([[0.0], np.linspace(FIT_FROM, FIT_TO, 8) * top])
