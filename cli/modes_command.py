@@ -61,7 +61,7 @@ def modes(
         Wheels,
         typer.Option(
             help="fixed: wheelsets held; contact: on contact springs on rigid rails; rails: on "
-            "rails that give way downwards as the track does."
+            "rails that give way as the track does."
         ),
     ] = Wheels.FIXED,
     speed: Annotated[

@@ -12,7 +12,7 @@ from railcosim.master.component import FloatArray
 from railcosim.mechanics.contact.geometry import OF_WHEELSET
 from railcosim.mechanics.contact.wheelset import NAMES
 from railcosim.mechanics.modal import Met
-from railcosim.mechanics.ports import SIDES, Layout
+from railcosim.mechanics.ports import DIMENSIONS, SIDES, Layout
 from railcosim.track.decay import check_ring
 from railcosim.track.parameters import Track
 from railcosim.track.reduced import reduce_track
@@ -34,7 +34,7 @@ def on_track(
     track: Track,
     progress: Callable[[float, float], None] = lambda done, total: None,
 ) -> Oscillations:
-    """Modes of a vehicle whose rails give way downwards, the last wheelset in mid-span.
+    """Modes of a vehicle whose rails give way in all directions, the last wheelset in mid-span.
 
     They begin on the track's static flexibility. Its dynamics are brought in by stages, and each
     mode follows by Newton's method to where vehicle and track swing freely together.
@@ -57,7 +57,8 @@ def on_track(
     """
     check_ring(track, float(np.ptp(body.wheelset_x)))
     position = body.wheelset_x - body.wheelset_x[-1] + track.fastening.spacing / 2
-    rails = reduce_track(track).under(Layout(body.wheelset_x.size)).at(position)
+    layout = Layout(body.wheelset_x.size, directions=DIMENSIONS["spatial"])
+    rails = reduce_track(track, layout.directions).under(layout).at(position)
     both = Together(body, contacts, rails)
     first = swings(body.M, body.C + both.damping, both.held(0.0, 0.0).real)
     found: list[Oscillation] = []
@@ -84,19 +85,23 @@ class Together:
     def __init__(self, body: Multibody, contacts: Contacts, rails: Met) -> None:
         self.body, self.rails = body, rails
         m, count = len(OF_WHEELSET), body.wheelset_x.size
-        at_rails = [NAMES.index(f"{side}.rail_z") for side in SIDES]
+        directions = rails.body.layout.directions
+        at_rails = [NAMES.index(f"{side}.rail_{d.name}") for side in SIDES for d in directions]
+        k = len(directions)
         S = of_wheelsets(body)
 
         def parts(A: FloatArray) -> tuple[FloatArray, ...]:
             """Between vehicle (v) and rails (r, ports: left ones first): vv, vr, rv, rr."""
             own, across = A[:, :m, :m], A[:, :m, at_rails]
             vv = np.einsum("iab,ian,ibm->nm", own, S, S)
-            vr = np.einsum("iak,ian->nki", across, S).reshape(len(vv), -1)
-            rv = np.einsum("ika,ian->kin", A[:, at_rails, :m], S).reshape(-1, len(vv))
-            rr = np.zeros((2, count, 2, count))
+            # Ports are ordered by side, wheelset and direction.
+            vr = np.einsum("iasd,ian->nsid", across.reshape(count, m, 2, k), S)
+            rv = np.einsum("isda,ian->sidn", A[:, at_rails, :m].reshape(count, 2, k, m), S)
+            rr = np.zeros((2, count, k, 2, count, k))
             for i in range(count):
-                rr[:, i, :, i] = A[i][np.ix_(at_rails, at_rails)]
-            return vv, vr, rv, rr.reshape(2 * count, -1)
+                rr[:, i, :, :, i] = A[i][np.ix_(at_rails, at_rails)].reshape(2, k, 2, k)
+            n = len(vv)
+            return vv, vr.reshape(n, -1), rv.reshape(-1, n), rr.reshape(2 * count * k, -1)
 
         self.K, self.C = parts(contacts.K), parts(contacts.C)
         self.damping = self.C[0]
