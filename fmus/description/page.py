@@ -102,6 +102,9 @@ def result_plot(run: Run, table: Sequence[Scalar], layout: Layout) -> Drawing:
     columns = run.inputs | run.outputs
 
     def draw(figure: Figure) -> None:
+        # Fixed margins: to look for the best ones takes half as long as all the rest of an FMU.
+        figure.set_layout_engine("none")
+        figure.subplots_adjust(left=0.12, right=0.97, bottom=0.09, top=0.88, hspace=0.33)
         panels = figure.subplots(len(driven + answers), 1, sharex=True)
         for axes, quantity in zip(panels, driven + answers, strict=True):
             for port, colour in zip(ports, COLOURS, strict=False):
@@ -116,6 +119,6 @@ def result_plot(run: Run, table: Sequence[Scalar], layout: Layout) -> Drawing:
         panels[-1].set(xlabel="time, ms", xlim=(0, 1e3 * run.time[-1]))
         lines = panels[0].get_lines()
         labels = [wheelset_name(port.wheelset) for port in ports]
-        figure.legend(lines, labels, loc="outside upper center", ncols=4, frameon=False)
+        figure.legend(lines, labels, loc="upper center", ncols=4, frameon=False)
 
     return drawn(draw, (7.6, 5.6), endings=["svg"])
