@@ -104,8 +104,8 @@ def result_plot(run: Run, table: Sequence[Scalar], layout: Layout) -> Drawing:
     def draw(figure: Figure) -> None:
         # Fixed margins: to look for the best ones takes half as long as all the rest of an FMU.
         figure.set_layout_engine("none")
-        figure.subplots_adjust(left=0.12, right=0.97, bottom=0.09, top=0.88, hspace=0.33)
-        panels = figure.subplots(len(driven + answers), 1, sharex=True)
+        margins = {"left": 0.12, "right": 0.97, "bottom": 0.09, "top": 0.88, "hspace": 0.33}
+        panels = figure.subplots(len(driven + answers), 1, sharex=True, gridspec_kw=margins)
         for axes, quantity in zip(panels, driven + answers, strict=True):
             for port, colour in zip(ports, COLOURS, strict=False):
                 name = port.name(quantity)

@@ -115,7 +115,7 @@ def test_interrupted_study_goes_on(folder, scheduler) -> None:
         (["--schemes", ","], 2, "names nothing"),
         (["--steps", "1e-4,-1"], 2, "--steps -1: must be > 0 s"),
         (["--steps", "short"], 2, "must be numbers > 0"),
-        (["--steps", "1"], 2, "longer than --time"),
+        (["--steps", "1"], 2, "longer than the run of 0.05 s"),
         (["--owners", "rail"], 2, "vehicle, track, master"),
         (["--contact-stiffness", "1e9,soft"], 2, "--contact-stiffness soft"),
         (["--schemes", "interface-jacobian", "--owners", "track"], 2, "none of the schemes"),

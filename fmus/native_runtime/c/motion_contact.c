@@ -39,7 +39,7 @@ void motion_press_average(const Motion *motion, const Inputs *begin, const Input
 /* Compressions and forces at the beginning, motion->inside; z are the displacements then. */
 static void begin(Motion *motion, const double *z)
 {
-    memcpy(motion->seen[0], z, motion->body.model->contacts * sizeof(double));
+    memmove(motion->seen[0], z, motion->body.model->contacts * sizeof(double));
     motion_press(motion, z, motion->now.load, motion->begin);
     for (size_t k = 0; k < motion->body.model->contacts; k++)
         motion->inside[k] = contact_force(&motion->law, k, motion->begin[k]);
@@ -70,8 +70,9 @@ static void keep_chunk(Motion *motion, const Kept *kept, const Chunk *chunk)
                   motion->part);
     body_observe_chunk(body, shapes, chunk, kept->next, &body->split[1]);
     body_observe_chunk(body, between, chunk, motion->part, &body->split[2]);
+    const Weights weights = motion_weights(c);
     if (kept->responds)
-        body_respond_chunk(body, between, chunk, motion_weights(c).modes, 0);
+        body_respond_chunk(body, between, chunk, weights.modes, 0);
 }
 
 static void keep_others(Motion *motion, const Kept *kept)
@@ -81,7 +82,8 @@ static void keep_others(Motion *motion, const Kept *kept)
     const double *beyond = motion->beyond[0];
     if (!kept->known)
         body_drive_rest(body, &body->shapes, beyond, f, motion->g0);
-    body_end_pass(body, 1);
+    if (!kept->passed)
+        body_end_pass(body, 1);
     body_drive_rest(body, body_between(body), beyond, f, motion->gm);
     body_drive_rest(body, &body->shapes, beyond, f, motion->g1);
     average_rest(body, kept->c, kept->x, motion->g0, motion->gm, motion->g1, kept->next,
@@ -102,7 +104,7 @@ static void keep_forces(Motion *motion, const Coefficients *c, const double *x, 
     double *g0 = motion->g1;
     body_begin_pass(body, motion->middle.position, motion->end.position);
     const int passed = body_has_passed(body, 1);
-    const int responds = motion->G_of != c->h || !body_has_passed(body, 1);
+    const int responds = motion->G_of != c->h || !passed;
     const Kept kept = {c, x, next, motion_is_driven(motion, motion->inside), passed, responds};
     motion->g1 = motion->g0;
     motion->g0 = g0;

@@ -211,7 +211,9 @@ int body_has_passed(const Body *body, int kept)
     int there = 1;
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
         there &= body->shapes.place[k].position == body->end[k].position;
-        there &= !kept || body->between.place[k].position == body->middle[k].position;
+        /* Out and back is not at rest: without `kept` the middle counts as well. */
+        const double middle = body->middle[k].position;
+        there &= middle == (kept ? body->between.place[k].position : body->end[k].position);
     }
     return there;
 }
