@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 
 from railcosim.mechanics.contact.geometry import LEFT, OF_WHEELSET, RIGHT, Cone, TextbookCone
 from railcosim.mechanics.contact.wheelset import NAMES, linear_wheelset
+from railcosim.parameters import ArgumentError
 
 from .multibody import Multibody
+from .properties import Rolling
+from .train import Train
 
 FloatArray = NDArray[np.float64]
 
@@ -19,6 +22,23 @@ GRAVITY: dict[str, type[Cone]] = {"normals": Cone, "textbook": TextbookCone}
 """How the weight on conical wheels centres a wheelset, see the two classes."""
 OF_RAILS = NAMES[len(OF_WHEELSET) :]
 SIDES = {"left": LEFT, "right": RIGHT}
+
+
+def check_cones(train: Train) -> None:
+    """Refuse vehicles that say how their wheels roll, where cones are given instead.
+
+    Raises
+    ------
+    ArgumentError
+        If a vehicle has a table ``[rolling]`` of its own.
+    """
+    if any(one.vehicle.rolling != Rolling() for one in train.vehicles):
+        raise ArgumentError(
+            "vehicle",
+            None,
+            "its [rolling] is for the contact law in time, railcosim.vehicle.rolling; here wheels "
+            "are cones of --conicity that creep linearly: leave [rolling] out",
+        )
 
 
 def cones_of(body: Multibody, conicity: float, gravity: str = "normals") -> tuple[Cone, ...]:

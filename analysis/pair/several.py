@@ -102,6 +102,8 @@ def layouts_of(vehicles: Sequence[tuple[Path, Sequence[Variable]]]) -> list[Layo
     for (file, _), layout in zip(vehicles, layouts, strict=True):
         if layout.sides != layouts[0].sides:
             raise CouplingError(f"{file}: is on one rail, and another vehicle on two")
+        if layout.directions != layouts[0].directions:
+            raise CouplingError(f"{file}: meets rails in other directions than the first one")
     count = sum(layout.wheelsets for layout in layouts)
     if count > MOST_WHEELSETS:
         raise CouplingError(f"vehicles of {count} wheelsets: must be at most {MOST_WHEELSETS}")

@@ -18,13 +18,14 @@ from railcosim.vehicle.hunting import Critical, Matrices, on_rails, on_rigid_rai
 from railcosim.vehicle.hunting import critical_speed as first_growth
 from railcosim.vehicle.hunting import root_locus as followed
 from railcosim.vehicle.multibody import SPATIAL, Multibody, build_multibody
+from railcosim.vehicle.on_rails import check_cones
 from railcosim.vehicle.parameters import Vehicle
-from railcosim.vehicle.train import Train
+from railcosim.vehicle.train import Train, train_of
 
 from .choices import CONICITIES, Gravity
 
 KMH = 3.6
-SPEEDS = np.arange(5.0, 1000.0, 2.5) / KMH
+SPEEDS = np.arange(5.0, 1001.0, 2.5) / KMH
 """Where growth is looked for, m/s: a mode that grew between two of them only would be missed."""
 BEYOND = 1.5  # of the critical speed: how far the poles are followed
 POINTS = 120
@@ -73,7 +74,7 @@ class Way:
             # The track at another frequency is almost the same.
             frequency, speeds = found.frequency, found.speed * NEAR
         raise ArithmeticError(
-            f"conicity {conicity:g}: the frequency at which the vehicle hunts does not settle in "
+            f"the frequency at which the vehicle hunts does not settle in "
             f"{MOST_ROUNDS} rounds, last {found.frequency:g} Hz at {KMH * found.speed:g} km/h; see "
             "what it does on rigid rails"
         )
@@ -140,7 +141,8 @@ def critical_speed(
     Raises
     ------
     ArgumentError
-        If a conicity is not between 0 and 1, or a track is given that is to be rigid.
+        If a conicity is not between 0 and 1, a track is given that is to be rigid, or the vehicle
+        says how its wheels roll.
     ArithmeticError
         If something grows at 5 km/h already.
     """
@@ -155,7 +157,10 @@ def critical_speed(
     found = []
     for k, one in enumerate(conicity):
         progress(k, len(conicity))
-        found.append(way.critical(one))
+        try:
+            found.append(way.critical(one))
+        except ArithmeticError as error:
+            raise ArithmeticError(f"conicity {one:g}: {error}") from error
     return xr.Dataset(
         {
             "critical_speed": (
@@ -180,7 +185,9 @@ def way_of(
     stock: Vehicle | Train | None, gravity: Gravity, track: Track | None, *, rigid_track: bool
 ) -> Way:
     """A vehicle on its rails; see `critical_speed`."""
-    body = build_multibody(stock or Vehicle(), SPATIAL)
+    train = train_of(stock or Vehicle())
+    check_cones(train)
+    body = build_multibody(train, SPATIAL)
     return Way(body=body, gravity=gravity, track=None if rigid_track else track or Track())
 
 

@@ -138,11 +138,11 @@ class Together:
         return s * s * M + s * C + self.held(s, dynamic)
 
     def followed(self, mode: Oscillation) -> Oscillation | None:
-        """What a mode on the static track becomes; None if it ends in no swinging."""
+        """What a mode on the static track becomes; None if it only fades away."""
         s, v = mode.pole, mode.shape
         for stage in range(1, STAGES + 1):
             s, v = self._settled(s, v, stage / STAGES)
-        return Oscillation.of(s, v, self.body.M) if s.imag > 0 else None
+        return Oscillation.of(s, v, self.body.M) if s.imag > 0 or s.real > 0 else None
 
     def _settled(self, s: complex, v: ComplexArray, dynamic: float) -> tuple[complex, ComplexArray]:
         """Pole and shape near given ones, by inverse iteration."""

@@ -12,7 +12,7 @@ from railcosim.track.parameters import Track
 from railcosim.vehicle.eigenmodes import Oscillations, oscillations, swings
 from railcosim.vehicle.mode_names import names_of_modes
 from railcosim.vehicle.multibody import SPATIAL, Multibody, build_multibody
-from railcosim.vehicle.on_rails import cones_of, rolling, standing
+from railcosim.vehicle.on_rails import check_cones, cones_of, rolling, standing
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train, train_of
 
@@ -63,12 +63,15 @@ def vehicle_modes(
     Raises
     ------
     ArgumentError
-        If speed and conicity do not go together with each other or with `wheels`.
+        If speed and conicity do not go together with each other or with `wheels`, or if with them
+        the vehicle says how its wheels roll.
     ArithmeticError
         If the vehicle topples over.
     """
     _check(wheels, speed, conicity)
     train = train_of(stock or Vehicle())
+    if speed is not None:
+        check_cones(train)
     body = build_multibody(train, SPATIAL)
     about: dict[str, object] = {"wheels": wheels.value, "toppling": str(train.toppling).lower()}
     if speed is not None and conicity is not None:

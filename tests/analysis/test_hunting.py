@@ -1,17 +1,22 @@
 """Critical speeds on a track that gives way."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from railcosim.analysis.response.choices import Gravity
+from railcosim.analysis.response.choices import Gravity, Wheels
 from railcosim.analysis.response.hunting import critical_speed, rails_of, way_of
+from railcosim.analysis.response.vehicle_modes import vehicle_modes
 from railcosim.parameters import ArgumentError
 from railcosim.track.parameters import Track
+from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.hunting import critical_speed as first_growth
 from railcosim.vehicle.hunting import on_rails, on_rigid_rails
 from railcosim.vehicle.multibody import SPATIAL, build_multibody
 from railcosim.vehicle.on_rails import OF_RAILS, cones_of, rolling
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.properties import Rolling
 
 BODY = build_multibody(Vehicle(), SPATIAL)
 
@@ -93,3 +98,18 @@ def test_on_rigid_rails_by_either_door(found):
     assert float(result["critical_speed"][0]) == pytest.approx(3.6 * found[0].speed, rel=1e-12)
     again = first_growth(on_rigid_rails(BODY, 0.1), np.array([20.0, 40.0]))
     assert again.speed == pytest.approx(found[0].speed, rel=1e-8)
+
+
+def test_what_a_vehicle_says_of_rolling_is_not_passed_over():
+    """A file with profiles of its own would get a cone's speed without a word."""
+    vehicle = Vehicle(rolling=Rolling(conicity=0.2))
+    with pytest.raises(ArgumentError, match=r"\[rolling\]"):
+        critical_speed(vehicle, [0.1], rigid_track=True)
+    with pytest.raises(ArgumentError, match=r"\[rolling\]"):
+        vehicle_modes(vehicle, wheels=Wheels.CONTACT, speed=20.0, conicity=0.1)
+    assert vehicle_modes(vehicle).sizes["name"] == 15  # held wheels do not roll: 35 less 4 x 5
+
+
+def test_the_conicity_is_named_that_no_speed_is_slow_enough_for():
+    with pytest.raises(ArithmeticError, match=r"conicity 1: something grows at 5 km/h already"):
+        critical_speed(read_stock(Path("wagon")), [1.0], rigid_track=True)
