@@ -25,6 +25,7 @@ from railcosim.master.component import FloatArray
 from railcosim.master.linear.modal import real_form
 from railcosim.master.linear.partial_fractions import PartialFractions, of_modes
 from railcosim.master.linear.state_space import ComplexArray, IndexArray
+from railcosim.master.stability.argument_principle import TurningLostError
 from railcosim.master.stability.determinant import Determinant
 
 SAME = 1e-6
@@ -97,7 +98,10 @@ class Amplification:
         """The same, or `rate` (1/s) if that is more: without all eigenvalues."""
         found, beyond = rate, rate
         while self.growing(beyond):
-            zero = self.determinant.zero_outside(math.exp(beyond * self.h))
+            try:
+                zero = self.determinant.zero_outside(math.exp(beyond * self.h))
+            except TurningLostError:
+                zero = 0.0j
             if not zero:
                 return self.growth()
             found = math.log(abs(zero)) / self.h
@@ -116,7 +120,13 @@ class Amplification:
         rate : float
             In 1/s.
         """
-        return self.determinant.outside(math.exp(rate * self.h))
+        radius = math.exp(rate * self.h)
+        try:
+            return self.determinant.outside(radius)
+        except (
+            TurningLostError
+        ):  # a map so large that its determinant is rounding: all of them, slowly
+            return int((np.abs(self.eigenvalues()) > radius).sum())
 
     @cached_property
     def determinant(self) -> Determinant:

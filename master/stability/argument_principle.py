@@ -25,6 +25,14 @@ _ROUNDS = 60
 """Times that points are set between others: then a root is on the circle, but for rounding."""
 
 
+_MANY = 100_000
+"""Points of half the circle, a hundred times the usual: then the function is mostly rounding."""
+
+
+class TurningLostError(ArithmeticError):
+    """A function cannot be followed along a circle."""
+
+
 def solve_triangular(T: ComplexArray, B: ComplexArray, z: ComplexArray) -> ComplexArray:
     """(z - T)^-1 B for every z, shape (n_z, n, n_columns)."""
     n, m = B.shape
@@ -59,6 +67,11 @@ def windings(
     """Follow a function, real on the real axis, along a circle.
 
     `turn` gives its logarithm at angles, with any multiple of 2 pi i.
+
+    Raises
+    ------
+    TurningLostError
+        If it turns between points however many there are.
     """
     phi = _opposite(poles, radius)
     value, slope = _with_slope(turn, phi, np.diff(phi, append=2.0 * phi[-1] - phi[-2]))
@@ -70,6 +83,8 @@ def windings(
         wide = np.flatnonzero(fast | (np.abs(_difference(value).imag) > _TURN))
         if not wide.size:
             break
+        if len(phi) > _MANY:
+            raise TurningLostError(f"it still turns between {len(phi)} points of a circle")
         new, room = _between(phi[wide], phi[wide + 1], steep[wide], steep[wide + 1])
         more = _with_slope(turn, new, room)
         phi = np.concatenate([phi, new])

@@ -17,6 +17,7 @@ from railcosim.master.schemes.nepce import nepce
 from railcosim.master.schemes.variants import VARIANTS
 from railcosim.master.stability.amplification import SAME
 from railcosim.master.stability.amplifier import Amplifier
+from railcosim.master.stability.argument_principle import TurningLostError, windings
 from railcosim.master.stability.determinant import Determinant
 from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
@@ -146,3 +147,14 @@ def test_springs_on_the_outputs_are_those_of_the_frequency_domain() -> None:
     expected = np.linalg.inv(np.diag(1.0 / k) + G)  # force = (1/k + G)^-1 motion
     found = modes.sprung(k, tuple(WHEEL), tuple(FORCE)).response(1j * omega)
     assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()  # rounding
+
+
+def test_what_is_rounding_is_not_followed_for_ever() -> None:
+    """Noise turns between points however many there are: memory would be full first."""
+    rng = np.random.default_rng(1)
+
+    def noise(phi):
+        return 1j * rng.uniform(-np.pi, np.pi, len(phi))
+
+    with pytest.raises(TurningLostError, match="still turns"):
+        windings(noise, np.array([0.5 + 0.0j]), 1.0)
