@@ -123,9 +123,7 @@ class Amplification:
         radius = math.exp(rate * self.h)
         try:
             return self.determinant.outside(radius)
-        except (
-            TurningLostError
-        ):  # a map so large that its determinant is rounding: all of them, slowly
+        except TurningLostError:  # the map is so large that its determinant is rounding
             return int((np.abs(self.eigenvalues()) > radius).sum())
 
     @cached_property
