@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -102,7 +101,7 @@ def _table(result: xr.Dataset) -> Table:
         speed, frequency = (
             float(result[n].sel(conicity=one)) for n in ("critical_speed", "frequency")
         )
-        none = f"none to {KMH * SPEEDS[-1]:.0f}"
-        known = (f"{speed:.1f}", f"{frequency:.2f}") if math.isfinite(speed) else (none, "")
+        none = f"below {KMH * SPEEDS[0]:.0f}" if speed == 0 else f"none to {KMH * SPEEDS[-1]:.0f}"
+        known = (f"{speed:.1f}", f"{frequency:.2f}") if speed > 0 else (none, "")
         table.add_row(f"{one:g}", *known)
     return table

@@ -83,6 +83,10 @@ def modes(
     RESULTS.check(out)
     if track is not None and wheels is not Wheels.RAILS:
         raise UsageError("--track: only with --wheels rails")
+    if gravity is not Gravity.NORMALS and speed is None:
+        raise UsageError(
+            f"--gravity {gravity.value}: of wheels that creep; give --speed, --conicity"
+        )
     stock = vehicle_of(vehicle, vehicles)
     with progress("finding modes") as update:
         result = vehicle_modes(
@@ -110,9 +114,13 @@ def conicity_of(conicity: float) -> float:
 
 
 def _table(result: xr.Dataset) -> Table:
+    from railcosim.analysis.response.vehicle_modes import SIZE_OF_POLE
+
     table = Table(title=f"Modes of the vehicle, wheels: {result.attrs['wheels']}")
     table.add_column("mode")
-    for heading in ("undamped, Hz", "damped, Hz", "damping ratio"):
+    creeps_or_gives = result["undamped_frequency"].attrs["long_name"] == SIZE_OF_POLE
+    undamped = "size of pole, Hz" if creeps_or_gives else "undamped, Hz"
+    for heading in (undamped, "damped, Hz", "damping ratio"):
         table.add_column(heading, justify="right")
     for name in result["name"].values:
         one = result.sel(name=name)

@@ -56,7 +56,7 @@ def axleboxes(body: ModalBody, heights: Sequence[str], law: Sequence[Scalar]) ->
     known = body.coordinates
     if known is None:
         return []
-    table = []
+    table, strained = [], known.strained
     for i, coordinate in zip(body.layout.numbers, known.wheelsets, strict=True):
         own = [at for at in ports_of(body) if at.port.wheelset == i]
         if law:
@@ -65,7 +65,7 @@ def axleboxes(body: ModalBody, heights: Sequence[str], law: Sequence[Scalar]) ->
         else:
             depends = names(at.force("input") for at in own)
         # A wheelset's own force is its contact's; others reach it where suspensions are strained.
-        felt = known.strained & (known.modes[coordinate] != 0)[:, None]
+        felt = strained & (known.modes[coordinate] != 0)[:, None]
         near = set(felt.any(axis=0).nonzero()[0].tolist()) | ({i - 1} if law else set())
         table.append(
             Scalar(

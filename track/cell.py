@@ -19,7 +19,7 @@ from railcosim.mechanics.ports import Direction, Y, Z
 from .fastenings import springs_of
 from .parameters import Track
 from .rail import assemble, element_matrices
-from .section import VERTICAL, Section, section_of
+from .section import VERTICAL, Section, moves_aside, section_of
 from .slab import SlabModes, free_plate_modes, no_plate_modes
 
 FloatArray = NDArray[np.float64]
@@ -177,7 +177,7 @@ def _slab(track: Track, parity: int, directions: Collection[Direction]) -> SlabM
     )
     # Equal motion of both rails to the right is the opposite of its mirror image.
     return SlabModes(
-        slab=track.slab, plate=plate, sideways=Y in directions and parity == Y.mirror
+        slab=track.slab, plate=plate, sideways=moves_aside(directions) and parity == Y.mirror
     )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from railcosim.mechanics.ports import ROLL, Direction, Y, Z
 
 from .parameters import Fastening
+from .section import moves_aside
 
 
 @dataclass(frozen=True)
@@ -20,10 +21,10 @@ class Spring:
 
 
 def springs_of(fastening: Fastening, directions: Collection[Direction]) -> list[Spring]:
-    """The springs of a fastening that act in directions."""
-    known = (
-        Spring(Z, fastening.stiffness, fastening.damping),
+    """The springs of a fastening that act on a rail that moves in directions."""
+    down = [Spring(Z, fastening.stiffness, fastening.damping)]
+    aside = [
         Spring(Y, fastening.stiffness_lateral, fastening.damping_lateral),
         Spring(ROLL, fastening.roll_stiffness, fastening.roll_damping),
-    )
-    return [spring for spring in known if spring.direction in directions]
+    ]
+    return (down if Z in directions else []) + (aside if moves_aside(directions) else [])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.mechanics.modal import ModalBody
-from railcosim.mechanics.ports import RAIL, ROLL, Direction, Layout, Z
+from railcosim.mechanics.ports import RAIL, Direction, Layout, Z
 from railcosim.mechanics.shapes import AlongRing
 from railcosim.parameters import ParameterError
 
@@ -20,7 +20,7 @@ from .cell import EVEN, ODD, build_cell
 from .parameters import Track
 from .residual import head_shapes, residual
 from .ring import RingModes, ring_modes
-from .section import VERTICAL
+from .section import VERTICAL, moves_aside
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -201,7 +201,7 @@ def check_mesh(track: Track, directions: Collection[Direction]) -> None:
     speed = np.sqrt(rail.torsional_rigidity / rail.polar_inertia)
     shortest = np.sqrt(6) * speed / (2 * np.pi * track.fastening.spacing)  # of a bay as one element
     ends = shortest * mesh.elements_per_bay
-    if ROLL in directions and ends < SHORTEST_WAVES * mesh.highest_frequency:
+    if moves_aside(directions) and ends < SHORTEST_WAVES * mesh.highest_frequency:
         needed = 2 * int(np.ceil(SHORTEST_WAVES * mesh.highest_frequency / shortest / 2))
         raise ParameterError(
             f"[mesh] elements_per_bay = {mesh.elements_per_bay}: torsion of this mesh ends at "

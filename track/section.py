@@ -207,7 +207,7 @@ def section_of(rail: Rail, directions: Collection[Direction] = SPATIAL) -> Secti
                 shear=rail.shear_stiffness,
             )
         )
-    if Y in directions or ROLL in directions:
+    if moves_aside(directions):
         shared.append(
             (len(members), len(members) + 1, rail.mass_per_length * rail.shear_centre_depth)
         )
@@ -215,6 +215,11 @@ def section_of(rail: Rail, directions: Collection[Direction] = SPATIAL) -> Secti
     return Section(
         members=tuple(members), shared=tuple(shared), shear_centre=rail.shear_centre_depth
     )
+
+
+def moves_aside(directions: Collection[Direction]) -> bool:
+    """Whether a rail bends sideways and twists: neither comes without the other."""
+    return Y in directions or ROLL in directions
 
 
 def directions_for(asked: Iterable[Direction]) -> tuple[Direction, ...]:

@@ -89,10 +89,10 @@ def critical_speed(matrices: Callable[[float], Matrices], speeds: FloatArray) ->
         Where growth is looked for, increasing; between two of them its beginning is found by
         halving.
 
-    Raises
-    ------
-    ArithmeticError
-        If something grows at the first of them already.
+    Returns
+    -------
+    Critical
+        NaN where nothing grows; 0 and no frequency if something does at the first of them already.
     """
     before = None
     for speed in speeds.tolist():
@@ -102,9 +102,7 @@ def critical_speed(matrices: Callable[[float], Matrices], speeds: FloatArray) ->
     else:
         return Critical(speed=np.nan, frequency=np.nan)
     if before is None:
-        raise ArithmeticError(
-            f"something grows at {3.6 * speed:g} km/h already: no speed is slow enough"
-        )
+        return Critical(speed=0.0, frequency=np.nan)
     low, high = before, speed
     while high - low > SETTLED * high:
         middle = (low + high) / 2

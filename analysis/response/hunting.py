@@ -61,20 +61,22 @@ class Way:
 
     def critical(self, conicity: float) -> Critical:
         """Where growth begins."""
-        rigid = first_growth(self.matrices(conicity, None), SPEEDS)
+        found = first_growth(self.matrices(conicity, None), SPEEDS)
         if self.track is None:
-            return rigid
-        known = np.isfinite(rigid.speed)
-        frequency = rigid.frequency if known else FIRST
-        found, speeds = rigid, SPEEDS[BEYOND * rigid.speed > SPEEDS] if known else SPEEDS
+            return found
+        frequency = found.frequency if found.frequency > 0 else FIRST
+        speeds = SPEEDS[BEYOND * found.speed > SPEEDS]
         for _ in range(MOST_ROUNDS):
-            found = first_growth(self.matrices(conicity, frequency), speeds)
-            if np.isnan(found.speed) or abs(found.frequency - frequency) < ALIKE * frequency:
+            matrices = self.matrices(conicity, frequency)
+            found = first_growth(matrices, speeds)
+            if not found.speed > 0:  # then it is not where it was looked for
+                found = first_growth(matrices, SPEEDS)
+            if not found.speed > 0 or abs(found.frequency - frequency) < ALIKE * frequency:
                 return found
             # The track at another frequency is almost the same.
             frequency, speeds = found.frequency, found.speed * NEAR
         raise ArithmeticError(
-            f"the frequency at which the vehicle hunts does not settle in "
+            "the frequency at which the vehicle hunts does not settle in "
             f"{MOST_ROUNDS} rounds, last {found.frequency:g} Hz at {KMH * found.speed:g} km/h; see "
             "what it does on rigid rails"
         )
@@ -136,7 +138,8 @@ def critical_speed(
     -------
     Dataset
         Over ``conicity``: ``critical_speed`` (km/h) and ``frequency`` (Hz); nan where nothing grows
-        up to 1000 km/h.
+        up to 1000 km/h,
+        and 0 where something does at 5 km/h already.
 
     Raises
     ------
@@ -144,14 +147,14 @@ def critical_speed(
         If a conicity is not between 0 and 1, a track is given that is to be rigid, or the vehicle
         says how its wheels roll.
     ArithmeticError
-        If something grows at 5 km/h already.
+        If no frequency is found at which vehicle and track hunt.
     """
     if rigid_track and track is not None:
         raise ArgumentError("rigid_track", None, "rails that do not move have no track; give one")
     for one in conicity:
         if not 0 < one <= 1:
             raise ArgumentError(
-                "conicity", float(one), "must be above 0 and at most 1: cylinders do not hunt"
+                "conicity", float(one), "must be above 0, as cylinders do not hunt, and at most 1"
             )
     way = way_of(stock, gravity, track, rigid_track=rigid_track)
     found = []
@@ -210,7 +213,7 @@ def root_locus(way: Way, conicity: float, critical: Critical) -> xr.Dataset:
     Dataset
         Over ``speed`` (km/h) and ``mode``: ``growth`` (1/s) and ``frequency`` (Hz).
     """
-    known = np.isfinite(critical.speed)
+    known = critical.speed > 0
     to = min(BEYOND * critical.speed, SPEEDS[-1]) if known else SPEEDS[-1]
     speeds = np.linspace(SPEEDS[0], to, POINTS)
     matrices = way.matrices(conicity, critical.frequency if known else FIRST)

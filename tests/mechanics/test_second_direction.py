@@ -144,6 +144,16 @@ def test_impulse_across(body):
     assert across(z)[:, 0] == pytest.approx([h, TOGETHER * h], rel=1e-6)
 
 
+def moved_at_rest(fmu, force):
+    """Motions of the rails at rest, from the FMU."""
+    with FmuComponent.load(fmu) as one:
+        one.enter_initialization(0.0)
+        one.set_inputs(np.concatenate([POSITIONS, force]))
+        one.exit_initialization()
+        y = dict(zip((v.name for v in one.outputs), one.get_outputs(), strict=True))
+    return np.array([y[name] for name in LAYOUT.names(RAIL.motion)])
+
+
 def test_names_follow(fmu):
     with FmuComponent.load(fmu) as one:
         assert [v.name for v in one.inputs][2:] == list(LAYOUT.names(FORCE))
@@ -157,13 +167,7 @@ def test_native_runtime_against_numpy(fmu, body):
     """At rest, and the receptance that the master finds of it."""
     force = np.array([7e4, 1e3, 6e4, 2e3, 5e4, -4e3, 8e4, 500.0])
     met = body.at(POSITIONS)
-    with FmuComponent.load(fmu) as one:
-        one.enter_initialization(0.0)
-        one.set_inputs(np.concatenate([POSITIONS, force]))
-        one.exit_initialization()
-        y = dict(zip((v.name for v in one.outputs), one.get_outputs(), strict=True))
-    found = np.array([y[name] for name in LAYOUT.names(RAIL.motion)])
-    assert found == pytest.approx(met.motion(met.rest(force)), rel=1e-11)
+    assert moved_at_rest(fmu, force) == pytest.approx(met.motion(met.rest(force)), rel=1e-11)
     model = linear_model(
         fmu, inputs=LAYOUT.names(FORCE), outputs=LAYOUT.names(RAIL.motion),
         at=dict(zip(LAYOUT.of_axles("position"), POSITIONS.tolist(), strict=True)),
@@ -194,10 +198,4 @@ def test_oscillators_that_couple_directions(coupled, tmp_path):
     assert H[:, 4:8, 4:] == pytest.approx(
         mirrored[:, None] * H[:, :4, :4] * mirrored, rel=1e-10, abs=1e-18
     )
-    with FmuComponent.load(fmu) as one:
-        one.enter_initialization(0.0)
-        one.set_inputs(np.concatenate([POSITIONS, force]))
-        one.exit_initialization()
-        y = dict(zip((v.name for v in one.outputs), one.get_outputs(), strict=True))
-    found = np.array([y[name] for name in LAYOUT.names(RAIL.motion)])
-    assert found == pytest.approx(met.motion(met.rest(force)), rel=1e-11)
+    assert moved_at_rest(fmu, force) == pytest.approx(met.motion(met.rest(force)), rel=1e-11)

@@ -23,9 +23,8 @@ static double *seed_of(const Instance *i, Seeds *seeds, uint32_t ref)
 {
     const int starting = (instance_phase(i) & (STARTED | INITIALISING)) != 0;
     const Variable *v = &i->model.variable[ref];
-    for (size_t k = 0; k < i->model.inputs; k++)
-        if (i->model.input[k] == ref)
-            return &seeds->du[k];
+    if (v->causality == INPUT)
+        return &seeds->du[v->place];
     if (v->role == ROLE_TIME)
         return &seeds->time;
     if (!starting)

@@ -132,9 +132,6 @@ void motion_press_average(const Motion *motion, const Inputs *begin, const Input
    [means, slopes], in motion->over; z are displacements at the beginning. */
 int motion_find_forces(Motion *motion, const Coefficients *c, const double *z, const double *x,
                        double *next);
-/* Generalised forces of what forces over the step are beyond those at the beginning, in dm and d1. */
-void motion_drive_line(Motion *motion, const Shapes *between, const double *over,
-                       const double *inside);
 
 /* --- forces over an internal step, in motion_balance.c ----------------------------------------- */
 

@@ -10,13 +10,11 @@ void motion_drive_change(Motion *motion, const Shapes *shapes, const Shapes *slo
 {
     const Model *m = motion->body.model;
     const size_t n = 2 * m->drives + m->rigid;
-    double *beyond = motion->beyond[0], *more = motion->more;
-    for (size_t k = 0; k < m->contacts; k++)
-        beyond[k] = force[k] - m->preloads[k];
+    double *more = motion->more;
     body_drive(&motion->body, shapes, dforce, dg);
     if (m->nodes == 0)
         return;
-    body_drive(&motion->body, slope, beyond, more);
+    motion_drive(motion, slope, force, more);
     for (size_t r = 0; r < n; r++)
         dg[r] += more[r];
 }

@@ -70,9 +70,10 @@ static void keep_chunk(Motion *motion, const Kept *kept, const Chunk *chunk)
                   motion->part);
     body_observe_chunk(body, shapes, chunk, kept->next, &body->split[1]);
     body_observe_chunk(body, between, chunk, motion->part, &body->split[2]);
-    const Weights weights = motion_weights(c);
-    if (kept->responds)
+    if (kept->responds) {
+        const Weights weights = motion_weights(c);
         body_respond_chunk(body, between, chunk, weights.modes, 0);
+    }
 }
 
 static void keep_others(Motion *motion, const Kept *kept)
@@ -132,19 +133,6 @@ int motion_find_forces(Motion *motion, const Coefficients *c, const double *z, c
                   motion->free);
     motion_press(motion, motion->seen[1], motion->end.load, motion->free + n);
     return motion_balance(motion, c);
-}
-
-/* Generalised forces of what forces over the step [means, slopes] are beyond those at the beginning,
-   in dm and d1. */
-void motion_drive_line(Motion *motion, const Shapes *between, const double *over,
-                       const double *inside)
-{
-    const size_t n = motion->body.model->contacts;
-    double *beyond = motion->beyond[0];
-    for (size_t k = 0; k < n; k++)
-        beyond[k] = over[k] - inside[k];
-    body_drive(&motion->body, between, beyond, motion->dm);
-    body_drive(&motion->body, between, over + n, motion->d1);
 }
 
 /* The line of forces added to `next`, and what is seen at its end, in motion->last. */

@@ -42,6 +42,19 @@ static void free_change(Motion *motion, const Coefficients *c, const double *x, 
     motion_press(motion, motion->dseen[1], motion->dend.load, motion->dfree + n);
 }
 
+/* Generalised forces of what forces over the step [means, slopes] are beyond those at the
+   beginning. */
+static void drive_line(Motion *motion, const Shapes *shapes, const double *over,
+                       const double *inside, double *mean, double *slope)
+{
+    const size_t n = motion->body.model->contacts;
+    double *beyond = motion->beyond[0];
+    for (size_t k = 0; k < n; k++)
+        beyond[k] = over[k] - inside[k];
+    body_drive(&motion->body, shapes, beyond, mean);
+    body_drive(&motion->body, shapes, over + n, slope);
+}
+
 /* Of what the line of forces beyond those at the beginning does to compressions, where the shapes
    change but it does not; and that, itself and its change, added to the states at the end. */
 static void line_change(Motion *motion, const Coefficients *c)
@@ -50,16 +63,12 @@ static void line_change(Motion *motion, const Coefficients *c)
     const size_t n = body->model->contacts, bytes = body->model->states * sizeof(double);
     const Shapes *shapes = body_shapes_between(body, motion->middle.position);
     const Shapes *slope = &body->slope;
-    double *part = motion->part, *dpart = motion->dpart, *beyond = motion->beyond[1];
-    motion_drive_line(motion, shapes, motion->over, motion->inside);
+    double *part = motion->part, *dpart = motion->dpart;
+    drive_line(motion, shapes, motion->over, motion->inside, motion->dm, motion->d1);
     memset(motion->d0, 0, (2 * body->model->drives + body->model->rigid) * sizeof(double));
     memset(motion->gm, 0, (2 * body->model->drives + body->model->rigid) * sizeof(double));
-    if (body->model->nodes > 0) {
-        for (size_t k = 0; k < n; k++)
-            beyond[k] = motion->over[k] - motion->inside[k];
-        body_drive(body, slope, beyond, motion->d0);
-        body_drive(body, slope, motion->over + n, motion->gm);
-    }
+    if (body->model->nodes > 0)
+        drive_line(motion, slope, motion->over, motion->inside, motion->d0, motion->gm);
     for (int end = 0; end < 2; end++) {
         memset(part, 0, bytes);
         memset(dpart, 0, bytes);
@@ -86,8 +95,8 @@ int motion_contact_step_change(Motion *motion, const Coefficients *c, double *x,
     line_change(motion, c);
     if (!motion_balance_change(motion, c))
         return 0;
-    motion_drive_line(motion, body_shapes_between(body, motion->middle.position), motion->dover,
-               motion->dinside);
+    drive_line(motion, body_shapes_between(body, motion->middle.position), motion->dover,
+               motion->dinside, motion->dm, motion->d1);
     step_add(body, c, 0, motion->dm, motion->d1, motion->drate);
     memcpy(x, motion->rate, bytes);
     memcpy(dx, motion->drate, bytes);
