@@ -60,7 +60,7 @@ def critical_speed_command(
     if rigid_track and track is not None:
         raise UsageError("--rigid-track: rails that do not move have no --track; give one of them")
     stock = vehicle_of(vehicle, vehicles)
-    parameters = None if track is None else track_of(track, stock)
+    parameters = None if track is None else track_of(track)
     with progress("finding critical speeds") as update:
         result = critical_speed(
             stock, conicities, gravity=gravity, track=parameters, rigid_track=rigid_track,

@@ -28,9 +28,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-SHALLOW, STEEP = 0.0, 1.0  # tangents: of a cylinder, of a flange
-
-
 class Subject(StrEnum):
     """Whose modes."""
 
@@ -93,7 +90,7 @@ def modes(
             stock,
             wheels=wheels,
             speed=None if speed is None else speed_of(speed),
-            conicity=None if conicity is None else conicity_of(conicity),
+            conicity=conicity,
             gravity=gravity,
             track=track_of(track, stock) if wheels is Wheels.RAILS else None,
             progress=update,
@@ -104,13 +101,6 @@ def modes(
     if (result["damping_ratio"] < 0).any():
         console.print("damping below 0: what is displaced so grows, and leaves the rails")
     keep(result, out, f"{result.sizes['name']} modes")
-
-
-def conicity_of(conicity: float) -> float:
-    """Check the conicity."""
-    if not SHALLOW <= conicity <= STEEP:
-        raise UsageError(f"--conicity {conicity:g}: must be from {SHALLOW:g} to {STEEP:g}")
-    return conicity
 
 
 def _table(result: xr.Dataset) -> Table:

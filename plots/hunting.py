@@ -40,7 +40,7 @@ def _locus(critical: xr.Dataset, locus: xr.Dataset) -> tuple[Panel, Panel]:
     most = max(2.0, float(np.nanmax(growth)))
     shown = (-4 * most, 1.5 * most)
     over = np.broadcast_to(speed[:, None], growth.shape)
-    marks = (Mark(label=f"{at:.1f} km/h", x=at),) if np.isfinite(at) else ()
+    marks = (Mark(label=f"{at:.1f} km/h", x=at),) if at > 0 else ()
     return (
         Panel(
             x_label="speed (km/h)", y_label="growth (1/s)", curves=_curves(over, growth, growth),

@@ -93,15 +93,19 @@ class Multibody:
         return self.coordinates.index(f"{body}.{direction}")
 
     @property
+    def axles(self) -> tuple[str, ...]:
+        """Names of the wheelsets."""
+        return self.names[len(self.names) - self.wheelset_x.size :]
+
+    @property
     def wheelsets(self) -> NDArray[np.intp]:
         """Places of the wheelsets' vertical coordinates."""
-        names = self.names[len(self.names) - self.wheelset_x.size :]
-        return np.array([self.at(name, "z") for name in names])
+        return np.array([self.at(name, "z") for name in self.axles])
 
     @property
     def above(self) -> slice:
         """All coordinates but the wheelsets'."""
-        first = f"{self.names[len(self.names) - self.wheelset_x.size]}."
+        first = f"{self.axles[0]}."
         return slice(0, [name.startswith(first) for name in self.coordinates].index(True))
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,12 +53,7 @@ def cones_of(body: Multibody, conicity: float, gravity: str = "normals") -> tupl
     gravity : str
         One of `GRAVITY`.
     """
-    return tuple(
-        GRAVITY[gravity](
-            **{**{f.name: getattr(one, f.name) for f in fields(one)}, "conicity": conicity}
-        )
-        for one in body.wheels
-    )
+    return tuple(GRAVITY[gravity](**asdict(one) | {"conicity": conicity}) for one in body.wheels)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,8 +92,7 @@ class Contacts:
 
 def of_wheelsets(body: Multibody) -> FloatArray:
     """Coordinates of each wheelset by those of the vehicle, shape (n_wheelsets, 5, n)."""
-    axles = body.names[len(body.names) - body.wheelset_x.size :]
-    at = [[body.at(axle, direction) for direction in OF_WHEELSET] for axle in axles]
+    at = [[body.at(axle, direction) for direction in OF_WHEELSET] for axle in body.axles]
     return np.eye(len(body.coordinates))[at]
 
 
@@ -135,7 +129,7 @@ def gyroscopes(body: Multibody, cones: tuple[Cone, ...]) -> FloatArray:
     An axle that turns by -speed/r0 about y has an angular momentum along it, which a yaw turns
     forward and a roll up: moments about x and z are needed for it.
     """
-    spins = [body.at(f"wheelset[{i + 1}]", "spin") for i in range(len(cones))]
+    spins = [body.at(axle, "spin") for axle in body.axles]
     momentum = np.diag(body.M)[spins] / [cone.radius for cone in cones]
     roll, yaw = NAMES.index("roll"), NAMES.index("yaw")
     G = np.zeros((len(cones), len(NAMES), len(NAMES)))

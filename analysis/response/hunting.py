@@ -71,7 +71,7 @@ class Way:
             found = first_growth(matrices, speeds)
             if not found.speed > 0:  # then it is not where it was looked for
                 found = first_growth(matrices, SPEEDS)
-            if not found.speed > 0 or abs(found.frequency - frequency) < ALIKE * frequency:
+            if not found.speed > 0 or abs(found.frequency - frequency) <= ALIKE * frequency:
                 return found
             # The track at another frequency is almost the same.
             frequency, speeds = found.frequency, found.speed * NEAR
@@ -138,8 +138,7 @@ def critical_speed(
     -------
     Dataset
         Over ``conicity``: ``critical_speed`` (km/h) and ``frequency`` (Hz); nan where nothing grows
-        up to 1000 km/h,
-        and 0 where something does at 5 km/h already.
+        up to 1000 km/h, and 0 where something does at 5 km/h already.
 
     Raises
     ------

@@ -24,7 +24,7 @@ ComplexArray = NDArray[np.complex128]
 
 SETTLED = 1e-10  # of a pole: it squares its error, so the next would be rounding
 MOST_STEPS = 30
-STEP = 1e-6  # of a pole, for the derivative: the error of second order is 1e-12
+STEP = 1e-6  # of a pole, for the derivative: as much of each correction is left to the next
 STAGES = 8  # from a track without dynamics to the whole; in one stride modes of four wheelsets meet
 
 
@@ -148,9 +148,9 @@ class Together:
         """Pole and shape near given ones, by inverse iteration."""
         for _ in range(MOST_STEPS):
             h = STEP * abs(s)
-            ahead, behind = self.stiffness(s + h, dynamic), self.stiffness(s - h, dynamic)
+            here, ahead = self.stiffness(s, dynamic), self.stiffness(s + h, dynamic)
             try:
-                u = np.linalg.solve(self.stiffness(s, dynamic), (ahead - behind) @ v / (2 * h))
+                u = np.linalg.solve(here, (ahead - here) @ v / h)
             except np.linalg.LinAlgError:  # not even rounding is left between s and a pole
                 return s, v
             change = complex(np.vdot(v, v) / np.vdot(v, u))

@@ -63,8 +63,8 @@ def vehicle_modes(
     Raises
     ------
     ArgumentError
-        If speed and conicity do not go together with each other or with `wheels`, or if with them
-        the vehicle says how its wheels roll.
+        If speed or conicity cannot be, or do not go together with each other or with `wheels`, or
+        if with them the vehicle says how its wheels roll.
     ArithmeticError
         If the vehicle topples over.
     """
@@ -107,6 +107,12 @@ def _check(wheels: Wheels, speed: float | None, conicity: float | None) -> None:
             f"wheels that are held do not creep; take {Wheels.CONTACT} or {Wheels.RAILS}, or leave "
             "out --speed and --conicity",
         )  # fmt: skip
+    if speed is not None and not 0 < speed < np.inf:
+        raise ArgumentError("speed", float(speed), "must be above 0 m/s for creep")
+    if conicity is not None and not 0 <= conicity <= 1:
+        raise ArgumentError(
+            "conicity", float(conicity), "must be from 0 to 1: of a cylinder, of a flange"
+        )
 
 
 def _places(train: Train, body: Multibody) -> np.ndarray:

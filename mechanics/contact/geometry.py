@@ -10,7 +10,7 @@ whatever is left out of the geometry, they can neither give nor take energy.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Generic, Protocol
 
@@ -260,13 +260,8 @@ class TextbookCone(Cone):
             rise * across, one, side * b * one, none, -self.conicity * b * yaw,
             -rise * across, -one, none,
         ], axis=-1)  # fmt: skip
-        return Touch(
+        return replace(
+            cone,
             compression=down + rise * across**2 / 2 - self.conicity * b * yaw**2 / 2,
             gradient=gradient,
-            slope=cone.slope,
-            y=cone.y,
-            radius=cone.radius,
-            rail_y=cone.rail_y,
-            rail_z=cone.rail_z,
-            patch=cone.patch,
         )

@@ -152,13 +152,7 @@ class RollingContact:
         array, shape (..., n, 8)
             N and N m: with a coordinate's rate they give the power into its body.
         """
-        touch, normal, slides, tangential = self._parts(q, v)
-        total = np.einsum("...ij,...i->...j", slides.J, tangential)
-        total = total - normal[..., None] * touch.gradient
-        if self.flange is not None:
-            total = total + self.flange.force(q, self.side, self.geometry.radius)
-        found: Numbers = total
-        return found
+        return self._total(q, *self._parts(q, v))
 
     def creep_forces(self, q: Numbers, v: Numbers) -> tuple[Numbers, Numbers]:
         """Creepages, and forces on the wheels in the planes of contact, both (..., n, 3)."""
@@ -174,8 +168,9 @@ class RollingContact:
             Forces along x, y and z (N), moments about x and z (N m). Those about y and those of
             second order of the moment about z are left out: a rail does not feel them.
         """
-        touch, normal, _, tangential = self._parts(q, v)
-        down, alpha = self.force(q, v)[..., 5:], touch.slope - q[..., 2]
+        touch, normal, slides, tangential = self._parts(q, v)
+        down = self._total(q, touch, normal, slides, tangential)[..., 5:]
+        alpha = touch.slope - q[..., 2]
         on_rail = -tangential
         out = np.cos(alpha) * on_rail[..., 1] + normal * np.sin(alpha)
         yawing = (
@@ -202,6 +197,22 @@ class RollingContact:
         slides = slip(touch, q, self.geometry.radius)
         tangential: Numbers = self.creep.force(touch.patch, normal, self._creepage(slides, v))
         return touch, normal, slides, tangential
+
+    def _total(
+        self,
+        q: Numbers,
+        touch: Touch[Numbers],
+        normal: Numbers,
+        slides: Slip[Numbers],
+        tangential: Numbers,
+    ) -> Numbers:
+        """Generalised forces of all parts; see `force`."""
+        total = np.einsum("...ij,...i->...j", slides.J, tangential)
+        total = total - normal[..., None] * touch.gradient
+        if self.flange is not None:
+            total = total + self.flange.force(q, self.side, self.geometry.radius)
+        found: Numbers = total
+        return found
 
     def _normal(self, touch: Touch[Numbers]) -> Numbers:
         closed = positive(touch.compression)
