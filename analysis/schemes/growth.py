@@ -16,7 +16,8 @@ from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.iteration import Iterated
 from railcosim.mechanics.ports import FORCE, SIDES
 
-from .iteration_limit import contraction, longest_that_converges
+from .exponentials import fastest
+from .iteration_limit import BEFORE, contraction, longest_that_converges
 from .motion import Motion, fastest_motion
 from .stability import LONGEST, Coupling, Window
 
@@ -34,10 +35,6 @@ LONG = 0.5
 """Time of driving, s, after which there is no longer run."""
 PIECES = 32
 """Parts of a run, of which amplitudes are taken."""
-CLEAR = 1e-4
-"""Of the largest singular value of the amplitudes in order: smaller ones are not told apart."""
-THERE = 0.03
-"""Of the amplitudes in the end: weaker motions are not measured."""
 APART = 0.004, 0.01, 0.025, 0.06, 0.1
 """Distances to a limit, of itself, at which growth is measured, until it is on both sides."""
 INSIDE = 0.4
@@ -233,12 +230,12 @@ class Bench:
         """The limit where iterations begin to take too many evaluations."""
         kick = 10.0 * KICK * np.resize(PATTERN, len(self._forces))
 
-        def ready() -> None:
-            self._system.restore_state(self._rest)
-            self._disturbance.heights = lambda t: kick * (t > 0.0)
-
         def measured(h: float) -> float:
-            return contraction(self._system, scheme, h, ready)
+            def ready() -> None:
+                self._system.restore_state(self._rest)
+                self._disturbance.heights = lambda t: kick * (t > (BEFORE + 0.5) * h)
+
+            return contraction(self._system, self._forces, scheme, h, ready, coupling.contraction)
 
         above = (1.0 + APART[0]) * guess
         return Compared(
@@ -280,25 +277,3 @@ def _pieces(values: ComplexArray) -> ComplexArray:
     window /= window.sum()
     begins = range(0, len(values) - len(window) + 1, length)
     return np.stack([window @ values[b : b + len(window)] for b in begins])
-
-
-def fastest(values: ComplexArray) -> float:
-    """Logarithm of the growth per row of the fastest of few motions that a series consists of.
-
-    Parameters
-    ----------
-    values : array of complex, shape (n, n_channels)
-        The series, a sum of exponentials.
-    """
-    depth = len(values) // 2
-    rows = np.stack([values[i : len(values) - depth + i] for i in range(depth)])
-    hankel = rows.transpose(0, 2, 1).reshape(depth * values.shape[1], -1)
-    U, s, _ = np.linalg.svd(hankel, full_matrices=False)
-    U = U[:, s > CLEAR * s[0]]
-    channels = values.shape[1]
-    change = np.linalg.lstsq(U[:-channels], U[channels:], rcond=None)[0]
-    factors = np.linalg.eigvals(change)
-    powers = factors[None, :] ** np.arange(len(values))[:, None]
-    shapes = np.linalg.lstsq(powers, values, rcond=None)[0]
-    strength = np.linalg.norm(shapes * powers[-1][:, None], axis=1)
-    return float(np.log(np.abs(factors[strength > THERE * strength.max()]).max()))

@@ -3,44 +3,64 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from railcosim.master.component import FloatArray
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.schemes.iteration import Iterated, Until
 from railcosim.master.system import System
 
-EVALUATIONS = 20, 40
-"""After so many errors are compared: then the slowest part of them is left."""
+from .exponentials import fastest
+
+EVALUATIONS = range(8, 41)
+"""After so many values are looked at: only what lasts is left, and it is far above rounding."""
+BEFORE = 3
+"""Steps at rest before it: a polynomial needs what was before."""
 NEVER = 1e-15
 """Tolerance that is not met."""
 APART = 0.01
 """Distance to a limit, of itself, at which convergence is measured."""
 
 
-def contraction(system: System, scheme: Iterated, h: float, ready: Callable[[], None]) -> float:
-    """What an evaluation leaves of an error in the first step.
+def contraction(
+    system: System,
+    forces: Sequence[int],
+    scheme: Iterated,
+    h: float,
+    ready: Callable[[], None],
+    near: float,
+) -> float:
+    """What an evaluation leaves of an error in a step.
+
+    Errors turn as they shrink, so two of them tell little: exponentials are fitted to all.
 
     Parameters
     ----------
     system : System
-        At rest, to be disturbed at once.
+        At rest, to be disturbed after `BEFORE` steps.
+    forces : sequence of int
+        Places of the contact forces among the outputs.
     scheme : Iterated
         The scheme.
     h : float
         Step, s.
     ready : callable
         Puts the system to rest.
+    near : float
+        About what is left.
     """
-    left = []
+    found = list[FloatArray]()
     for count in EVALUATIONS:
         ready()
         until = Until(relative=NEVER, absolute=NEVER, max_evaluations=count, accept=True)
-        *_, point = cosimulate(system, replace(scheme, until=until), h, h)
-        assert point.report is not None
-        left.append(point.report.residual)
-    first, last = EVALUATIONS
-    return float((left[1] / left[0]) ** (1.0 / (last - first)))
+        *_, point = cosimulate(system, replace(scheme, until=until), h, (BEFORE + 1) * h)
+        found.append(point.outputs[forces])
+    errors = np.diff(found, axis=0)
+    level = errors / near ** np.arange(len(errors))[:, None]
+    return near * math.exp(fastest(level.astype(complex)))
 
 
 def longest_that_converges(

@@ -12,8 +12,9 @@ from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.response.frequency import wheelset_positions
 from railcosim.analysis.schemes.advice import STEPS, longest_step
 from railcosim.analysis.schemes.catalogue import members
+from railcosim.analysis.schemes.exponentials import fastest
 from railcosim.analysis.schemes.force_error import ForceError, excitation
-from railcosim.analysis.schemes.growth import Bench, Disturbance, fastest
+from railcosim.analysis.schemes.growth import Bench, Disturbance
 from railcosim.analysis.schemes.motion import fastest_motion
 from railcosim.analysis.schemes.stability import FAST, RATE, Coupling, SprungPair, static_stiffness
 from railcosim.master.cosimulation import cosimulate
