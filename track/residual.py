@@ -152,8 +152,9 @@ class _Apart:
         back = np.linalg.inv(U)
         static, diagonal = back @ R0 @ back.T, np.arange(len(U))
         trifle = TRIFLE * (back @ whole @ back.T)[:, diagonal, diagonal]
-        # A fading mode may leave out less than nothing at a railseat that is all but clamped.
-        known = np.abs(static[:, diagonal, diagonal]) > trifle
+        # Fading modes may leave out less than nothing at a railseat that is all but clamped. An
+        # oscillator of negative flexibility would give power at its resonance.
+        known = static[:, diagonal, diagonal] > trifle
         static = static * (known[:, :, None] & known[:, None, :])
         static[:, diagonal, diagonal] = np.where(known, static[:, diagonal, diagonal], trifle)
         return cls(U, static, known)

@@ -84,12 +84,12 @@ def test_many_wheelsets_are_given_no_power(default_reduced):
 @pytest.mark.parametrize(
     "track",
     [
-        *(without_slab(damping) for damping in (1e3, 2.5e4, 2.5e5)),
+        *(without_slab(damping) for damping in (1e3, 2.5e4, 2.5e5, 2.5e6)),
         coarse(loss_factor=0.25),
         coarse(stiffness=3e8, damping=5e4),
         Track(mesh=Mesh(cells=4, highest_frequency=2500)),
     ],
-    ids=["hardly damped", "no slab", "overdamped", "loss factor", "stiff", "few modes"],
+    ids=["hardly damped", "no slab", "overdamped", "clamped", "loss factor", "stiff", "few modes"],
 )
 def test_other_tracks_give_no_power(track):
     body = reduce_track(track).under(Layout())
