@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from railcosim.analysis.pair.contact import Stiffness, contact_of
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey
+from railcosim.analysis.pair.standing import start_positions
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.pair.verdict import DISAGREE, NotBelievedError
-from railcosim.analysis.response.frequency import Models, coupled, linear_models, response
+from railcosim.analysis.response.frequency import coupled, response
+from railcosim.analysis.response.models import Models, linear_models
 from railcosim.analysis.schemes.choice import choice_of
 from railcosim.analysis.schemes.choice import scheme as scheme_of
 from railcosim.master.component import FloatArray
@@ -92,6 +94,7 @@ def compare(
     time: float = 0.3,
     speed: float = 250 / 3.6,
     irregularity: Profile | str | Path = "german-low",
+    position: float | None = None,
     stage: Stage = _unseen,
 ) -> Comparison:
     """Hold coupled FMUs, wheels held, against one system of the same vehicle and track.
@@ -116,6 +119,8 @@ def compare(
         m/s.
     irregularity : Profile, str or Path
         Or the name of a class, or a CSV file.
+    position : float, optional
+        Where the last wheelset stands, m; where it starts if not given.
     stage : callable, optional
         Opens a block of the work by a few words; gives what is told what is done and the total.
 
@@ -130,11 +135,12 @@ def compare(
     chosen = scheme_of(choice_of(None, owner)[0]) if scheme is None else scheme
     course, k_H = Course(scheme=chosen, step=step, stop=time), contact_stiffness
     with stage("linearising") as update:
-        models = linear_models(fmus["Vehicle"], fmus["Track"], update)
+        models = linear_models(fmus["Vehicle"], fmus["Track"], update, position)
     mono = assemble(vehicle, track, models.positions)
     with stage("coupled FMUs in time") as update:
         cars, rails = (fmus[name] for name in FMUS[owner])
-        run, stopped = run_pair(cars, rails, contact_of(k_H), journey, course, update)
+        parameters = {**contact_of(k_H), **start_positions(cars, position)}
+        run, stopped = run_pair(cars, rails, parameters, journey, course, update)
     if stopped is not None:
         raise stopped
     ours = np.stack([run[name].values for name in Layout(len(models.positions)).names(FORCE)], 1)

@@ -9,11 +9,11 @@ import xarray as xr
 
 from railcosim.analysis.pair.contact import NONLINEAR, Parameters, contact_of
 from railcosim.analysis.pair.judged import judged
+from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.roles import owners
-from railcosim.analysis.pair.several import files_of
+from railcosim.analysis.pair.standing import Position, start_positions
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.analysis.response.standing import Position, start_positions
 from railcosim.analysis.schemes.choice import choice_of, usual_step
 from railcosim.analysis.schemes.choice import scheme as scheme_of
 from railcosim.master.course import Course

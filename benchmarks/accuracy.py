@@ -24,7 +24,7 @@ from rich.table import Table
 
 from railcosim.analysis.compare import frequency_errors
 from railcosim.analysis.pair.pair import WHEELS
-from railcosim.analysis.response.frequency import Models, linear_models
+from railcosim.analysis.response.models import Models, linear_models
 from railcosim.cli.compare import error_table
 from railcosim.fmus.export import export
 from railcosim.master.linear.receptance import frequency_response

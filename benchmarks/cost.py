@@ -27,7 +27,8 @@ from rich.console import Console
 from rich.table import Table
 
 from railcosim.analysis.pair.pair import Journey, open_pair
-from railcosim.analysis.response.frequency import coupled, linear_models
+from railcosim.analysis.response.frequency import coupled
+from railcosim.analysis.response.models import linear_models
 from railcosim.fmus.export import export
 from railcosim.fmus.native_runtime.compilers import compiler_for
 from railcosim.fmus.native_runtime.platforms import local_platform

@@ -27,7 +27,8 @@ from kept import Memory, seconds, shown
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.response.frequency import Models, coupled, linear_models, response
+from railcosim.analysis.response.frequency import coupled, response
+from railcosim.analysis.response.models import Models, linear_models
 from railcosim.analysis.response.plane import plane, transfer
 from railcosim.fmus.export import export
 from railcosim.paper.maps import OUTPUTS

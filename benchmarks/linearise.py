@@ -27,7 +27,8 @@ from scipy.sparse import block_array, csc_array, eye_array
 from scipy.sparse.linalg import splu
 
 from railcosim.analysis.pair.pair import FORCES, WHEELS, WHEELSETS
-from railcosim.analysis.response.frequency import PULSES, Models, coupled, wheelset_positions
+from railcosim.analysis.response.frequency import coupled
+from railcosim.analysis.response.models import PULSES, Models, wheelset_positions
 from railcosim.fmus.export import export
 from railcosim.master.component import FloatArray
 from railcosim.master.fmi.fmu import FmuComponent

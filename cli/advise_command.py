@@ -15,11 +15,13 @@ from railcosim.track.irregularity import QUALITIES
 from .fmus import FreshOption, fmus_of
 from .options import (
     PlotFile,
+    PositionsOption,
     Speed,
     TrackFmu,
-    VehicleFmu,
+    VehicleFmus,
     console,
     contact_parameters,
+    positions_of,
     progress,
     speed_of,
 )
@@ -42,7 +44,7 @@ def advise(
     out: Annotated[
         Path | None, typer.Option("--out", help="Result as well: .nc.", metavar="FILE")
     ] = None,
-    vehicle_fmu: VehicleFmu = None,
+    vehicle_fmu: VehicleFmus = None,
     track_fmu: TrackFmu = None,
     fresh: FreshOption = False,
     contact_stiffness: Annotated[
@@ -55,6 +57,7 @@ def advise(
     irregularity: Annotated[
         str, typer.Option("--class", help=f"Class of the track: {', '.join(QUALITIES)}.")
     ] = "german-low",
+    position: PositionsOption = None,
     plot: PlotFile = None,
 ) -> None:
     """Name owner, scheme and step that reach an accuracy at the least cost, before running.
@@ -82,7 +85,7 @@ def advise(
         found = advice(
             vehicle, track, accuracy,
             contact=parameters, schemes=words, speed=v, irregularity=density,
-            progress=update,
+            position=positions_of(position), progress=update,
         )  # fmt: skip
     tell_of_growth(found.growth, contact_stiffness)
     console.print(_table(found.options[:SHOWN], accuracy, contact_stiffness))

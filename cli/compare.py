@@ -15,6 +15,7 @@ from .irregularity_options import IrregularityOptions
 from .options import (
     ContactStiffness,
     Frequencies,
+    PositionOption,
     Speed,
     TrackFile,
     VehicleFile,
@@ -51,13 +52,15 @@ def compare(
     step: Annotated[float, typer.Option(help="Communication step, s.")] = 1e-4,
     time: Annotated[float, typer.Option(help="How long, s.")] = 0.3,
     speed: Speed = 250.0,
+    position: PositionOption = None,
     rough: IrregularityOptions,
     uncoupled: Annotated[
         bool,
         typer.Option(
             "--uncoupled",
             help="Compare with simpler models instead: rigid track, no phase lag, rigid contact, "
-            "no vehicle. Uses --frequencies, --speed and --contact-stiffness.",
+            "no vehicle. Uses --frequencies, --speed, --position and "
+            "--contact-stiffness.",
         ),
     ] = False,
     out: Annotated[
@@ -89,12 +92,13 @@ def compare(
     rails = track_of(track, cars)
     with made(cars, rails, fresh=fresh) as fmus:
         if uncoupled:
-            compare_uncoupled(fmus, frequency, k_H, v, out)
+            compare_uncoupled(fmus, frequency, k_H, v, out, position)
             return
         found = compared(
             cars, rails, fmus, frequency,
             contact_stiffness=k_H, owner=owner, scheme=maker_of(chosen, inputs)(Owner.VEHICLE),
-            step=step, time=time, speed=v, irregularity=profile, stage=progress,
+            step=step, time=time, speed=v, irregularity=profile,
+            position=position, stage=progress,
         )  # fmt: skip
     console.print(
         f"contact force in time, {found.scheme.describe()}, step {step:g} s: relative RMS error "

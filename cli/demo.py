@@ -15,7 +15,7 @@ from .options import console, progress
 from .results import folder_of, keep
 
 if TYPE_CHECKING:
-    from railcosim.analysis.response.frequency import Models
+    from railcosim.analysis.response.models import Models
     from railcosim.master.linear.realisation import ComplexArray
     from railcosim.master.linear.receptance import Response
     from railcosim.paper.finding import Finding
@@ -37,7 +37,7 @@ def demo(
     """
     from railcosim.analysis.pair.pair import Journey
     from railcosim.analysis.pair.time_run import run_pair
-    from railcosim.analysis.response.frequency import linear_models
+    from railcosim.analysis.response.models import linear_models
     from railcosim.fmus.export import NATIVE
     from railcosim.master.course import Course
     from railcosim.master.schemes.jacobi import jacobi

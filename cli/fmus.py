@@ -42,14 +42,14 @@ def made(
 
 @contextmanager
 def fmus_of(
-    vehicle: Path | None,
+    vehicles: Sequence[Path] | None,
     track: Path | None,
     vehicle_name: str = "Vehicle",
     track_name: str = "Track",
     *,
     fresh: bool = False,
-) -> Iterator[tuple[Path, Path]]:
-    """FMU files given by the user, or ours.
+) -> Iterator[tuple[tuple[Path, ...], Path]]:
+    """FMU files given by the user, of vehicles from the front, or ours.
 
     Raises
     ------
@@ -59,33 +59,16 @@ def fmus_of(
     from railcosim.track.parameters import Track
     from railcosim.vehicle.parameters import Vehicle
 
-    given = ((vehicle, Owner.VEHICLE, vehicle_name), (track, Owner.TRACK, track_name))
-    for path, role, name in given:
-        if path is not None:
-            _check_like(path, role, name)
-    if vehicle is not None and track is not None:
-        yield vehicle, track
-        return
-    with made(Vehicle(), Track(), fresh=fresh) as ours:
-        yield vehicle or ours[vehicle_name], track or ours[track_name]
-
-
-@contextmanager
-def fmus_of_several(
-    vehicles: Sequence[Path] | None,
-    track: Path | None,
-    vehicle_name: str = "Vehicle",
-    track_name: str = "Track",
-    *,
-    fresh: bool = False,
-) -> Iterator[tuple[tuple[Path, ...], Path]]:
-    """The same, of several vehicles from the front."""
     given = tuple(vehicles or ())
     for path in given:
         _check_like(path, Owner.VEHICLE, vehicle_name)
-    first = given[0] if given else None
-    with fmus_of(first, track, vehicle_name, track_name, fresh=fresh) as (vehicle, rails):
-        yield (vehicle, *given[1:]), rails
+    if track is not None:
+        _check_like(track, Owner.TRACK, track_name)
+    if given and track is not None:
+        yield given, track
+        return
+    with made(Vehicle(), Track(), fresh=fresh) as ours:
+        yield given or (ours[vehicle_name],), track or ours[track_name]
 
 
 def _check_like(path: Path, role: Owner, name: str) -> None:

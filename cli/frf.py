@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from .fmus import FreshOption, fmus_of_several
+from .fmus import FreshOption, fmus_of
 from .options import (
     ContactStiffness,
     Frequencies,
@@ -72,7 +72,7 @@ def frf(
     frequency = frequencies_of(frequencies)
     assembly = Assembly.RIGID_TRACK if rigid_track else Assembly.COUPLED
     with (
-        fmus_of_several(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
+        fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
         progress("linearising") as update,
     ):
         result = frequency_response(

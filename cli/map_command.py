@@ -15,12 +15,13 @@ from .options import (
     ContactStiffness,
     Out,
     PlotFile,
-    PositionOption,
+    PositionsOption,
     TrackFmu,
     UsageError,
-    VehicleFmu,
+    VehicleFmus,
     console,
     grid_of,
+    positions_of,
     progress,
     stiffness_of,
 )
@@ -40,7 +41,7 @@ FILES = Suffixes("--out", (".nc",))
 
 def map_command(
     out: Out,
-    vehicle_fmu: VehicleFmu = None,
+    vehicle_fmu: VehicleFmus = None,
     track_fmu: TrackFmu = None,
     fresh: FreshOption = False,
     wavelengths: Annotated[
@@ -50,7 +51,7 @@ def map_command(
         str, typer.Option(help="start:stop:step in km/h, or start:stop:N@log.")
     ] = "10:400:1",
     contact_stiffness: ContactStiffness = "1e9",
-    position: PositionOption = None,
+    position: PositionsOption = None,
     plot: PlotFile = None,
     show: Annotated[
         str, typer.Option(help="Which response to draw, on flexible and on rigid track.")
@@ -79,7 +80,7 @@ def map_command(
             wavelength,
             speed,
             contact_stiffness=k_H,
-            position=position,
+            position=positions_of(position),
             progress=update,
         )
     console.print(_table(found.critical))

@@ -68,10 +68,6 @@ Vehicles = Annotated[
 TrackFile = Annotated[
     Path | None, typer.Option("--track", help="Track parameters, TOML.", metavar="F.toml")
 ]
-VehicleFmu = Annotated[
-    Path | None,
-    typer.Option("--vehicle-fmu", help="Vehicle FMU; ours if not given.", metavar="F"),
-]
 VehicleFmus = Annotated[
     list[Path] | None,
     typer.Option(

@@ -16,11 +16,13 @@ from .options import (
     Frequencies,
     Out,
     PlotFile,
+    PositionsOption,
     Speed,
     TrackFmu,
-    VehicleFmu,
+    VehicleFmus,
     console,
     frequencies_of,
+    positions_of,
     progress,
     speed_of,
     stiffness_of,
@@ -41,7 +43,7 @@ SHOWN = {
 
 def ride_command(
     out: Out,
-    vehicle_fmu: VehicleFmu = None,
+    vehicle_fmu: VehicleFmus = None,
     track_fmu: TrackFmu = None,
     fresh: FreshOption = False,
     name: Annotated[
@@ -50,6 +52,7 @@ def ride_command(
     speed: Speed = 250.0,
     frequencies: Frequencies = "0.3:300:3000@log",
     contact_stiffness: ContactStiffness = "1e9",
+    position: PositionsOption = None,
     plot: PlotFile = None,
 ) -> None:
     """Random response by pseudo-excitation: densities, standard deviations, ride comfort.
@@ -58,7 +61,7 @@ def ride_command(
     Sperling (Wz).
     """
     from railcosim.analysis.pair.ring import check_frequencies_of
-    from railcosim.analysis.response.frequency import linear_models
+    from railcosim.analysis.response.models import linear_models
     from railcosim.analysis.response.ride import ride
     from railcosim.track.irregularity.synthesis import quality
 
@@ -71,7 +74,7 @@ def ride_command(
         fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
         progress("linearising") as update,
     ):
-        models = linear_models(vehicle, track, update)
+        models = linear_models(vehicle, track, update, positions_of(position))
         check_frequencies_of(track, float(frequency[-1]))
     result = ride(models, frequency, k_H, v, track_quality)
     result.attrs = {"irregularity": name, "speed": v, "contact_stiffness": k_H, **models.attributes}

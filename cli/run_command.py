@@ -10,7 +10,7 @@ import typer
 from railcosim.analysis.pair.owner import FMUS, Owner
 
 from .conclusion import concluded
-from .fmus import FreshOption, fmus_of_several
+from .fmus import FreshOption, fmus_of
 from .irregularity_options import IrregularityOptions
 from .keeping_options import KeepingOptions
 from .options import (
@@ -85,10 +85,10 @@ def run(
             system=system, out=out, course=course, keeping=keeping, plot=plot, context=context
         )
         return
+    from railcosim.analysis.pair.numbering import files_of
     from railcosim.analysis.pair.pair import Journey
-    from railcosim.analysis.pair.several import files_of
+    from railcosim.analysis.pair.standing import start_positions
     from railcosim.analysis.pair.time_run import run_pair
-    from railcosim.analysis.response.standing import start_positions
 
     from .pair_charts import run_chart
 
@@ -100,7 +100,7 @@ def run(
     v = speed_of(speed)
     parameters = contact_parameters(contact_stiffness)
     journey = Journey(speed=v, held=held, profile=rough.profile(v * taken.stop))
-    with fmus_of_several(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh) as made:
+    with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh) as made:
         options = kept.checkpoints.options if kept.checkpoints else {}
         cars, rails = keep_fmus(keeping.checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1])
         vehicle, (track,) = files_of(cars), files_of(rails)

@@ -15,10 +15,12 @@ from railcosim.analysis.schemes.catalogue import PREDICTED
 from .fmus import FreshOption, fmus_of
 from .options import (
     PlotFile,
+    PositionsOption,
     TrackFmu,
-    VehicleFmu,
+    VehicleFmus,
     console,
     contact_parameters,
+    positions_of,
     progress,
 )
 from .results import PICTURES, RESULTS, keep
@@ -35,7 +37,7 @@ OutFile = Annotated[
 
 def stability(
     out: OutFile = None,
-    vehicle_fmu: VehicleFmu = None,
+    vehicle_fmu: VehicleFmus = None,
     track_fmu: TrackFmu = None,
     fresh: FreshOption = False,
     contact_stiffness: Annotated[
@@ -45,6 +47,7 @@ def stability(
     schemes: Annotated[
         str, typer.Option(help="Schemes, or how their names begin; several with commas.")
     ] = ",".join(PREDICTED),
+    position: PositionsOption = None,
     plot: PlotFile = None,
 ) -> None:
     """Predict the largest stable step of every scheme, owner of the contact and stiffness.
@@ -68,7 +71,9 @@ def stability(
         fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
         progress("predicting") as update,
     ):
-        table = predicted(vehicle, track, parameters, words, update)
+        table = predicted(
+            vehicle, track, parameters, words, update, position=positions_of(position)
+        )
     console.print(_table(table.limits, texts))
     if any(_closed(limit) for row in table.limits.values() for limit in row):
         console.print(_windows(table.limits, texts))

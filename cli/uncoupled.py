@@ -31,18 +31,23 @@ TEXTS = {
 
 
 def compare_uncoupled(
-    fmus: Mapping[str, Path], frequency: FloatArray, k_H: float, speed: float, out: Path
+    fmus: Mapping[str, Path],
+    frequency: FloatArray,
+    k_H: float,
+    speed: float,
+    out: Path,
+    position: float | None,
 ) -> None:
     """Write ``uncoupled.html`` and ``uncoupled.nc``, and print what each part changes."""
     import numpy as np
 
     from railcosim.analysis.pair.ring import check_frequencies_of
-    from railcosim.analysis.response.frequency import linear_models
+    from railcosim.analysis.response.models import linear_models
     from railcosim.analysis.response.uncoupled import NEGLIGIBLE, changes
     from railcosim.plots.page import write_page
 
     with progress("linearising") as update:
-        models = linear_models(fmus["Vehicle"], fmus["Track"], update)
+        models = linear_models(fmus["Vehicle"], fmus["Track"], update, position)
     check_frequencies_of(fmus["Track"], float(frequency[-1]))
     frequency = np.geomspace(frequency[0], frequency[-1], max(FINE, frequency.size))
     found = changes(models, frequency, k_H, speed)

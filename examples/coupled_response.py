@@ -12,7 +12,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from railcosim.analysis.response.frequency import coupled, linear_models, on_rigid_track, response
+from railcosim.analysis.response.frequency import coupled, on_rigid_track, response
+from railcosim.analysis.response.models import linear_models
 from railcosim.fmus.export import export
 from railcosim.plots.picture import save_picture
 from railcosim.plots.results import receptance_chart

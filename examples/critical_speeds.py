@@ -13,7 +13,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from railcosim.analysis.response.critical import critical_points
-from railcosim.analysis.response.frequency import linear_models, on_rigid_track
+from railcosim.analysis.response.frequency import on_rigid_track
+from railcosim.analysis.response.models import linear_models
 from railcosim.analysis.response.plane import plane, transfer
 from railcosim.analysis.response.resonance import resonance
 from railcosim.fmus.export import export

@@ -15,12 +15,11 @@ from fmpy import read_model_description
 from railcosim.analysis.pair.judged import judged
 from railcosim.analysis.pair.pair import FORCES, Journey
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.analysis.response.frequency import (
+from railcosim.analysis.response.frequency import coupled, on_rigid_track
+from railcosim.analysis.response.models import (
     Models,
-    coupled,
     linear_track,
     linear_vehicle,
-    on_rigid_track,
     wheelset_positions,
 )
 from railcosim.fmus.export import export

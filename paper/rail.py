@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.response.frequency import Models, apart, coupled
+from railcosim.analysis.response.frequency import apart, coupled
+from railcosim.analysis.response.models import Models
 from railcosim.master.component import FloatArray
 from railcosim.plots.chart import Chart, Curve, Mark, Panel
 

@@ -16,15 +16,19 @@ from scipy.sparse import csc_array
 from railcosim.analysis.pair.owner import Owner
 from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import CouplingError, connect_by_name
+from railcosim.master.fmi.description import describe_file
 from railcosim.master.law import Law
 from railcosim.master.linear.modal import Modal, modes_of
 from railcosim.master.linear.model_exchange import linear_model
+from railcosim.master.linear.side_by_side import joined
 from railcosim.master.linear.state_space import ComplexArray, StateSpace
 from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
 from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 
 from .contact import Stiffness, layout_of
+from .numbering import Vehicles, files_of, names_through
+from .standing import Position, each_position, standing
 
 CONDENSED = 1e-6
 """Of the largest Hankel singular value, where modes of the track are left out. With 1e-4 some
@@ -86,15 +90,21 @@ class Part:
         return float(np.linalg.eigvals(both + (pushed * k) @ compression).real.max())
 
 
-def linear_parts(vehicle: Path, track: Path, progress: Progress) -> tuple[Part, ...]:
+def linear_parts(
+    vehicle: Vehicles, track: Path, progress: Progress, position: Position = None
+) -> tuple[Part, ...]:
     """Linearise a vehicle FMU and a track FMU that take contact forces, by Model Exchange.
 
     Parameters
     ----------
-    vehicle, track : Path
-        FMU files.
+    vehicle : Path or sequence of Path
+        FMU file, or those of several vehicles from the front.
+    track : Path
+        FMU file.
     progress : callable
         Told what is done and the total.
+    position : float or sequence of float, optional
+        Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
 
     Returns
     -------
@@ -106,9 +116,11 @@ def linear_parts(vehicle: Path, track: Path, progress: Progress) -> tuple[Part, 
     FmuError, CouplingError
         If an FMU cannot be linearised, or is not what it should be.
     """
-    whole, under = linear_model(vehicle, name="vehicle"), linear_model(track, name="track")
-    layout = layout_of((vehicle, whole.inputs), (track, under.inputs))
-    cars = _of_contacts(whole, vehicle, layout, WHEEL.motion)
+    whole, first = _vehicles(each_position(vehicle, position)), files_of(vehicle)[0]
+    layout = layout_of((first, whole.inputs), (track, describe_file(track).inputs))
+    cars = _of_contacts(whole, first, layout, WHEEL.motion)
+    places = {name: whole.standing[name] for name in layout.of_axles("position")}
+    under = linear_model(track, name="track", at=places)
     rails = _of_contacts(under, track, layout, RAIL.motion)
     progress(0.2, 1.0)
     one = np.eye(layout.wheelsets)
@@ -132,6 +144,18 @@ def linear_parts(vehicle: Path, track: Path, progress: Progress) -> tuple[Part, 
         )
         progress(0.2 + 0.8 * (i + 1) / len(ways), 1.0)
     return tuple(parts)
+
+
+def _vehicles(each: Sequence[tuple[Path, float | None]]) -> StateSpace:
+    """All vehicles, by their FMUs and where the last wheelset of each stands."""
+    made = [
+        linear_model(file, name="vehicle", parameters=standing(file, x).get("parameters"))
+        for file, x in each
+    ]
+    if len(made) == 1:
+        return made[0]
+    named = [(file, model) for (file, _), model in zip(each, made, strict=True)]
+    return joined("vehicle", made, names_through(named))
 
 
 def coupled(part: Part, owner: Owner, k: FloatArray) -> System:

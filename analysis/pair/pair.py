@@ -36,8 +36,9 @@ from .contact import (
     law_of,
     layout_of,
 )
+from .numbering import Vehicles
 from .ring import check_ring_of
-from .several import Load, Vehicles, load_vehicles
+from .several import Load, load_vehicles
 
 __all__ = ["FORCES", "WHEELS", "WHEELSETS", "Journey", "Load", "Pair", "Vehicles", "open_pair"]
 

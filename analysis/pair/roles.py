@@ -10,7 +10,7 @@ from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.description import describe_file
 from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Port, wheelset_name
 
-from .several import Vehicles, files_of
+from .numbering import Vehicles, files_of
 
 FIRST = Port(1, SIDES[0])
 SIGNS = {

@@ -9,18 +9,18 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.ring import check_frequencies_of
-from railcosim.analysis.pair.several import files_of
+from railcosim.analysis.pair.standing import Position
 from railcosim.analysis.response.frequency import (
     apart,
     check_excitation,
     coupled,
     dataset,
-    linear_models,
     on_rigid_track,
     response,
 )
-from railcosim.analysis.response.standing import Position
+from railcosim.analysis.response.models import linear_models
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
 

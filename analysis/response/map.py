@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.ring import check_frequencies_of
+from railcosim.analysis.pair.standing import Position
 from railcosim.analysis.response.critical import Critical, critical_points
-from railcosim.analysis.response.frequency import Models, coupled, linear_models, on_rigid_track
+from railcosim.analysis.response.frequency import coupled, on_rigid_track
+from railcosim.analysis.response.models import Models, linear_models
 from railcosim.analysis.response.plane import Transfer, plane, plane_dataset, transfer
 from railcosim.analysis.response.resonance import resonance
 from railcosim.master.component import FloatArray
@@ -80,13 +84,13 @@ class ResponseMap:
 
 
 def response_map(
-    vehicle: str | Path,
+    vehicle: str | Path | Sequence[str | Path],
     track: str | Path,
     wavelength: FloatArray,
     speed: FloatArray,
     *,
     contact_stiffness: float = 1e9,
-    position: float | None = None,
+    position: Position = None,
     progress: Progress = lambda done, total: None,
 ) -> ResponseMap:
     """Responses to irregularity which every wheelset meets with its lag, and critical speeds.
@@ -99,8 +103,8 @@ def response_map(
         Increasing, m and m/s.
     contact_stiffness : float
         k_H, N/m.
-    position : float, optional
-        Where the last wheelset stands, m; where the vehicle starts if not given.
+    position : float or sequence of float, optional
+        Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
     progress : callable
         Told what is done and the total.
 
@@ -113,12 +117,13 @@ def response_map(
     """
     afford_map(wavelength.size, speed.size)
     rails = Path(track)
-    models = linear_models(Path(vehicle), rails, progress, position)
+    cars = files_of(vehicle)
+    models = linear_models(cars, rails, progress, position)
     known = {v.name for v in models.vehicle.outputs}
     if not known.issuperset(BODIES) or len(models.positions) != len(LEFT):
         raise CouplingError(
-            f"{vehicle}: a map shows one car body on two bogies of two wheelsets each; this has "
-            f"{len(models.positions)} wheelsets, or other bodies"
+            f"{', '.join(map(str, cars))}: a map shows one car body on two bogies of two wheelsets "
+            f"each; this has {len(models.positions)} wheelsets, or other bodies"
         )
     k_H, least, most = contact_stiffness, speed[0] / wavelength[-1], speed[-1] / wavelength[0]
     check_frequencies_of(rails, float(most))

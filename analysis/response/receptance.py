@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from railcosim.analysis.pair.standing import standing
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT, Pulses, Wanted, Way, best_way
 from railcosim.master.linear.linear_form import error_estimate
@@ -21,7 +22,6 @@ from railcosim.track.section import SPATIAL
 
 from .choices import Method
 from .frf import Progress, check_finite
-from .standing import standing
 
 PULSES = Pulses(amplitude=1e4, step=1e-4, steps=13_500)
 

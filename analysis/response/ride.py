@@ -15,7 +15,8 @@ from railcosim.track.irregularity import Quality
 
 from .comfort import reaction, sperling, weighted_acceleration
 from .critical import bogie_distance
-from .frequency import Models, joints, responses
+from .frequency import joints, responses
+from .models import Models
 from .random import acceleration_psd, response_psd, standard_deviation
 
 FLOOR = ("floor above front bogie", "floor above rear bogie")

@@ -10,7 +10,8 @@ from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 
 from .estimate import third_octaves
-from .frequency import Models, apart, coupled, on_rigid_track, response
+from .frequency import apart, coupled, on_rigid_track, response
+from .models import Models
 from .resonance import resonance
 
 VEHICLE = {

@@ -13,8 +13,10 @@ import xarray as xr
 
 from railcosim.analysis.pair.contact import NONLINEAR, Parameters, Stiffness
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
+from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.owner import Owner
-from railcosim.analysis.response.frequency import wheelset_positions
+from railcosim.analysis.pair.standing import Position
+from railcosim.analysis.response.models import wheelset_positions
 from railcosim.master.component import FloatArray
 from railcosim.master.parallel import Task, Workers
 from railcosim.master.schemes import Scheme
@@ -100,7 +102,7 @@ class Advice:
 
 
 def advise(
-    vehicle: str | Path,
+    vehicle: str | Path | Sequence[str | Path],
     track: str | Path,
     accuracy: float = 1e-3,
     *,
@@ -108,6 +110,7 @@ def advise(
     schemes: Sequence[str] = PREDICTED,
     speed: float = 250 / 3.6,
     irregularity: str | Spectrum = "german-low",
+    position: Position = None,
     progress: Progress = lambda done, total: None,
 ) -> Advice:
     """Name owner, scheme and step that reach an accuracy at the least cost, before running.
@@ -115,7 +118,7 @@ def advise(
     Parameters
     ----------
     vehicle, track : str or Path
-        FMUs that take contact forces.
+        FMUs that take contact forces; of vehicles also several, from the front.
     accuracy : float
         Error allowed: RMS of the contact force's, relative.
     contact : float or mapping
@@ -126,6 +129,8 @@ def advise(
         m/s.
     irregularity : str or Spectrum
         A class of track, or a density.
+    position : float or sequence of float, optional
+        Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
     progress : callable
         Told what is done and the total.
 
@@ -135,12 +140,12 @@ def advise(
         If no scheme reaches it, or one cannot be predicted.
     """
     check_accuracy(accuracy)
-    pair = Path(vehicle), Path(track)
+    pair = files_of(vehicle), Path(track)
     names = predictable(schemes)
     density = quality(irregularity).vertical if isinstance(irregularity, str) else irregularity
-    source = excitation(density, speed, wheelset_positions(pair[0]))
-    k_H = static_stiffness(*pair, contact)
-    parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0))
+    source = excitation(density, speed, wheelset_positions(pair[0], position))
+    k_H = static_stiffness(*pair, contact, position)
+    parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0), position)
     tasks = _tasks(parts, k_H, names, accuracy, source)
     total = sum(task.cost for task in tasks)
     with Workers(lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0)) as workers:

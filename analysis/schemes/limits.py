@@ -13,7 +13,9 @@ import xarray as xr
 
 from railcosim.analysis.pair.contact import Parameters, Stiffness
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
+from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.owner import Owner
+from railcosim.analysis.pair.standing import Position
 from railcosim.master.parallel import Task, Workers
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
@@ -54,18 +56,20 @@ class StabilityTable:
 
 
 def stability(
-    vehicle: str | Path,
+    vehicle: str | Path | Sequence[str | Path],
     track: str | Path,
     contacts: Sequence[float | Parameters] = (0.1e9, 1e9, 8e9),
     schemes: Sequence[str] = PREDICTED,
     progress: Progress = lambda done, total: None,
+    *,
+    position: Position = None,
 ) -> StabilityTable:
     """Predict the largest stable step of every scheme, owner of the contact and contact.
 
     Parameters
     ----------
     vehicle, track : str or Path
-        FMUs that take contact forces.
+        FMUs that take contact forces; of vehicles also several, from the front.
     contacts : sequence of float or mapping
         Stiffness k_H, N/m, or parameters of the contact, such as ``{"contact.nonlinear": True}``
         for Hertz's law, which is linearised at the static load.
@@ -73,6 +77,8 @@ def stability(
         Names of the catalogue, or how they begin.
     progress : callable
         Told what is done and the total.
+    position : float or sequence of float, optional
+        Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
 
     Raises
     ------
@@ -80,9 +86,9 @@ def stability(
         If a scheme cannot be predicted.
     """
     names = predictable(schemes)
-    pair = Path(vehicle), Path(track)
-    k_H = [static_stiffness(*pair, contact) for contact in contacts]
-    parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0))
+    pair = files_of(vehicle), Path(track)
+    k_H = [static_stiffness(*pair, contact, position) for contact in contacts]
+    parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0), position)
     found = _all_limits(
         parts, k_H, names, lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0)
     )

@@ -18,8 +18,10 @@ from railcosim.analysis.pair.contact import (
     stiffness_at,
 )
 from railcosim.analysis.pair.linear_pair import Part, coupled
+from railcosim.analysis.pair.numbering import Vehicles
 from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.pair.standing import Position, start_positions
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.schemes import ConvergenceError, Scheme
 from railcosim.master.schemes.interface_jacobian import InterfaceJacobian
@@ -288,20 +290,25 @@ def _observed(scheme: Scheme) -> Scheme:
     return scheme
 
 
-def static_stiffness(vehicle: Path, track: Path, contact: float | Parameters) -> Stiffness:
+def static_stiffness(
+    vehicle: Vehicles, track: Path, contact: float | Parameters, position: Position = None
+) -> Stiffness:
     """Stiffness of every wheelset's contacts at its static load, N/m; one number if one is given.
 
     Parameters
     ----------
     vehicle, track : Path
-        FMU files that take contact forces.
+        FMU files that take contact forces; of vehicles also several, from the front.
     contact : float or mapping
         The stiffness itself, N/m, or parameters as far as they are given; see `open_pair`.
+    position : float or sequence of float, optional
+        Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
     """
     if isinstance(contact, float | int):
         return float(contact)
     if not contact.get(NONLINEAR, True) and STIFFNESS in contact:
         return float(contact[STIFFNESS])
     journey = Journey(speed=1.0, held=True, profile=flat())
-    with open_pair(vehicle, track, contact, journey) as pair:
+    parameters = {**contact, **start_positions(vehicle, position)}
+    with open_pair(vehicle, track, parameters, journey) as pair:
         return stiffness_at(pair.parameters, pair.static_loads, pair.layout)

@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import block_diag
+from scipy.sparse import block_diag as sparse_block_diag
 
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.realisation import ComplexArray
+from railcosim.master.linear.state_space import StateSpace
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,3 +82,20 @@ class SideBySide:
             whole[:, row : row + rows, column : column + columns] = own
             row, column = row + rows, column + columns
         return whole
+
+
+def joined(
+    name: str, parts: Sequence[StateSpace], names: Sequence[Mapping[str, str]]
+) -> StateSpace:
+    """The same of matrices, as matrices; see `SideBySide.of`."""
+    both = SideBySide.of(name, parts, names)
+    return StateSpace(
+        name=name,
+        A=sparse_block_diag([part.A for part in parts], format="csc"),
+        B=block_diag(*(part.B for part in parts)),
+        C=block_diag(*(part.C for part in parts)),
+        D=block_diag(*(part.D for part in parts)),
+        inputs=both.inputs,
+        outputs=both.outputs,
+        standing=both.standing,
+    )

@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from railcosim.analysis.pair.pair import WHEELS
-from railcosim.analysis.response.frequency import Models
+from railcosim.analysis.response.models import Models
 from railcosim.analysis.response.uncoupled import HIGHEST, NEGLIGIBLE, changes
 
 MASS, K_H, RAIL = 900.0 * (1 - 0.1j), 1e9, 4e7 * (1 + 0.2j)  # kg, N/m, N/m; damped

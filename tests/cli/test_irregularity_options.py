@@ -54,7 +54,7 @@ def test_options_that_say_nothing_are_refused(text, options) -> None:
 
 @pytest.mark.parametrize(
     ("module", "command", "exports"),
-    [(run_command, "run", "fmus_of_several"), (study_command, "study", "made"),
+    [(run_command, "run", "fmus_of"), (study_command, "study", "made"),
      (compare, "compare", "made")],
 )  # fmt: skip
 def test_commands_refuse_a_profile_that_ends_before_anything_is_made(

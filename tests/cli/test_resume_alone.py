@@ -28,7 +28,7 @@ def railcosim(tmp_path, monkeypatch, exported):
         yield tuple(vehicles or [exported[names[0]]]), track or exported[names[1]]
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(run_command, "fmus_of_several", fmus_of)
+    monkeypatch.setattr(run_command, "fmus_of", fmus_of)
 
     def call(*arguments):
         with ExitStack() as claimed:

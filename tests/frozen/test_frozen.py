@@ -29,7 +29,8 @@ from railcosim.analysis.pair.export_pair import export_pair
 from railcosim.analysis.pair.linear_pair import linear_parts
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
-from railcosim.analysis.response.frequency import coupled, linear_models, on_rigid_track, response
+from railcosim.analysis.response.frequency import coupled, on_rigid_track, response
+from railcosim.analysis.response.models import linear_models
 from railcosim.analysis.response.plane import plane, transfer
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.stability import Coupling, SprungPair

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railcosim.analysis.response.frequency import Models, linear_models
+from railcosim.analysis.response.models import Models, linear_models
 from railcosim.fmus.export import export
 from railcosim.mechanics.ports import Layout
 from railcosim.track.parameters import Mesh, Track

@@ -12,7 +12,7 @@ from railcosim.analysis.pair.linear_pair import linear_parts
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.analysis.response.frequency import Models, linear_models
+from railcosim.analysis.response.models import Models, linear_models
 from railcosim.analysis.schemes.advice import advise
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.growth import Bench, Disturbance

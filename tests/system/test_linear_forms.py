@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from railcosim.analysis.response.frequency import PULSES, Models, wheelset_positions
+from railcosim.analysis.response.models import PULSES, Models, wheelset_positions
 from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT
 from railcosim.master.linear.linear_form import error_estimate
 from railcosim.master.linear.model_exchange import linear_model

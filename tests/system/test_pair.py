@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railcosim.analysis.compare import frequency_errors, newmark_forces
+from railcosim.analysis.compare import compare, frequency_errors, newmark_forces
 from railcosim.analysis.pair.pair import FORCES, WHEELS, Journey, open_pair
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.analysis.response.frequency import linear_models
+from railcosim.analysis.response.models import linear_models
 from railcosim.master.connections import CouplingError
 from railcosim.master.course import Course
 from railcosim.master.fmi.fmu import FmuComponent
@@ -53,6 +53,24 @@ def test_contact_force_against_newmark(exported, models) -> None:
         assert stopped is None
         ours = np.stack([dataset[name].values for name in FORCES], axis=1)
         assert relative_rms(ours, theirs, np.full(8, exported.vehicle.wheel_load)) < limit
+
+
+@pytest.mark.slow  # a monolithic system of its own
+def test_compared_where_the_wheels_are_said_to_stand(exported) -> None:
+    """At mid-span runs, responses and the monolithic system all are there."""
+    fmus = {
+        name: exported.folder / f"{name}.fmu" for name in ("Vehicle", "Track", "TrackWithContact")
+    }
+    given, frequency = (exported.vehicle, exported.track, fmus), np.array([37.0, 900.0])
+    profile = replace(synthesise("german-low", SPEED * 0.02), fade=0.5)
+    options = {"irregularity": profile, "time": 0.02}
+    found = compare(*given, frequency, **options, position=3.125)
+    assert found.in_time < 1e-2  # see above
+    usual = compare(*given, frequency, **options)
+    assert found.in_time != usual.in_time
+    name = "track.wheelset[4].left.rail_z"
+    ours, theirs = (c.in_frequency["wheelset[4].rail_force_z"][name][0] for c in (found, usual))
+    assert max(ours.max(), theirs.max()) < 5e-3
 
 
 @pytest.mark.parametrize("owner", ["track", "vehicle"])

@@ -7,13 +7,16 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.compare import newmark_forces
+from railcosim.analysis.pair.linear_pair import linear_parts
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.pair.standing import start_positions
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.analysis.response.frequency import linear_models
 from railcosim.analysis.response.frf import frequency_response
-from railcosim.analysis.response.standing import start_positions
+from railcosim.analysis.response.map import response_map
+from railcosim.analysis.response.models import linear_models
 from railcosim.analysis.run import run
+from railcosim.analysis.schemes.stability import static_stiffness
 from railcosim.fmus.export import export
 from railcosim.master.connections import CouplingError
 from railcosim.master.course import Course
@@ -130,6 +133,31 @@ def test_in_the_frequency_domain(fmus, positions) -> None:
         *FORCES[4:6],
         *FORCES[10:],
     ]
+
+
+def test_predicted_as_in_one_fmu(fmus, positions) -> None:
+    """Matrices and static stiffness of every wheelset, each vehicle where it is said to stand."""
+    both = fmus["paper"]["Vehicle"], fmus["wagon"]["Vehicle"]
+    rails, omega = fmus["train"]["Track"], 2 * np.pi * np.array([3.0, 37.0, 240.0])
+    apart = linear_parts(both, rails, quiet, positions)
+    whole = linear_parts(fmus["train"]["Vehicle"], rails, quiet)
+    for part, same in zip(apart, whole, strict=True):
+        ours, theirs = part.compliance(omega), same.compliance(omega)
+        # Modes are left out of the track to 1e-6, of which rounding changes the place.
+        assert np.abs(ours - theirs).max() < 1e-7 * np.abs(theirs).max()
+    k_H = [
+        static_stiffness(vehicle, rails, {"contact.nonlinear": True}, position)
+        for vehicle, position in ((both, positions), (fmus["train"]["Vehicle"], None))
+    ]
+    assert k_H[0] == pytest.approx(k_H[1], rel=1e-9)
+    assert np.ptp(k_H[0]) > 0.1 * k_H[0].max()  # 1.30 and 1.46 GN/m
+
+
+def test_what_is_of_one_vehicle_says_so(fmus, positions) -> None:
+    both = fmus["paper"]["Vehicle"], fmus["wagon"]["Vehicle"]
+    span = np.array([1.0, 2.0])
+    with pytest.raises(CouplingError, match="this has 6 wheelsets"):
+        response_map(both, fmus["train"]["Track"], span, span, position=positions)
 
 
 def test_what_cannot_be(fmus, positions) -> None:

@@ -9,7 +9,7 @@ from railcosim.analysis.pair.contact import WHEELS
 from railcosim.analysis.pair.linear_pair import linear_parts
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
-from railcosim.analysis.response.frequency import wheelset_positions
+from railcosim.analysis.response.models import wheelset_positions
 from railcosim.analysis.schemes.advice import STEPS, longest_step
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.exponentials import fastest

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias, TypedDict
 
-from railcosim.analysis.pair.several import START_POSITION, Vehicles, files_of, through
 from railcosim.master.fmi.description import describe_file
 from railcosim.mechanics.ports import MOST_WHEELSETS, Layout
 from railcosim.parameters import ArgumentError
+
+from .numbering import START_POSITION, Vehicles, files_of, through
 
 POSITIONS = frozenset(Layout(MOST_WHEELSETS).of_axles("position"))
 
