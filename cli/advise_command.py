@@ -51,7 +51,11 @@ def advise(
         str, typer.Option("--contact-stiffness", help="N/m, or hertz at the static load.")
     ] = "hertz",
     schemes: Annotated[
-        str, typer.Option(help="Schemes, or how their names begin; several with commas.")
+        str,
+        typer.Option(
+            help="Schemes, or how their names begin; several with commas.",
+            show_default=", ".join(PREDICTED),  # which folds
+        ),
     ] = ",".join(PREDICTED),
     speed: Speed = 250.0,
     irregularity: Annotated[
@@ -74,7 +78,7 @@ def advise(
     NETCDF.check(out)
     PICTURES.check(plot)
     check_accuracy(accuracy)
-    words = schemes.split(",")
+    words = [word.strip() for word in schemes.split(",")]
     predictable(words)
     v, density = speed_of(speed), quality(irregularity).vertical
     parameters = contact_parameters(contact_stiffness)

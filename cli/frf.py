@@ -53,6 +53,7 @@ def frf(
     plot: PlotFile = None,
 ) -> None:
     """Linearise a vehicle FMU and a track FMU and couple them in the frequency domain."""
+    from railcosim.analysis.pair.contact import LAYOUT
     from railcosim.analysis.response.frequency import check_excitation
     from railcosim.analysis.response.frf import Assembly, frequency_response
 
@@ -64,7 +65,8 @@ def frf(
         raise UsageError("--uncoupled and --rigid-track exclude each other")
     k_H = stiffness_of(contact_stiffness)
     v = speed_of(speed)
-    check_excitation(excitation)
+    if not vehicle_fmu:  # before ours is made
+        check_excitation(excitation, LAYOUT.wheelsets)
     if uncoupled and "irregularity" in excitation:
         raise UsageError(f"--input {excitation}: has no effect with --uncoupled, without contact")
     if rigid_track and "rail_force" in excitation:

@@ -23,6 +23,7 @@ from .options import (
     grid_of,
     positions_of,
     progress,
+    speed_of,
     stiffness_of,
 )
 from .results import PICTURES, Suffixes, keep
@@ -94,7 +95,9 @@ def _plane(wavelengths: str, speeds: str) -> tuple[FloatArray, FloatArray]:
     from railcosim.analysis.response.map import afford_map
 
     wavelength = grid_of("--wavelengths", wavelengths, "m")
-    speed = grid_of("--speeds", speeds, "km/h") / 3.6
+    kmh = grid_of("--speeds", speeds, "km/h")
+    speed_of(float(kmh[-1]), "--speeds")  # the highest: a grid may begin at a walk
+    speed = kmh / 3.6
     ends = float(speed[0] / wavelength[-1]), float(speed[-1] / wavelength[0])
     least, most = LIMITS["--frequencies"]
     if not least <= ends[0] <= ends[1] <= most:

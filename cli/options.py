@@ -111,9 +111,11 @@ PositionsOption = Annotated[
 Speed = Annotated[float, typer.Option("--speed", help="km/h")]
 
 
+_SPEED = Usual(15.0, 600.0, "shunting to records")
 USUAL = {
     "--contact-stiffness": (Usual(1e7, 1e11, "the paper has 0.1 to 8 GN/m"), "N/m"),
-    "--speed": (Usual(15.0, 600.0, "shunting to records"), "km/h"),
+    "--speed": (_SPEED, "km/h"),
+    "--speeds": (_SPEED, "km/h"),
     "--step": (Usual(1e-7, 2e-2, "contact to car body"), "s"),
 }
 
@@ -216,18 +218,18 @@ def contact_parameters(text: str) -> dict[str, float | bool]:
         return {NONLINEAR: False, STIFFNESS: stiffness_of(text, OR_HERTZ)}
     if not tangent:
         return {NONLINEAR: True}
-    return {NONLINEAR: True, TANGENT: stiffness_of(tangent, OR_HERTZ)}
+    return {NONLINEAR: True, TANGENT: stiffness_of(tangent, OR_HERTZ, "hertz:")}
 
 
-def stiffness_of(text: str, otherwise: str = "") -> float:
-    """A contact stiffness in N/m; a message says what it may be `otherwise`."""
+def stiffness_of(text: str, otherwise: str = "", before: str = "") -> float:
+    """A contact stiffness in N/m, given `before`; a message says what it may be `otherwise`."""
     try:
         k_H = float(text)
     except ValueError:
         k_H = math.nan
     if not SOFTEST <= k_H <= STIFFEST:
         raise UsageError(
-            f"--contact-stiffness {text}: must be a number from {SOFTEST:g} to {STIFFEST:g} in "
+            f"--contact-stiffness {before}{text}: must be a number from {SOFTEST:g} to {STIFFEST:g} in "
             f"N/m{otherwise}" + USUAL["--contact-stiffness"][0].slip(k_H, "N/m")
         )
     return doubted("--contact-stiffness", k_H)
@@ -252,13 +254,13 @@ def doubted(option: str, value: float) -> float:
     return value
 
 
-def speed_of(speed: float) -> float:
+def speed_of(speed: float, option: str = "--speed") -> float:
     """A speed in m/s, from one in km/h that should not have been m/s already."""
-    kmh = doubted("--speed", positive("--speed", speed, "km/h"))
+    kmh = doubted(option, positive(option, speed, "km/h"))
     whole = 10 * round(0.36 * kmh)  # what 69.4 would be in km/h if it were m/s
-    if kmh % 1 and abs(3.6 * kmh - whole) < 0.2 and USUAL["--speed"][0].low <= kmh:
+    if kmh % 1 and abs(3.6 * kmh - whole) < 0.2 and USUAL[option][0].low <= kmh:
         warnings.warn(
-            f"--speed = {kmh:g} km/h: meant {kmh:g} m/s? That is {whole:g} km/h",
+            f"{option} = {kmh:g} km/h: meant {kmh:g} m/s? That is {whole:g} km/h",
             UnusualWarning,
             stacklevel=2,
         )

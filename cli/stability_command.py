@@ -45,7 +45,11 @@ def stability(
         typer.Option("--contact-stiffness", help="k_H in N/m, or hertz; several with commas."),
     ] = "0.1e9,1e9,8e9",
     schemes: Annotated[
-        str, typer.Option(help="Schemes, or how their names begin; several with commas.")
+        str,
+        typer.Option(
+            help="Schemes, or how their names begin; several with commas.",
+            show_default=", ".join(PREDICTED),  # which folds
+        ),
     ] = ",".join(PREDICTED),
     position: PositionsOption = None,
     plot: PlotFile = None,
@@ -64,7 +68,7 @@ def stability(
 
     RESULTS.check(out)
     PICTURES.check(plot)
-    words, texts = schemes.split(","), contact_stiffness.split(",")
+    words, texts = ([word.strip() for word in of.split(",")] for of in (schemes, contact_stiffness))
     predictable(words)
     parameters = [contact_parameters(text) for text in texts]
     with (

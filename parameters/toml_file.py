@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 import warnings
+import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
@@ -74,6 +75,10 @@ def tables_of(path: Path) -> dict[str, Any]:
             raise ParameterError(f"{path}: is no file; give a parameter file, TOML")
         if path.stat().st_size > SIZE_LIMIT:
             raise ParameterError(f"{path}: larger than {SIZE_LIMIT} bytes, not a parameter file")
+        if zipfile.is_zipfile(path):
+            raise ParameterError(
+                f"{path}: is a zip archive, such as an FMU; give the parameters it is made of, TOML"
+            )
         # Editors of some systems begin a file with a byte order mark.
         return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:

@@ -110,10 +110,20 @@ def completed(
         the vehicle, whose wheels they are. If another tells something else, a warning says so.
     layout : Layout
         Of the wheels.
+
+    Raises
+    ------
+    CouplingError
+        If a number is given for all wheels, and one for some of them.
     """
     known = {NONLINEAR: True, **parameters}
     needed = HERTZ if known[NONLINEAR] else STIFFNESS
     each = layout.of_axles(needed)
+    if needed in known and (own := [name for name in each if name in known]):
+        raise CouplingError(
+            f"{needed} = {known[needed]:g} is given for all wheels, and {own[0]} = "
+            f"{known[own[0]]:g} as well: give one for all, or those of wheelsets"
+        )
     if needed in known or TANGENT in known or known.keys() >= set(each):
         return known
     numbers_of = {fmu.description.path.name: told(fmu, needed, each) for fmu in fmus}

@@ -18,10 +18,6 @@ SIGNS = {
     Owner.TRACK: FIRST.name(RAIL.motion),
 }
 """The output by which a vehicle, and a track, is known."""
-OTHERS = {
-    ".toml": "parameters; railcosim export makes FMUs of them",
-    ".ssp": "a whole system; railcosim run-system takes it",
-}
 
 
 def owns_contact(path: Path, role: Owner) -> bool:
@@ -79,6 +75,4 @@ def owners(vehicle: Vehicles | None, track: Path | None) -> tuple[Owner, ...]:
 
 def _outputs(path: Path) -> set[str]:
     """Names of the outputs of an FMU."""
-    if path.suffix.lower() in OTHERS:
-        raise FmuError(f"{path}: is no FMU but {OTHERS[path.suffix.lower()]}")
     return {variable.name for variable in describe_file(path).outputs}

@@ -102,6 +102,9 @@ class SeveralVehicles(LoadedFmu):
             can_interpolate_inputs=all(d.can_interpolate_inputs for d in each),
             has_directional_derivatives=all(d.has_directional_derivatives for d in each),
             has_output_rates=all(d.has_output_rates for d in each),
+            default_step=min(
+                (d.default_step for d in each if d.default_step is not None), default=None
+            ),
         )
 
     def _parameters(self) -> dict[str, Parameter]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias, TypedDict
@@ -13,6 +12,7 @@ from railcosim.parameters import ArgumentError
 
 from .numbering import START_POSITION, Vehicles, files_of, through
 
+FARTHEST = 1e6  # m; from there a place on the ring is known to 1e-10 m
 POSITIONS = frozenset(Layout(MOST_WHEELSETS).of_axles("position"))
 
 
@@ -74,12 +74,12 @@ def standing(fmu: Path, position: float | None) -> Standing:
     Raises
     ------
     ArgumentError
-        If the position is no number, or the FMU knows of no wheelsets.
+        If the position is no number, or too far, or the FMU knows of no wheelsets.
     """
     if position is None:
         return {}
-    if not math.isfinite(position):
-        raise ArgumentError("position", position, "must be a number of m")
+    if not abs(position) <= FARTHEST:
+        raise ArgumentError("position", position, f"must be from -{FARTHEST:g} to {FARTHEST:g} m")
     about = describe_file(fmu)
     if START_POSITION in about.parameters:
         return {"parameters": {START_POSITION: position}}

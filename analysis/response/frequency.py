@@ -20,10 +20,6 @@ from railcosim.mechanics.ports import MOST_WHEELSETS, Layout
 from .models import Models
 
 WHATS = ("force_z", "rail_force_z", "irregularity_z")
-EXCITATIONS = {
-    "irregularity_z",
-    *(f"{w}.{what}" for w in Layout(MOST_WHEELSETS).axles for what in WHATS),
-}
 COPIES = 3
 """Of all responses at once: those of both parts, and at the joints while these are solved."""
 
@@ -72,12 +68,13 @@ def responses(models: Models, omega: FloatArray) -> tuple[FrequencyResponse, Fre
     return frequency_response(models.vehicle, omega), frequency_response(models.track, omega)
 
 
-def check_excitation(excitation: str) -> None:
-    """Raise CouplingError if no system of ours has an excitation of that name; see `response`."""
-    if excitation not in EXCITATIONS:
+def check_excitation(excitation: str, wheelsets: int = MOST_WHEELSETS) -> None:
+    """Raise CouplingError if nothing on so many wheelsets is excited so; see `response`."""
+    axles = Layout(wheelsets).axles
+    if excitation not in {"irregularity_z", *(f"{w}.{what}" for w in axles for what in WHATS)}:
         raise CouplingError(
-            f"excitation {excitation}: must be irregularity_z, or a wheelset, wheelset[1] and so "
-            "on, with .force_z, .rail_force_z or .irregularity_z"
+            f"excitation {excitation}: must be irregularity_z, or one of {axles[0]} to {axles[-1]} "
+            "with .force_z, .rail_force_z or .irregularity_z"
         )
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.pair.numbering import files_of
+from railcosim.analysis.pair.numbering import files_of, layouts_of
 from railcosim.analysis.pair.ring import check_frequencies_of
 from railcosim.analysis.pair.standing import Position
 from railcosim.analysis.response.frequency import (
@@ -22,6 +22,7 @@ from railcosim.analysis.response.frequency import (
 )
 from railcosim.analysis.response.models import linear_models
 from railcosim.master.component import FloatArray
+from railcosim.master.fmi.description import describe_file
 from railcosim.master.linear.realisation import ComplexArray
 
 Progress = Callable[[float, float], None]
@@ -81,7 +82,9 @@ def frequency_response(
     ArithmeticError
         If a response is no finite number.
     """
-    check_excitation(excitation)
+    about = [(file, describe_file(file)) for file in files_of(vehicle)]
+    wheels = layouts_of([(file, [*told.inputs, *told.outputs]) for file, told in about])
+    check_excitation(excitation, sum(layout.wheelsets for layout in wheels))
     omega, k_H = 2 * np.pi * frequency, contact_stiffness
     rigid = assembly is Assembly.RIGID_TRACK
     rails = Path(track)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.pair.standing import standing
+from railcosim.analysis.pair.standing import FARTHEST, standing
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT, Pulses, Wanted, Way, best_way
 from railcosim.master.linear.linear_form import error_estimate
@@ -207,8 +207,11 @@ def place_of(track: Track, position: str | float) -> float:
         x = float(position)
     except ValueError:
         x = np.nan
-    if not np.isfinite(x):
-        raise ArgumentError("position", position, "must be railseat, midspan, or a number of m")
+    if not abs(x) <= FARTHEST:
+        raise ArgumentError(
+            "position", position,
+            f"must be railseat, midspan, or from -{FARTHEST:g} to {FARTHEST:g} m",
+        )  # fmt: skip
     return float(x % track.cell_length)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable, Sequence
@@ -33,11 +34,11 @@ class CompilationFailed(RuntimeError):  # noqa: N818 (it says what happened)
     """A compiler refused the sources, or could not be run, or its result not be kept."""
 
 
-def sources(fmi: int) -> list[Path]:
+def sources(fmi: int, folder: Path | None = None) -> list[Path]:
     """The C files of the runtime for FMI version 2 or 3: its front, and what is common to both."""
     return sorted(
         path
-        for path in SOURCES.glob("*.c")
+        for path in (folder or SOURCES).glob("*.c")
         if path.name.startswith(f"fmi{fmi}") or not path.name.startswith("fmi")
     )
 
@@ -82,13 +83,14 @@ def build(
     compilers = {p: compiler_for(p) for p, place in places.items() if place is None}
     if compilers:
         folder = _writable_cache()
-        stems = {p: _stem_in_cache(fmi, p, compiler) for p, compiler in compilers.items()}
+        stems = {p: stem_of(fmi, p, *_more_in_cache(fmi, c)) for p, c in compilers.items()}
         places |= {p: find(folder, stem, p.suffix) for p, stem in stems.items()}
     waiting = {p for p, place in places.items() if place is None}
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         tasks = {
-            pool.submit(make, fmi, p, compilers[p], folder, stems[p]): p for p in waiting
-        }  # fmt: skip
+            pool.submit(make, fmi, p, compilers[p], folder, *_more_in_cache(fmi, compilers[p])): p
+            for p in waiting
+        }
         done = as_completed(tasks)
         while waiting:
             progress("compiling for " + ", ".join(sorted(p.fmi2 for p in waiting)))
@@ -115,40 +117,51 @@ def compile_for_wheel(platforms: Sequence[Platform], folder: Path) -> None:
         for p in platforms:
             if (compiler := zig(p)) is None:
                 raise CompilerMissing("zig is not installed where the wheel is built")
-            make(fmi, p, compiler, folder, stem_of(fmi, p))
+            make(fmi, p, compiler, folder)
 
 
-def stem_of(fmi: int, platform: Platform, *more: str | Path) -> str:
-    """Beginning of a library's name, from our sources, our flags, and `more`."""
+def stem_of(
+    fmi: int, platform: Platform, *more: str | Path, folder: Path | None = None
+) -> str:
+    """Beginning of a library's name, from our sources (or a copy), our flags, and `more`."""
     parts = [text.encode() for text in (platform.target, *FLAGS)]
     parts += [
         f"{path.name} ".encode() + path.read_bytes()
-        for path in [*sources(fmi), *sorted(SOURCES.glob("*.h"))]
+        for path in [*sources(fmi, folder), *sorted((folder or SOURCES).glob("*.h"))]
     ]
     parts += [part.read_bytes() if isinstance(part, Path) else part.encode() for part in more]
     whole = b"".join(f"{len(part)} ".encode() + part for part in parts)
     return f"fmi{fmi}-{platform.fmi3}-{digest(whole)}"
 
 
-def make(fmi: int, platform: Platform, compiler: Compiler, folder: Path, stem: str) -> Path:
-    """Compile, and keep the library in a folder under a name that begins with `stem`.
+def make(
+    fmi: int, platform: Platform, compiler: Compiler, folder: Path, *more: str | Path
+) -> Path:
+    """Compile, and keep the library in a folder under a name that begins with its `stem_of`.
+
+    A copy of the sources is compiled and named: they may change meanwhile.
 
     Raises
     ------
     CompilationFailed
         If the compiler complains, or the library cannot be kept.
     """
-    folders = sorted({str(path.parent) for path in headers(fmi)})
+    folders = sorted({str(path.parent) for path in _of_the_standard(fmi)})
     try:
         with tempfile.TemporaryDirectory(dir=scratch()) as work:
+            ours = Path(shutil.copytree(SOURCES, Path(work, "c")))
+            stem = stem_of(fmi, platform, *more, folder=ours)
             made = Path(work) / f"runtime{platform.suffix}"
             command = [
                 *compiler.command, *FLAGS, *(f"-I{f}" for f in folders), "-o", str(made),
-                *(str(path) for path in sources(fmi)), "-lm",
+                *(str(path) for path in sources(fmi, ours)), "-lm",
             ]  # fmt: skip
             told = subprocess.run(command, capture_output=True, text=True, check=False)
             if told.returncode != 0:
-                raise CompilationFailed(_complaint(command, told))
+                # Of our files, not of their copies, which are gone when it is read.
+                there = [part.replace(str(ours), str(SOURCES)) for part in command]
+                words = (told.stderr + told.stdout).replace(str(ours), str(SOURCES))
+                raise CompilationFailed(_complaint(there, words))
             return keep(folder, stem, platform.suffix, made.read_bytes())
     except OSError as error:
         raise _not_kept(folder, error) from None
@@ -158,8 +171,9 @@ def _of_the_standard(fmi: int) -> list[Path]:
     return sorted((Path(fmpy.__file__).parent / "c-code").glob(f"fmi{fmi}*.h"))
 
 
-def _stem_in_cache(fmi: int, platform: Platform, compiler: Compiler) -> str:
-    return stem_of(fmi, platform, compiler.identity, *_of_the_standard(fmi))
+def _more_in_cache(fmi: int, compiler: Compiler) -> list[str | Path]:
+    """What a library in the cache depends on beside us."""
+    return [compiler.identity, *_of_the_standard(fmi)]
 
 
 def _writable_cache() -> Path:
@@ -176,6 +190,6 @@ def _not_kept(folder: Path | str, error: OSError) -> CompilationFailed:
     )
 
 
-def _complaint(command: list[str], told: subprocess.CompletedProcess[str]) -> str:
-    lines = (told.stderr + told.stdout).strip().splitlines()[:LINES]
+def _complaint(command: list[str], words: str) -> str:
+    lines = words.strip().splitlines()[:LINES]
     return "\n".join([f"the native runtime does not compile: {shlex.join(command)}", *lines])

@@ -26,6 +26,12 @@ MAX_XML_SIZE = 100 * 1024**2
 """Largest XML file, bytes; as a tree it takes ten times the memory."""
 
 DESCRIPTION = "modelDescription.xml"
+OTHERS = {
+    ".fmu": "an FMU; railcosim run takes a pair of them",
+    ".ssp": "a whole system; railcosim run-system takes it",
+    ".toml": "parameters; railcosim export makes FMUs of them",
+}
+"""What a file is by its ending, where another kind is meant."""
 # Characters in the path of the resources that crash some FMUs' hosts: # % + ( and all non-ASCII.
 _PLAIN_PATH = re.compile(r"[A-Za-z0-9 _.~:/\\-]+")
 # FMI and SSP allow no others. They are also the ones that are unpacked piece by piece: a few bytes
@@ -243,11 +249,20 @@ def _checked(path: Path, main: str) -> Iterator[zipfile.ZipFile]:
         raise FmuError(f"{path}: is a folder; give {_kind(main)}")
     if not path.is_file():
         raise FmuError(f"{path}: no such file; give the path of a {path.suffix or '.fmu'} file")
+    other = {k: v for k, v in OTHERS.items() if k != _ending(main)}.get(path.suffix.lower())
+    if other is not None and not zipfile.is_zipfile(path):
+        raise FmuError(f"{path}: is not {_kind(main)} but {other}")
     with _opened(path) as archive:
         _check_entries(path, archive.infolist())
         if main not in archive.namelist():
+            if other is not None:
+                raise FmuError(f"{path}: is not {_kind(main)} but {other}")
             raise FmuError(f"{path}: no {main} at its top level; not {_kind(main)}")
         yield archive
+
+
+def _ending(main: str) -> str:
+    return ".fmu" if main == DESCRIPTION else ".ssp"
 
 
 def _kind(main: str) -> str:

@@ -121,6 +121,22 @@ def test_compiled_again_when_something_changed(counted, stub, change, monkeypatc
     assert first.is_file()  # another release of railcosim may still use it
 
 
+def test_sources_that_change_under_the_compiler(stub, tmp_path, monkeypatch):
+    """What is kept under a name was made of what the name says."""
+    if shutil.which("cc") is None:
+        pytest.skip("no C compiler: apt install gcc")
+    common, wrapper = stub / "common.c", tmp_path / "slow-cc"
+    edit = f"""sed -i s/2[.]0/9.9/ '{common}'\n"""
+    wrapper.write_text(f'#!/bin/sh\ncase "$*" in *--version*) ;; *) {edit};; esac\nexec cc "$@"\n')
+    wrapper.chmod(0o755)
+    monkeypatch.setenv("CC", str(wrapper))
+    before = common.read_text()
+    build(2)
+    assert common.read_text() != before
+    common.write_text(before)  # it is edited again, and there is nothing to compile
+    assert version_of(build(2)[local_platform()], 2) == b"2.0"
+
+
 def test_four_processes_at_once_get_whole_libraries(counted, stub):
     """All have found nothing when the first one is done, or begin when it is: either is well."""
     others = [

@@ -5,6 +5,7 @@ from dataclasses import fields
 
 import pytest
 
+from railcosim.cli.map_command import _plane
 from railcosim.cli.options import UsageError, contact_parameters, doubted, speed_of
 from railcosim.parameters import UnusualWarning, Usual, read_toml, write_toml
 from railcosim.parameters.quantity import quantities, quantity_of
@@ -102,6 +103,13 @@ def test_a_speed_in_metres_a_second_is_guessed(value, meant) -> None:
         assert speed_of(value) == value / 3.6
     assert len(caught) == 1
     assert str(caught[0].message).endswith(meant)
+
+
+def test_the_highest_speed_of_a_map_counts(recwarn) -> None:
+    _plane("10:60:10", "5:400:5")  # from a walk on is usual
+    assert not recwarn.list
+    with pytest.warns(UnusualWarning, match="--speeds = 83.3 km/h: meant 83.3 m/s"):
+        _plane("10:60:10", "3.3:83.3:10")
 
 
 @pytest.mark.parametrize("speed", [250.0, 70.0, 72.5, 160.0, 300.0, 350.5])

@@ -84,6 +84,18 @@ def test_where_two_fmus_tell_different_wheels_the_vehicle_counts(heavy, exported
         assert pair.parameters["contact.hertz_coefficient"] == C
 
 
+@pytest.mark.parametrize("owner", Owner)
+def test_a_number_of_all_wheels_and_one_of_some_is_refused(heavy, owner) -> None:
+    """The one of all won, without a word."""
+    given = {"contact.hertz_coefficient": 9e10, "wheelset[2].contact.hertz_coefficient": 8e10}
+    files = [heavy[name] for name in FMUS[owner]]
+    with (
+        pytest.raises(CouplingError, match=re.escape("and wheelset[2].contact.hertz_coefficient")),
+        open_pair(*files, given, REST),
+    ):
+        pass
+
+
 def test_a_law_without_its_number_is_refused() -> None:
     with pytest.raises(CouplingError, match="neither FMU tells"):
         law_of({"contact.nonlinear": True}, Layout())

@@ -10,6 +10,7 @@ from railcosim.analysis.compare import newmark_forces
 from railcosim.analysis.pair.linear_pair import linear_parts
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.pair.several import load_vehicles
 from railcosim.analysis.pair.standing import start_positions
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.frf import frequency_response
@@ -20,6 +21,7 @@ from railcosim.analysis.schemes.stability import static_stiffness
 from railcosim.fmus.export import export
 from railcosim.master.connections import CouplingError
 from railcosim.master.course import Course
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.jacobi import jacobi
@@ -174,6 +176,18 @@ def test_what_cannot_be(fmus, positions) -> None:
         run([both[0], owning], rails, position=positions)
     with pytest.raises(CouplingError, match="made for 6 wheelsets"):
         run([both[0], both[0]], rails, time=1e-3, position=[30.0, 0.3])
+
+
+def test_the_step_that_suits_all_is_the_shortest(fmus) -> None:
+    def load(path, name):
+        fmu = FmuComponent.load(path, name=name)
+        step = {"vehicle[1]": 1e-3, "vehicle[2]": 1e-5, "vehicle[3]": None}[name]
+        fmu.description = replace(fmu.description, default_step=step)
+        return fmu
+
+    cars = [fmus[name]["Vehicle"] for name in ("paper", "wagon", "paper")]
+    with load_vehicles(cars, load) as three:
+        assert three.description.default_step == 1e-5
 
 
 def test_a_run_goes_on_from_its_state(fmus, positions) -> None:
