@@ -120,9 +120,7 @@ def compile_for_wheel(platforms: Sequence[Platform], folder: Path) -> None:
             make(fmi, p, compiler, folder)
 
 
-def stem_of(
-    fmi: int, platform: Platform, *more: str | Path, folder: Path | None = None
-) -> str:
+def stem_of(fmi: int, platform: Platform, *more: str | Path, folder: Path | None = None) -> str:
     """Beginning of a library's name, from our sources (or a copy), our flags, and `more`."""
     parts = [text.encode() for text in (platform.target, *FLAGS)]
     parts += [
@@ -134,9 +132,7 @@ def stem_of(
     return f"fmi{fmi}-{platform.fmi3}-{digest(whole)}"
 
 
-def make(
-    fmi: int, platform: Platform, compiler: Compiler, folder: Path, *more: str | Path
-) -> Path:
+def make(fmi: int, platform: Platform, compiler: Compiler, folder: Path, *more: str | Path) -> Path:
     """Compile, and keep the library in a folder under a name that begins with its `stem_of`.
 
     A copy of the sources is compiled and named: they may change meanwhile.
