@@ -229,8 +229,8 @@ def stiffness_of(text: str, otherwise: str = "", before: str = "") -> float:
         k_H = math.nan
     if not SOFTEST <= k_H <= STIFFEST:
         raise UsageError(
-            f"--contact-stiffness {before}{text}: must be a number from {SOFTEST:g} to {STIFFEST:g} in "
-            f"N/m{otherwise}" + USUAL["--contact-stiffness"][0].slip(k_H, "N/m")
+            f"--contact-stiffness {before}{text}: must be a number from {SOFTEST:g} to "
+            f"{STIFFEST:g} in N/m{otherwise}" + USUAL["--contact-stiffness"][0].slip(k_H, "N/m")
         )
     return doubted("--contact-stiffness", k_H)
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from railcosim.analysis.pair.owner import Owner
 from railcosim.master.connections import CouplingError
-from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.description import describe_file
 from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Port, wheelset_name
 

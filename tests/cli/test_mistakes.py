@@ -77,7 +77,7 @@ MISTAKES = {
     f"{ANY} --method pulses --steps 1000000000000": "Invalid value for '--steps'",
     "track-receptance --out t.nc --frequencies 1e300:1e300:1": "<= 1e+06 Hz",
     "track-receptance --out t.nc --at nan": "--position nan: must be railseat",
-    "track-receptance --out t.nc --at 1e300": "--position 1e300: must be railseat, midspan, or from",
+    "track-receptance --out t.nc --at 1e300": "--position 1e300: must be railseat, midspan, or",
     f"{FRF} {PARTS} --position 1e9": "--position 1e+09: must be from -1e+06 to 1e+06 m",
     f"{RUN} {PAIR} --position nan": "--position nan: must be from -1e+06 to 1e+06 m",
     "irregularity --out p.csv --length 1e15": "--length 1e+15: must be from 1 to 1e+06 m",
