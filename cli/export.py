@@ -86,6 +86,14 @@ def export(
     one_rail: Annotated[
         bool, typer.Option("--one-rail", help="With --wheelsets: only the left rail is loaded.")
     ] = False,
+    separate: Annotated[
+        bool,
+        typer.Option(
+            "--separate",
+            help="Each vehicle of a train as FMUs of its own, Vehicle1 and so on, which only the "
+            "track joins.",
+        ),
+    ] = False,
 ) -> None:
     """Write Vehicle, Track, VehicleWithContact, TrackWithContact as FMUs, and Pair.ssp."""
     from railcosim.analysis.pair.export_pair import PAIR
@@ -93,6 +101,8 @@ def export(
     chosen = runtime_of(runtime, fmi, platforms)
     if wheelsets is None and (positions is not None or one_rail):
         raise UsageError("--positions and --one-rail: need --wheelsets, how many there are")
+    if wheelsets is not None and separate:
+        raise UsageError("--separate: is of vehicles, and --wheelsets exports tracks only")
     cars = vehicle_of(vehicle, vehicles)
     if wheelsets is not None:
         places = positions_of(wheelsets, positions)
@@ -101,11 +111,12 @@ def export(
         files = exported_tracks(cars, rails, places, one_rail, out, chosen)
     else:
         folder_of("--out", out)
-        files = exported(cars, track_of(track, cars), out, chosen)
+        files = exported(cars, track_of(track, cars), out, chosen, separate=separate)
     for path in files.values():
         console.print(f"{path}  {path.stat().st_size / 1e6:.1f} MB")
     if wheelsets is None and chosen.fmi == 2:
-        console.print(f"{out / PAIR}  wires Vehicle and TrackWithContact")
+        which = "all vehicles" if separate else "Vehicle"
+        console.print(f"{out / PAIR}  wires {which} and TrackWithContact")
 
 
 def positions_of(wheelsets: int, text: str | None) -> list[float]:
@@ -150,12 +161,14 @@ def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:
 
 
 def exported(
-    vehicle: Vehicle | Train, track: Track, out: Path, runtime: Runtime
+    vehicle: Vehicle | Train, track: Track, out: Path, runtime: Runtime, *, separate: bool = False
 ) -> dict[str, Path]:
     """Export into a folder, with a status line."""
     from railcosim.analysis.pair.export_pair import export_pair
 
-    return _told(track, out, partial(export_pair, vehicle, track, out, runtime=runtime))
+    return _told(
+        track, out, partial(export_pair, vehicle, track, out, runtime=runtime, separate=separate)
+    )
 
 
 def exported_tracks(

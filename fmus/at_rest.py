@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import root
@@ -14,8 +16,8 @@ from .roles import Role
 FloatArray = NDArray[np.float64]
 
 
-def heights_at_rest(vehicle: Content, track: Content) -> dict[str, float]:
-    """Heights of the wheelsets for which vehicle and track are at rest together.
+def heights_at_rest(vehicles: Sequence[Content], track: Content) -> list[dict[str, float]]:
+    """Heights of the wheelsets for which vehicles and track are at rest together.
 
     A height is the rail's deflection under all loads, and the contact's compression. Where the
     bodies above can follow any heights without strain, every wheel carries its static load,
@@ -23,13 +25,15 @@ def heights_at_rest(vehicle: Content, track: Content) -> dict[str, float]:
 
     Parameters
     ----------
-    vehicle, track : Content
-        Of `railcosim.fmus.content.contents`; the track with the contact.
+    vehicles : sequence of Content
+        From the front, of `railcosim.fmus.content.contents`.
+    track : Content
+        The track with the contact, under all of them.
 
     Returns
     -------
-    dict
-        The vehicle's parameters ``wheelset[i].start_z``, m, down.
+    list of dict
+        Each vehicle's parameters ``wheelset[i].start_z``, m, down.
     """
     start = {(v.role, v.index): float(v.start or 0) for v in track.table}
     rails, n = track.body, track.body.layout.wheelsets
@@ -37,9 +41,15 @@ def heights_at_rest(vehicle: Content, track: Content) -> dict[str, float]:
     G = rails.at(np.array(positions)).static_compliance()
     # Of all wheels, or of those of each wheelset, on both sides alike.
     C = np.resize([float(v.start or 0) for v in track.table if v.role is Role.HERTZ], len(G))
+    ends = np.cumsum([vehicle.body.layout.wheelsets for vehicle in vehicles])[:-1]
+    sides = len(rails.layout.sides)
 
     def sunk(heights: FloatArray) -> FloatArray:
-        load = loads_on(vehicle.body, heights)
+        loads = [
+            loads_on(vehicle.body, own).reshape(sides, -1)
+            for vehicle, own in zip(vehicles, np.split(heights, ends), strict=True)
+        ]
+        load = np.hstack(loads).ravel()
         below: FloatArray = (G @ load + (load / C) ** (2 / 3))[:n]  # left and right alike
         return below
 
@@ -47,8 +57,11 @@ def heights_at_rest(vehicle: Content, track: Content) -> dict[str, float]:
         return heights - sunk(heights)
 
     heights = root(off, sunk(np.zeros(n)), tol=1e-13).x
-    told = [v.name for v in vehicle.table if v.role is Role.START_Z]
-    return dict(zip(told, heights.tolist(), strict=True))
+    told = [[v.name for v in one.table if v.role is Role.START_Z] for one in vehicles]
+    each = np.split(heights, ends)
+    return [
+        dict(zip(names, own.tolist(), strict=True)) for names, own in zip(told, each, strict=True)
+    ]
 
 
 def loads_on(vehicle: ModalBody, heights: FloatArray) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from railcosim.vehicle.files import write_stock
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
-from railcosim.vehicle.train import Train
+from railcosim.vehicle.train import Train, train_of
 
 from .interface import Contact, Scalar, Start, interface, owns_contact
 
@@ -114,48 +114,72 @@ def ring_annotations(track: Track) -> Annotations:
 
 
 def contents(
-    vehicle: Vehicle | Train, track: Track, progress: Callable[[str], None] = lambda text: None
+    vehicle: Vehicle | Train,
+    track: Track,
+    progress: Callable[[str], None] = lambda text: None,
+    *,
+    separate: bool = False,
 ) -> list[Content]:
     """Vehicle, Track, VehicleWithContact and TrackWithContact.
+
+    Parameters
+    ----------
+    vehicle, track : Vehicle or Train, Track
+        Parameters.
+    progress : callable
+        Told what is being done.
+    separate : bool
+        Each vehicle of a train by itself, from the front: Vehicle1, VehicleWithContact1, Vehicle2
+        and so on, where they stand in the train. The tracks are under all of them.
 
     Raises
     ------
     ParameterError
-        If the vehicle meets itself through the ring.
+        If the vehicle meets itself through the ring, or vehicles by themselves had couplers.
 
     Warns
     -----
     RingWarning
         If the ring is too short for what `railcosim.track.decay` promises.
     """
-    cars = vehicle_body(build_multibody(vehicle))
-    ahead = wheelset_x(cars)
+    stock = {"": vehicle}
+    if separate:
+        stock = {str(number): one for number, one in enumerate(apart(vehicle), start=1)}
+    ahead = build_multibody(vehicle).wheelset_x
     # The rearmost wheelset starts above a railseat, the paper's place.
-    start = start_of(vehicle, (ahead - ahead[-1] + track.fastening.spacing / 2).tolist())
+    places = ahead - ahead[-1] + track.fastening.spacing / 2
+    start = start_of(vehicle, places.tolist())
     rails = track_under(track, start, progress)
+    bodies = {suffix: vehicle_body(build_multibody(one)) for suffix, one in stock.items()}
+    counts = [body.layout.wheelsets for body in bodies.values()]
+    starts = [
+        start_of(one, where.tolist())
+        for one, where in zip(stock.values(), np.split(places, np.cumsum(counts)[:-1]), strict=True)
+    ]
     made = []
     for with_contact in (False, True):
-        made.append(
-            Content(
-                name="VehicleWithContact" if with_contact else "Vehicle",
-                model="vehicle",
-                text="Railway vehicle, vertical: "
-                + ("rail motion to contact force." if with_contact else "contact force to motion."),
-                table=interface(cars, start, with_contact=with_contact),
-                body=cars,
-                parameters=write_stock(vehicle),
-                annotations={},
-            )
-        )
+        for (suffix, body), its in zip(bodies.items(), starts, strict=True):
+            made.append(_vehicle(stock[suffix], body, its, suffix, with_contact=with_contact))
         made.append(_track(track, rails, start, with_contact=with_contact))
     return made
 
 
-def wheelset_x(body: ModalBody) -> FloatArray:
-    """Places of a vehicle's wheelsets, forward, m."""
-    if body.coordinates is None:
-        raise TypeError("a track has no wheelsets")
-    return body.coordinates.wheelset_x
+def apart(stock: Vehicle | Train) -> list[Train]:
+    """Vehicles of a train, each by itself.
+
+    Raises
+    ------
+    ParameterError
+        If there are couplers between them, which two FMUs cannot share.
+    """
+    train = train_of(stock)
+    coupler = train.coupler
+    if len(train.vehicles) > 1 and max(coupler.stiffness, coupler.damping) > 0.0:
+        raise ParameterError(
+            f"[coupler] stiffness = {coupler.stiffness:g} N/m, damping = {coupler.damping:g} "
+            "N.s/m: must be 0 where each vehicle is an FMU of its own, which only the track joins"
+        )
+    return [replace(train, vehicles=(one,)) for one in train.vehicles]
 
 
 def track_contents(
@@ -192,6 +216,21 @@ def track_under(
     check_ring(track, float(np.ptp(start.positions)))
     progress("reducing the track")
     return reduce_track(track).under(Layout(len(start.positions), sides))
+
+
+def _vehicle(
+    vehicle: Vehicle | Train, body: ModalBody, start: Start, suffix: str, *, with_contact: bool
+) -> Content:
+    return Content(
+        name=f"Vehicle{'WithContact' if with_contact else ''}{suffix}",
+        model="vehicle",
+        text="Railway vehicle, vertical: "
+        + ("rail motion to contact force." if with_contact else "contact force to motion."),
+        table=interface(body, start, with_contact=with_contact),
+        body=body,
+        parameters=write_stock(vehicle),
+        annotations={},
+    )
 
 
 def _track(track: Track, rails: ModalBody, start: Start, *, with_contact: bool) -> Content:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from railcosim.fmus.at_rest import heights_at_rest
@@ -16,6 +16,8 @@ from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train
 
+from .numbering import through, vehicle_name
+
 PAIR = "Pair.ssp"
 
 
@@ -26,6 +28,7 @@ def export_pair(
     progress: Callable[[str], None] = lambda text: None,
     *,
     runtime: Runtime = NATIVE,
+    separate: bool = False,
 ) -> dict[str, Path]:
     """Write our four FMUs, and Pair.ssp with Vehicle and TrackWithContact in it.
 
@@ -36,6 +39,9 @@ def export_pair(
     ----------
     vehicle, track, out, progress, runtime
         See `railcosim.fmus.export.export`.
+    separate : bool
+        Each vehicle of a train as FMUs of its own, Vehicle1 and VehicleWithContact1 and so on, and
+        as a component of Pair.ssp; only the track joins them.
 
     Returns
     -------
@@ -49,28 +55,44 @@ def export_pair(
     """
     folder = Path(out)
     runtime.prepare(progress)
-    made = {content.name: content for content in contents(vehicle, track, progress)}
-    with packed(made.values(), folder, progress, runtime=runtime) as files:
+    made = contents(vehicle, track, progress, separate=separate)
+    with packed(made, folder, progress, runtime=runtime) as files:
         if runtime.fmi == 2:
             progress("wiring the pair")
             _wire(made, files, folder / PAIR)
         return files
 
 
-def _wire(made: dict[str, Content], files: dict[str, Path], target: Path) -> None:
-    """Write the pair, at rest."""
-    cars = Part(
-        name="vehicle",
-        description=describe_file(files["Vehicle"]),
-        starts=heights_at_rest(made["Vehicle"], made["TrackWithContact"]),
+def _wire(made: Sequence[Content], files: dict[str, Path], target: Path) -> None:
+    """Write vehicles and track, at rest."""
+    vehicles = [one for one in made if one.model == "vehicle" and not one.has_contact]
+    (track,) = [one for one in made if one.model == "track" and one.has_contact]
+    rails = Part(name="track", description=describe_file(files[track.name]))
+    cars, connections, ahead = [], list[Connection](), 0
+    for number, (one, starts) in enumerate(
+        zip(vehicles, heights_at_rest(vehicles, track), strict=True), start=1
+    ):
+        name = "vehicle" if len(vehicles) == 1 else vehicle_name(number)
+        cars.append(Part(name=name, description=describe_file(files[one.name]), starts=starts))
+        connections += _by_name(cars[-1], rails, number, ahead)
+        ahead += one.body.layout.wheelsets
+    write_ssp(target, [*cars, rails], connections, step=Description.step, stop=Description.stop)
+
+
+def _by_name(vehicle: Part, track: Part, number: int, ahead: int) -> list[Connection]:
+    """Outputs to inputs of their names, both ways; wheelsets behind others are numbered through."""
+    ours, theirs = (
+        {side: [v.name for v in getattr(part.description, side)] for side in ("inputs", "outputs")}
+        for part in (vehicle, track)
     )
-    rails = Part(name="track", description=describe_file(files["TrackWithContact"]))
-    connections = [*_by_name(cars, rails), *_by_name(rails, cars)]
-    write_ssp(target, [cars, rails], connections, step=Description.step, stop=Description.stop)
-
-
-def _by_name(source: Part, target: Part) -> list[Connection]:
-    """Every output to the input of its name."""
-    inputs = {v.name for v in target.description.inputs}
-    names = [v.name for v in source.description.outputs if v.name in inputs]
-    return [Connection(source.name, name, target.name, name) for name in names]
+    to_track = [
+        Connection(vehicle.name, name, track.name, there)
+        for name in ours["outputs"]
+        if (there := through(name, number, ahead)) in theirs["inputs"]
+    ]
+    to_vehicle = {through(name, number, ahead): name for name in ours["inputs"]}
+    return to_track + [
+        Connection(track.name, name, vehicle.name, to_vehicle[name])
+        for name in theirs["outputs"]
+        if name in to_vehicle
+    ]

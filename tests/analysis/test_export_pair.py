@@ -1,7 +1,9 @@
 """Pair.ssp: valid, wired as the FMUs are, and at rest when it starts."""
 
 import io
+import warnings
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -10,10 +12,22 @@ import pytest
 from fmpy.ssp import ssd as fmpy_ssd
 from lxml import etree
 
+from railcosim.analysis.pair.export_pair import export_pair
+from railcosim.analysis.response.models import wheelset_positions
 from railcosim.master.connections import connect_by_name
+from railcosim.master.cosimulation import cosimulate
 from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.schemes.jacobi import jacobi
+from railcosim.master.ssp import initialise, open_ssp
 from railcosim.master.system import System
-from railcosim.vehicle.parameters import Vehicle
+from railcosim.mechanics.ports import FORCE, Layout
+from railcosim.parameters import ParameterError
+from railcosim.track.decay import RingWarning
+from railcosim.track.parameters import Mesh, Track
+from railcosim.vehicle.files import read_stock
+from railcosim.vehicle.multibody import build_multibody
+from railcosim.vehicle.parameters import Coupler, Vehicle
+from railcosim.vehicle.train import Train, TrainVehicle
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
@@ -154,3 +168,70 @@ def test_fmpy_reads_it(pair):
     described = fmpy_ssd.read_ssd(str(pair))
     assert len(described.system.connections) == 20
     assert len(fmpy_ssd.get_connections(described.system)) == 20
+
+
+PAPER, WAGON = read_stock(Path("paper")), read_stock(Path("wagon"))
+TRAIN = Train(
+    vehicles=(TrainVehicle(vehicle=WAGON, reversed=True), TrainVehicle(vehicle=PAPER)),
+)
+
+
+@pytest.fixture(scope="module")
+def apart(tmp_path_factory):
+    """The folder of a wagon and the paper's vehicle as an FMU each, and of both as one."""
+    folder = tmp_path_factory.mktemp("apart")
+    mesh = Mesh(cells=8, elements_per_bay=2, highest_slab_frequency=200, highest_frequency=1000)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RingWarning)  # as coarse as it can be
+        export_pair(TRAIN, Track(mesh=mesh), folder, separate=True)
+        export_pair(TRAIN, Track(mesh=mesh), folder / "one")
+    return folder
+
+
+def recorded(system):
+    """Forces of a system from an SSP file, 5 ms of rolling."""
+    with open_ssp(system) as loaded:
+        joined = System(loaded.components, loaded.connections)
+        initialise(joined, loaded.fmus, 0.0)
+        points = list(cosimulate(joined, jacobi(degree=1), 1e-4, 5e-3))
+        columns = [joined.names.index(f"track.{name}") for name in Layout(6).names(FORCE)]
+        return joined.names, np.array([p.outputs for p in points]), columns
+
+
+@pytest.mark.slow  # ten FMUs
+@pytest.mark.filterwarnings("ignore::railcosim.track.decay.RingWarning")
+def test_one_component_a_vehicle(apart) -> None:
+    """At rest, and rolling as the same train in one FMU does: wheelsets are numbered through."""
+    assert {p.stem for p in apart.glob("*.fmu")} == {
+        "Vehicle1", "Vehicle2", "VehicleWithContact1", "VehicleWithContact2", "Track",
+        "TrackWithContact",
+    }  # fmt: skip
+    with zipfile.ZipFile(apart / "Pair.ssp") as archive:
+        structure = etree.fromstring(archive.read("SystemStructure.ssd"))
+    schema("SystemStructureDescription.xsd").assertValid(structure)
+    assert len(fmpy_ssd.read_ssd(str(apart / "Pair.ssp")).system.connections) == 6 + 2 * 12
+    names, ours, columns = recorded(apart / "Pair.ssp")
+    still = [k for k, name in enumerate(names) if name.endswith(".az")]
+    assert len(still) == 10  # two car bodies, two bogies, six wheelsets
+    assert np.abs(ours[0, still]).max() < 1e-9  # see `test_it_starts_at_rest`
+    _, theirs, there = recorded(apart / "one" / "Pair.ssp")
+    forces, same = ours[:, columns], theirs[:, there]
+    loads = build_multibody(TRAIN).wheel_load
+    assert forces[0] == pytest.approx(np.tile(loads, 2), rel=1e-9)
+    assert np.ptp(forces, axis=0).min() > 1.0  # N: the rail's shape over sleepers
+    assert np.abs(forces - same).max() < 1e-11 * loads.max()
+
+
+@pytest.mark.slow  # the same
+@pytest.mark.filterwarnings("ignore::railcosim.track.decay.RingWarning")
+def test_vehicles_stand_where_the_train_has_them(apart) -> None:
+    """So nobody need say where, and each is its own parameters."""
+    fmus = [apart / f"Vehicle{number}.fmu" for number in (1, 2)]
+    expected = wheelset_positions(apart / "one" / "Vehicle.fmu")
+    assert wheelset_positions(fmus) == pytest.approx(expected, abs=1e-12)
+
+
+def test_couplers_are_of_one_fmu(tmp_path) -> None:
+    coupled = replace(TRAIN, coupler=Coupler(damping=1e3))
+    with pytest.raises(ParameterError, match=r"damping = 1000 N.s/m: must be 0 where"):
+        export_pair(coupled, Track(), tmp_path, separate=True)

@@ -38,7 +38,7 @@ def test_nothing_is_accelerated(stock):
                             highest_frequency=400))  # fmt: skip
     made = {content.name: content for content in contents(stock, track)}
     vehicle, rails = made["Vehicle"], made["TrackWithContact"]
-    heights = heights_at_rest(vehicle, rails)
+    (heights,) = heights_at_rest([vehicle], rails)
     layout = vehicle.body.layout
     z = {port.name(WHEEL.motion): heights[f"wheelset[{port.wheelset}].start_z"]
          for port in layout.ports}  # fmt: skip
