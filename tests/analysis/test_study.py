@@ -140,6 +140,12 @@ def contents(exported):
     return {name: exported[name].read_bytes() for names in FMUS.values() for name in names}
 
 
+@pytest.fixture(scope="module")
+def forces(ride, contents):
+    """Converged forces of that ride."""
+    return reference(*ride, STIFF, *(contents[name] for name in FMUS[Owner.MASTER]))
+
+
 def grid(names: list[str], steps: list[float], owners=(Owner.TRACK,)) -> Grid:
     known = members()
     return Grid(
@@ -147,13 +153,11 @@ def grid(names: list[str], steps: list[float], owners=(Owner.TRACK,)) -> Grid:
     )
 
 
-def test_orders_of_the_pair(ride, contents) -> None:
+def test_orders_of_the_pair(ride, contents, forces) -> None:
     """Schemes approach the monolithic solution, with the order that they claim.
 
     That they get there at all says that both are right: nothing is shared but the bodies' matrices.
     """
-    bodies = [contents[name] for name in FMUS[Owner.MASTER]]
-    forces = reference(*ride, STIFF, *bodies)
     assert forces.error < 1e-8
     names = ["jacobi-constant", "jacobi-linear", "jacobi-quadratic"]
     results = []
@@ -193,19 +197,16 @@ def test_claimed_orders_from_one_to_four(contents) -> None:
     assert observed == pytest.approx(list(claimed.values()), abs=0.1)
 
 
-def test_third_order_at_a_tenth_of_a_millisecond(ride, contents) -> None:
+def test_third_order_at_a_tenth_of_a_millisecond(ride, contents, forces) -> None:
     """1 GN/m, 0.1 ms: contact forces within 1e-5, asked for; measured 2.5e-6."""
     bodies = [contents[name] for name in FMUS[Owner.MASTER]]
-    forces = reference(*ride, STIFF, *bodies)
     (point,) = grid(["interface-jacobian-radau-2"], [1e-4], [Owner.MASTER]).points()
     assert point.scheme.order == 3
     assert measure(*ride, point, *bodies, forces).error < 1e-5
 
 
-def test_a_run_that_diverges_is_measured(ride, contents) -> None:
+def test_a_run_that_diverges_is_measured(ride, contents, forces) -> None:
     """Contact in the vehicle, 0.2 ms: it grows, and it is said that it stopped and why."""
-    bodies = [contents[name] for name in FMUS[Owner.MASTER]]
-    forces = reference(*ride, STIFF, *bodies)
     (point,) = grid(["jacobi-linear"], [2e-4], [Owner.VEHICLE]).points()
     found = measure(*ride, point, *(contents[n] for n in FMUS[Owner.VEHICLE]), forces)
     assert found.error > 1.0
@@ -285,7 +286,9 @@ def test_observed_order(order) -> None:
 # --- here, and on a cluster ----------------------------------------------------------------------
 
 
-def test_here_every_point_is_measured_and_what_fails_is_said_of_its_point(ride, contents) -> None:
+def test_here_every_point_is_measured_and_what_fails_is_said_of_its_point(
+    ride, contents, forces
+) -> None:
     """In processes of their own, as in this one."""
     good, bad = grid(["jacobi-constant"], [1e-4, 2e-4]).points()
     told: list[tuple[float, float]] = []
@@ -295,8 +298,7 @@ def test_here_every_point_is_measured_and_what_fails_is_said_of_its_point(ride, 
     found = {point.step: result for point, result in results}
     assert isinstance(found[-1.0], ValueError)
     assert told[-1] == (2.0, 2.0)
-    alone = reference(*ride, STIFF, *(contents[name] for name in FMUS[Owner.MASTER]))
-    here = measure(*ride, good, *(contents[name] for name in FMUS[good.owner]), alone)
+    here = measure(*ride, good, *(contents[name] for name in FMUS[good.owner]), forces)
     # Other processes place arrays elsewhere, and sums are then rounded otherwise.
     assert found[good.step].error == pytest.approx(here.error, rel=1e-6)
 
@@ -319,7 +321,7 @@ def cluster():
         yield cluster
 
 
-def test_a_killed_worker_loses_nothing(ride, contents, cluster) -> None:
+def test_a_killed_worker_loses_nothing(ride, contents, forces, cluster) -> None:
     """SIGKILL to a worker that is at work: every point comes home, and as without it."""
     names = ["jacobi-constant", "jacobi-linear", "gauss-seidel-linear-vehicle-first"]
     points = grid(names, [2e-5, 1e-5]).points()  # long enough to be met at work
@@ -339,9 +341,8 @@ def test_a_killed_worker_loses_nothing(ride, contents, cluster) -> None:
         client.wait_for_workers(2, timeout=30)
         assert killed[0] not in client.run(os.getpid).values()
     assert sorted(str(p) for p, _ in found) == sorted(str(p) for p in points)
-    alone = reference(*ride, STIFF, *(contents[name] for name in FMUS[Owner.MASTER]))
     point, result = found[-1]
-    here = measure(*ride, point, *(contents[name] for name in FMUS[point.owner]), alone)
+    here = measure(*ride, point, *(contents[name] for name in FMUS[point.owner]), forces)
     # Other processes place arrays elsewhere, and sums are then rounded otherwise.
     assert here.error == pytest.approx(result.error, rel=1e-6)
 
