@@ -10,13 +10,17 @@ import json
 import os
 import subprocess
 import sys
+import time
 import venv
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from railcosim.fmus.export import NativeRuntime
+from railcosim.storage.lock import take
 
 from .job import Job, make_job
 
@@ -102,13 +106,27 @@ def _environment(config: pytest.Config, name: str) -> str:
     key = hashlib.sha256(repr((importer.requirements, sys.version)).encode()).hexdigest()[:8]
     folder = Path(config.cache.mkdir("importers")) / f"{name}-{key}"
     python = folder / "bin" / "python"
-    ready = folder / "ready"
-    if not ready.exists():
-        venv.create(folder, with_pip=True, clear=True)
-        pip = [python, "-m", "pip", "install", "--quiet", *importer.requirements]
-        done = subprocess.run(pip, capture_output=True, text=True, check=False)
-        if done.returncode:
-            wanted = " ".join(importer.requirements)
-            pytest.skip(f"pip install {wanted} failed: {done.stderr.strip()[-300:]}")
-        ready.touch()
+    with _alone(folder.with_suffix(".lock")):
+        if not (ready := folder / "ready").exists():
+            venv.create(folder, with_pip=False, clear=True)
+            pip = [sys.executable, "-m", "pip", "--python", str(python)]
+            done = subprocess.run(
+                [*pip, "install", "--quiet", *importer.requirements],
+                capture_output=True, text=True, check=False,
+            )  # fmt: skip
+            if done.returncode:
+                wanted = " ".join(importer.requirements)
+                pytest.skip(f"pip install {wanted} failed: {done.stderr.strip()[-300:]}")
+            ready.touch()
     return str(python)
+
+
+@contextmanager
+def _alone(lock: Path) -> Iterator[None]:
+    """One worker at a time: the others wait for what it makes."""
+    while (descriptor := take(lock)) is None:
+        time.sleep(0.1)
+    try:
+        yield
+    finally:
+        os.close(descriptor)
