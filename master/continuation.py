@@ -40,10 +40,10 @@ class Continuation(Protocol):
         """Forget the past; the inputs at `t` are written."""
 
     def extrapolate(self, t: float, h: float) -> None:
-        """Step from `t` to `t + h` (s); the inputs at `t` are written.
+        """Step from `t` to `t + h` (s); the inputs at `t` are written, and stay in `u`."""
 
-        Leaves in the component's `u`, unwritten, the inputs that the polynomial gives at the end.
-        """
+    def go_on(self, h: float) -> None:
+        """Leave in `u`, unwritten, what the polynomial gives at the end of a step extrapolated."""
 
     def interpolate(self, t: float, h: float, u: FloatArray) -> None:
         """Likewise, to the inputs `u` at the end."""
@@ -72,6 +72,9 @@ class Held:
         """Hold the inputs at the beginning; see `Continuation`."""
         self._component.do_step(t, h)
 
+    def go_on(self, h: float) -> None:
+        """Do nothing: they are held; see `Continuation`."""
+
     def interpolate(self, t: float, h: float, u: FloatArray) -> None:
         """Hold the inputs at the end; see `Continuation`."""
         self._component.u[:] = u
@@ -86,8 +89,9 @@ class Held:
 class _Polynomial:
     """Remembers the inputs of past communication points.
 
-    All that a step needs is in arrays that are made once and written over: most of what a master
-    costs would else be the making of small arrays.
+    All that a step needs is in arrays that are made once and written over, also the numbers by
+    which others are divided: most of what a master costs would else be the making of small arrays.
+    Whole ones are copied by ``[...]``, which takes half the time of ``[:]``.
     """
 
     def __init__(self, component: Component, degree: int) -> None:
@@ -98,7 +102,9 @@ class _Polynomial:
         self._points: list[FloatArray] = [np.empty(n) for _ in range(degree + 1)]
         self._derivatives: FloatArray = np.zeros((degree, n))
         self._known = tuple(self._derivatives[:order] for order in range(degree + 1))
+        self._first = self._derivatives[0]
         self._work: FloatArray = np.empty(n)
+        self._span: FloatArray = np.empty(())
         self._beginning = 0
         """Which of the points is the beginning of the step last made."""
 
@@ -120,6 +126,10 @@ class _Polynomial:
         self._times.clear()
         self._note(t, self._component.u)
 
+    def go_on(self, h: float) -> None:
+        """Follow the polynomial through the past; see `Continuation`."""
+        _go_on(self._component.u, self._known[len(self._times) - 1], h)
+
     def path(self, t: float) -> FloatArray:
         """Give the polynomial through the past, which ends with the step; see `Continuation`."""
         return np.stack([self._points[self._beginning], *self._known[len(self._times) - 1]])
@@ -131,29 +141,34 @@ class _Polynomial:
             times.insert(0, t)
             del times[self.degree + 1 :]
             points.insert(0, points.pop())
-        points[0][:] = u
+        points[0][...] = u
 
     def _fit(self, t: float) -> FloatArray:
         """Derivatives at `t` of the polynomial through the past, shape (degree, n_inputs).
 
         Of a lower degree in the first steps. What does not change has derivatives of exactly zero.
         """
-        known = self._known[len(self._times) - 1]
-        if not len(known):
-            return known
-        first, (t0, t1, *earlier), (u0, u1, *_) = self._derivatives[0], self._times, self._points
-        np.subtract(u0, u1, first)
-        np.divide(first, t0 - t1, first)
-        if earlier:  # Newton's divided differences
-            (t2,), u2, second, work = earlier, self._points[2], self._derivatives[1], self._work
-            np.subtract(u1, u2, work)
-            np.divide(work, t1 - t2, work)
-            np.subtract(first, work, second)
-            np.divide(second, t0 - t2, second)
-            np.multiply(second, 2 * t - t0 - t1, work)
-            np.add(first, work, first)
-            np.multiply(second, 2, second)
-        return known
+        times, order = self._times, len(self._times) - 1
+        if order:
+            points, first, span = self._points, self._first, self._span
+            np.subtract(points[0], points[1], first)
+            span[()] = times[0] - times[1]
+            np.divide(first, span, first)
+            if order > 1:
+                self._bend(t)
+        return self._known[order]
+
+    def _bend(self, t: float) -> None:
+        """Make the line that has been fitted a parabola, by Newton's divided differences."""
+        (t0, t1, t2), (_, u1, u2) = self._times, self._points
+        (first, second), work = self._derivatives, self._work
+        np.subtract(u1, u2, work)
+        np.divide(work, t1 - t2, work)
+        np.subtract(first, work, second)
+        np.divide(second, t0 - t2, second)
+        np.multiply(second, 2 * t - t0 - t1, work)
+        np.add(first, work, first)
+        np.multiply(second, 2, second)
 
 
 class OwnHold(_Polynomial):
@@ -171,7 +186,7 @@ class OwnHold(_Polynomial):
         component, self._beginning = self._component, 0
         self._note(t, component.u)
         component.do_step(t, h)
-        _go_on(component.u, self._fit(t), h)
+        self._fit(t)
 
     def interpolate(self, t: float, h: float, u: FloatArray) -> None:
         """Let the component interpolate; see `Continuation`."""
@@ -194,19 +209,22 @@ class Derivatives(_Polynomial):
         """Follow the polynomial through the past; see `Continuation`."""
         component, self._beginning = self._component, 0
         self._note(t, component.u)
-        follow(component, self._fit(t), t, h)
+        derivatives = self._fit(t)
+        if len(derivatives):
+            component.set_input_derivatives(derivatives)
+        component.do_step(t, h)
 
     def interpolate(self, t: float, h: float, u: FloatArray) -> None:
         """Follow the polynomial through the past and the end; see `Continuation`."""
         component, self._beginning = self._component, 1
-        component.u[:] = self._points[0]
+        component.u[...] = self._points[0]
         component.write_inputs()
         self._note(t + h, u)
         derivatives = self._fit(t)
         if len(derivatives):
             component.set_input_derivatives(derivatives)
         component.do_step(t, h)
-        component.u[:] = u  # without the rounding of the polynomial
+        component.u[...] = u  # without the rounding of the polynomial
 
 
 def continuation(component: Component, degree: int, *, at_end: bool) -> Continuation:

@@ -74,10 +74,9 @@ class Cosimulation(Iterator[CommunicationPoint]):
         self.walk = pace.walk(system, self.stepper, start, stop)
         self.time = math.nan
         self.start, self.stop = start, stop
-        limits = limit * np.array([v.nominal for v in system.variables])
-        self._inverse_limits = 1.0 / limits
-        self._least_limit = float(limits.min(initial=limit))
-        self._watched = system.outputs if system.variables else np.zeros(1)  # BLAS takes no empty
+        self._inverse_limits = 1.0 / (limit * np.array([v.nominal for v in system.variables]))
+        self._scaled = np.zeros(max(len(system.variables), 1))  # BLAS takes no empty
+        self._in_limits = self._scaled[: len(system.variables)]
         self.context = f"scheme {scheme.describe()}, {pace.describe()}"
 
     def __next__(self) -> CommunicationPoint:
@@ -97,9 +96,9 @@ class Cosimulation(Iterator[CommunicationPoint]):
             message = f"{error} (step from t = {t:.9g} s, {self.context})"
             raise type(error)(message) from error
         outputs = self.system.outputs.copy()
-        # No value is larger than the norm of all, and NaN compares false. That settles it at once
-        # where no variable has a small nominal value, as in most FMUs.
-        if not dnrm2(self._watched) <= self._least_limit:
+        # No value is larger than the norm of all, and NaN compares false.
+        np.multiply(outputs, self._inverse_limits, self._in_limits)
+        if not dnrm2(self._scaled) <= 1.0:
             self._check(outputs, t)
         self.time = t
         # What CommunicationPoint(...) does, in half the time.
@@ -107,10 +106,7 @@ class Cosimulation(Iterator[CommunicationPoint]):
 
     def _check(self, outputs: FloatArray, t: float) -> None:
         """Raise Divergence if an output is out of bounds."""
-        scaled = outputs * self._inverse_limits
-        if dnrm2(scaled) <= 1.0:
-            return
-        inside = np.abs(scaled) <= 1.0
+        inside = np.abs(self._in_limits) <= 1.0
         if inside.all():
             return
         worst = int(np.argmin(inside))

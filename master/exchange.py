@@ -65,7 +65,8 @@ def exchange_plan(
         if k is None:
             raise CouplingError(_loop_message(needs, known, names))
         outputs, sources, _ = ports[k]
-        visits.append((k, bool(needs[outputs].any())))
+        found = ready[outputs] & ~known[outputs]
+        visits.append((k, bool(needs[outputs][found].any())))
         if visits[-1][1] and known[sources[sources < len(names)]].all():
             settled.add(k)
         known[outputs] |= ready[outputs]

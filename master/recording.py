@@ -15,6 +15,7 @@ from railcosim.master.suggest import suggest
 from railcosim.master.system import System
 
 _FIRST_ROWS = 1024
+_BLOCK = 256  # points entered at once
 
 
 class Recorder:
@@ -57,13 +58,12 @@ class Recorder:
         self._labels = [labels[i] for i in chosen]
         self._attrs = [_attrs(system, owners, i) for i in chosen]
         self._seen = 0
-        self._rows = 0
-        # Doubled when full, so that adding stays cheap however long the run gets.
-        self._times = np.empty(_FIRST_ROWS)
-        self._values = np.empty((_FIRST_ROWS, len(self._columns)))
+        self._latest: list[CommunicationPoint] = []  # kept, and not in the table yet
+        self._rows = 0  # in the table
+        self._table: FloatArray = np.empty((0, 1 + len(self._columns)))
 
     def __len__(self) -> int:
-        return self._rows
+        return self._rows + len(self._latest)
 
     @property
     def seen(self) -> int:
@@ -75,24 +75,34 @@ class Recorder:
         self._seen += 1
         if (self._seen - 1) % self._every:
             return
-        if self._rows == len(self._times):
-            self._times = np.concatenate([self._times, np.empty_like(self._times)])
-            self._values = np.concatenate([self._values, np.empty_like(self._values)])
-        self._times[self._rows] = point.time
-        point.outputs.take(self._columns, out=self._values[self._rows], mode="clip")
-        self._rows += 1
+        self._latest.append(point)
+        if len(self._latest) == _BLOCK:
+            self._enter()
 
     def rows(self, first: int = 0) -> FloatArray:
         """Time and values kept, from the row `first` on, shape (n_rows, 1 + n_variables)."""
-        some = slice(first, self._rows)
-        return np.column_stack([self._times[some], self._values[some]])
+        self._enter()
+        return self._table[first : self._rows].copy()
 
     def resume(self, seen: int, rows: FloatArray) -> None:
         """Go on as a recorder that has seen so many points and kept these `rows`."""
-        self._seen, self._rows = seen, len(rows)
-        spare = max(_FIRST_ROWS, 2 * len(rows)) - len(rows)
-        self._times = np.concatenate([rows[:, 0], np.empty(spare)])
-        self._values = np.concatenate([rows[:, 1:], np.empty((spare, len(self._columns)))])
+        self._seen, self._rows, self._latest = seen, len(rows), []
+        self._table = rows.copy()
+
+    def _enter(self) -> None:
+        """Enter the latest points into the table: many at once cost less than each by itself."""
+        if not self._latest:
+            return
+        end = self._rows + len(self._latest)
+        if end > len(self._table):
+            # Doubled when full, so that adding stays cheap however long the run gets.
+            spare = np.empty((max(_FIRST_ROWS, end), self._table.shape[1]))
+            self._table = np.concatenate([self._table[: self._rows], spare])
+        block = self._table[self._rows : end]
+        block[:, 0] = [point.time for point in self._latest]
+        values = np.concatenate([point.outputs for point in self._latest])
+        block[:, 1:] = values.reshape(len(block), -1)[:, self._columns]
+        self._rows, self._latest = end, []
 
     def to_dataset(self, attrs: Mapping[str, Any] | None = None) -> xr.Dataset:
         """Give what has been recorded so far.
@@ -108,8 +118,9 @@ class Recorder:
             Dimension ``time`` (s); one variable for each output, under its FMU name, with the
             component in front if two components have an output of that name.
         """
-        time = ("time", self._times[: self._rows].copy(), {"units": "s", "long_name": "time"})
-        values = self._values[: self._rows].T.copy()
+        self._enter()
+        times, *values = self._table[: self._rows].T.copy()
+        time = ("time", times, {"units": "s", "long_name": "time"})
         variables = {
             label: ("time", column, variable_attrs)
             for label, column, variable_attrs in zip(self._labels, values, self._attrs, strict=True)

@@ -59,7 +59,7 @@ class Signal(Component):
     def read_outputs(self) -> None:
         """Evaluate the function at the present time, unless that has been done."""
         foreseen = self._foreseen.get(self._time)
-        self.y[:] = self._function(self._time) if foreseen is None else foreseen
+        self.y[...] = self._function(self._time) if foreseen is None else foreseen
 
     def foresee(self, times: FloatArray) -> None:
         """Evaluate the function at many times; see `Component`."""

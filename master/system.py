@@ -30,7 +30,7 @@ class _Port:
     feeders: frozenset[int]
     """The components that feed it."""
     reacts: bool
-    """Whether an output depends at once on a connected input."""
+    """Whether an output that feeds somebody depends at once on a connected input."""
     continuation: Continuation
     """How its inputs go on over a step."""
     fresh: bool = False
@@ -119,9 +119,10 @@ class System:
             if not port.fresh:
                 port.component.read_outputs()
                 port.fresh = True
-        self._buffer.take(self._sources, None, self._inputs, "clip")
-        for port in self._late:
-            port.component.write_inputs()  # no output depends at once on what is new here
+        if self._late:  # the others have been given what they will have
+            self._buffer.take(self._sources, None, self._inputs, "clip")
+            for port in self._late:
+                port.component.write_inputs()  # no output depends at once on what is new here
 
     def write_inputs(self, k: int) -> None:
         """Set the inputs of component `k` to what its `u` holds: after a step, where they got to.
@@ -179,6 +180,8 @@ class System:
         """Take component `k` from `t` to `t + h` (s), its inputs going on from those it has."""
         port = self._ports[k]
         port.continuation.extrapolate(t, h)
+        if port.reacts:
+            port.continuation.go_on(h)
         port.fresh = False
         if self.on_step is not None:
             self.on_step(k, t, h, port.continuation.path(t))
@@ -228,7 +231,10 @@ class System:
         return self._ports[k].feeders
 
     def reacts(self, k: int) -> bool:
-        """Tell whether an output of component `k` depends at once on a connected input."""
+        """Tell whether an output of component `k` that feeds somebody depends on inputs at once.
+
+        On inputs that are fed themselves.
+        """
         return self._ports[k].reacts
 
     def own_outputs(self, k: int) -> slice:
@@ -313,6 +319,8 @@ def _make_ports(
     outputs = {(c.name, v.name): (k, v) for k, c in enumerate(components) for v in c.outputs}
     position = {key: i for i, key in enumerate(outputs)}
     source_of = {(c.target, c.input): (c.source, c.output) for c in connections}
+    feeds = np.zeros(n_outputs, dtype=bool)
+    feeds[[position[c.source, c.output] for c in connections]] = True
     ports = []
     first_output, first_start = 0, n_outputs
     for component in components:
@@ -325,15 +333,16 @@ def _make_ports(
                 feeders.add(outputs[source][0])
         last_output = first_output + len(component.outputs)
         first_input = first_start - n_outputs
+        own = slice(first_output, last_output)
         ports.append(
             _Port(
                 component=component,
-                outputs=slice(first_output, last_output),
+                outputs=own,
                 inputs=slice(first_input, first_input + len(component.inputs)),
                 sources=sources,
                 feeders=frozenset(feeders),
                 continuation=Held(component),
-                reacts=bool(component.feedthrough[:, sources < n_outputs].any()),
+                reacts=bool(component.feedthrough[feeds[own]][:, sources < n_outputs].any()),
             )
         )
         first_output, first_start = last_output, first_start + len(component.inputs)

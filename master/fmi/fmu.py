@@ -150,15 +150,16 @@ class FmuComponent(LoadedFmu):
         super().bind(u, y)
         self._set_real = self._prepare("fmi2SetReal", self._u_references, u)
         self._get_real = self._prepare("fmi2GetReal", self._y_references, y)
-        self._derivatives = np.zeros((self.max_input_derivative, u.size))
-        if self._derivatives.size:
-            every = self.description.input_references * len(self._derivatives)
+        derivatives = np.zeros((self.max_input_derivative, u.size))
+        self._derivatives = [derivatives[:k] for k in range(len(derivatives) + 1)]  # by order
+        if derivatives.size:
+            every = self.description.input_references * len(derivatives)
             self._set_derivatives = self._instance.prepare(
                 "fmi2SetRealInputDerivatives",
                 ctypes.byref(_references(every)),
                 self._n_derivatives,
-                ctypes.byref(_orders(u.size, len(self._derivatives))),
-                ctypes.byref(_doubles(self._derivatives)),
+                ctypes.byref(_orders(u.size, len(derivatives))),
+                ctypes.byref(_doubles(derivatives)),
             )
 
     def write_inputs(self) -> None:
@@ -178,9 +179,9 @@ class FmuComponent(LoadedFmu):
     def set_input_derivatives(self, derivatives: FloatArray) -> None:
         """Give derivatives of the inputs for the next step; see `Component`."""
         order = len(derivatives)
-        if order > len(self._derivatives):
+        if order >= len(self._derivatives):
             super().set_input_derivatives(derivatives)
-        self._derivatives[:order] = derivatives
+        self._derivatives[order][...] = derivatives
         self._n_derivatives.value = derivatives.size
         call = self._set_derivatives
         status = call.function(*call.arguments)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from collections import Counter
 from itertools import islice
 from pathlib import Path
 
@@ -18,12 +19,14 @@ from railcosim.master.connections import Connection
 from railcosim.master.cosimulation import Divergence, cosimulate
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.linear_component import LinearComponent
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
 
 from ..c_compiler import c_compiler
+from .oscillator import make_right
 
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "overhead.py"
 INPUTS, OUTPUTS, STEPS = 3, 5, 120
@@ -142,3 +145,41 @@ def test_values_near_their_own_limits_pass():
 def test_a_system_without_outputs_runs():
     system = System([Signal("s", [], lambda t: [])], [])
     assert len(list(cosimulate(system, jacobi(), 0.25, 1.0))) == 5
+
+
+class Mass(LinearComponent):
+    """Of 2 kg, a force in, motion and acceleration out; it notes what it is asked."""
+
+    def __init__(self):
+        names = (("z", "m"), ("vz", "m/s"), ("az", "m/s2"))
+        self.asked = Counter()
+        super().__init__(
+            "mass", inputs=[Variable(name="force", unit="N")],
+            outputs=[Variable(name=name, unit=unit) for name, unit in names],
+            A=[[0.0, 1.0], [0.0, 0.0]], B=[[0.0], [0.5]], C=[[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]],
+            D=[[0.0], [0.0], [0.5]], x0=[1.0, 0.0],
+        )  # fmt: skip
+
+    def write_inputs(self):
+        self.asked["write"] += 1
+        super().write_inputs()
+
+    def read_outputs(self):
+        self.asked["read"] += 1
+        super().read_outputs()
+
+
+def test_what_only_a_reader_wants_is_found_once_a_step():
+    """The acceleration depends on the force at once, but feeds nobody: no call on the way to it."""
+    mass, right = Mass(), make_right()
+    wires = [Connection("mass", name, "right", name) for name in ("z", "vz")]
+    wires.append(Connection("right", "force", "mass", "force"))
+    system = System([mass, right], wires)
+    points = cosimulate(system, gauss_seidel(first="mass"), 0.01, 0.01 * STEPS)
+    next(points)
+    before = mass.asked.copy()
+    force, acceleration = (system.names.index(name) for name in ("right.force", "mass.az"))
+    for point in points:
+        assert point.outputs[acceleration] == 0.5 * point.outputs[force]
+    # Motions after the step, and all once the force at its end is known and set.
+    assert mass.asked - before == Counter(read=2 * STEPS, write=STEPS)
