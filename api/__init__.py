@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from railcosim.analysis.compare import compare
     from railcosim.analysis.pair.export_pair import export_pair as export
+    from railcosim.analysis.pair.kept_fmus import fmus_of_pair
     from railcosim.analysis.response.frf import frequency_response
     from railcosim.analysis.response.hunting import critical_speed
     from railcosim.analysis.response.map import response_map
@@ -61,6 +62,7 @@ __all__ = [
     "couple",
     "critical_speed",
     "export",
+    "fmus_of_pair",
     "frequency_response",
     "irregularity",
     "load",
@@ -93,6 +95,7 @@ _PLACES = {
     "couple": "master.coupling:couple",
     "critical_speed": "analysis.response.hunting:critical_speed",
     "export": "analysis.pair.export_pair:export_pair",
+    "fmus_of_pair": "analysis.pair.kept_fmus:fmus_of_pair",
     "frequency_response": "analysis.response.frf:frequency_response",
     "irregularity": "track.irregularity.named:irregularity",
     "load": "master.fmi.fmu:FmuComponent.load",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import SIDES, Layout
-from railcosim.parameters import ParameterError, write_toml
+from railcosim.parameters import ParameterError, UnusualWarning, write_toml
 from railcosim.track.decay import check_ring, decay_along
 from railcosim.track.parameters import Track
 from railcosim.track.reduced import reduce_track
@@ -76,7 +77,19 @@ def start_of(
     ------
     ParameterError
         If they are others, and its wheels have no contact law in common.
+
+    Warns
+    -----
+    UnusualWarning
+        If the vehicle says how its wheels roll: FMUs are vertical.
     """
+    if train_of(vehicle).tells_rolling:
+        warnings.warn(
+            "[rolling] is left out: the FMUs are vertical, whatever a vehicle's file says of "
+            "cones, creep and flanges (railcosim.vehicle.rolling makes a contact law of it)",
+            UnusualWarning,
+            stacklevel=2,
+        )
     cars, count = build_multibody(vehicle), len(positions)
     load, C = cars.wheel_load, cars.hertz_coefficient
     if load.size != count:

@@ -13,7 +13,6 @@ from railcosim.mechanics.contact.wheelset import NAMES, linear_wheelset
 from railcosim.parameters import ArgumentError
 
 from .multibody import Multibody
-from .properties import Rolling
 from .train import Train
 
 FloatArray = NDArray[np.float64]
@@ -32,7 +31,7 @@ def check_cones(train: Train) -> None:
     ArgumentError
         If a vehicle has a table ``[rolling]`` of its own.
     """
-    if any(one.vehicle.rolling != Rolling() for one in train.vehicles):
+    if train.tells_rolling:
         raise ArgumentError(
             "vehicle",
             None,

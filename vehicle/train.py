@@ -10,6 +10,7 @@ from railcosim.parameters import ParameterError
 from .bodies import CARBODY, WHEELSET, Body, Parts, in_order
 from .parameters import Coupler, Vehicle
 from .parts import coupled, parts_of
+from .properties import Rolling
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +87,11 @@ class Train:
     def toppling(self) -> bool:
         """Whether weights topple what tilts on its suspension."""
         return self.vehicles[0].vehicle.geometry.toppling
+
+    @property
+    def tells_rolling(self) -> bool:
+        """Whether a vehicle has a table ``[rolling]`` of its own."""
+        return any(one.vehicle.rolling != Rolling() for one in self.vehicles)
 
     def parts(self) -> Parts:
         """Bodies and springs of all; x forward of the first vehicle's middle."""

@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -18,8 +19,10 @@ from time import time
 from typing import Any
 
 from railcosim.fmus.native_runtime.kept import CacheRefused, cache, digest
+from railcosim.parameters import UnusualWarning
 from railcosim.storage.archive import digest_of
 from railcosim.storage.temporary import scratch
+from railcosim.track.decay import RingWarning
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train
@@ -31,6 +34,11 @@ MOST = 8
 """Pairs that are kept: those used last; some 6 MB each."""
 BEGUN, ABANDONED = ".making-", 86400.0
 """How the folder of one that is being made is called, and its age (s) if nobody does so."""
+
+
+SAID = "said.json"
+NOTES = {kind.__name__: kind for kind in (RingWarning, UnusualWarning)}
+"""Kinds of warnings given where FMUs are made, which hold each time they are used."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +80,11 @@ def fmus_of_pair(
         Told what is being done.
     fresh : bool
         Make them anew.
+
+    Warns
+    -----
+    RingWarning, UnusualWarning
+        As whoever makes them; of kept ones what was said when they were made.
     """
     try:
         folder = cache() / "fmus"
@@ -80,10 +93,13 @@ def fmus_of_pair(
         place = None if fresh else find(folder, key)
         made = place is None
         place = place or _make(vehicle, track, folder, key, progress)
+        said = [] if made else json.loads((place / SAID).read_text(encoding="utf-8"))
     except (CacheRefused, OSError):
         with TemporaryDirectory(dir=scratch()) as temporary:
             yield Made(_export(vehicle, track, Path(temporary), progress), None, found=False)
         return
+    for kind, text in said:
+        warnings.warn(text, NOTES[kind], stacklevel=3)
     os.utime(place)
     _forget(folder)
     yield Made({path.stem: path for path in sorted(place.glob("*.fmu"))}, place, found=not made)
@@ -115,7 +131,9 @@ def _make(
     """Make them in a folder of their own, which then gets its name: whole or not at all."""
     work = Path(mkdtemp(prefix=BEGUN, dir=folder))
     try:
-        _export(vehicle, track, work, progress)
+        with _heard() as said:
+            _export(vehicle, track, work, progress)
+        (work / SAID).write_text(json.dumps(said), encoding="utf-8")
         place = folder / f"{key}-{_content(work)}"
         if find(folder, key) != place:  # the same are as good, and may be in use
             shutil.rmtree(place, ignore_errors=True)
@@ -132,6 +150,22 @@ def _export(
     from .export_pair import export_pair  # noqa: PLC0415
 
     return export_pair(vehicle, track, out, progress)
+
+
+@contextmanager
+def _heard() -> Iterator[list[tuple[str, str]]]:
+    """Collect kind and text of the `NOTES` that are given in a block; they are given at its end."""
+    said: list[tuple[str, str]] = []
+    caught: list[warnings.WarningMessage] = []
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield said
+    finally:
+        for one in caught:
+            if one.category in NOTES.values():
+                said.append((one.category.__name__, str(one.message)))
+            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 
 def _content(place: Path) -> str:

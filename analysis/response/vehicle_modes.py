@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
 
-from railcosim.parameters import ArgumentError
+from railcosim.parameters import ArgumentError, UnusualWarning
 from railcosim.track.parameters import Track
 from railcosim.vehicle.eigenmodes import Oscillations, oscillations, swings
 from railcosim.vehicle.mode_names import names_of_modes
@@ -67,11 +68,22 @@ def vehicle_modes(
         if with them the vehicle says how its wheels roll.
     ArithmeticError
         If the vehicle topples over.
+
+    Warns
+    -----
+    UnusualWarning
+        If the vehicle says how its wheels roll, and they do not creep.
     """
     _check(wheels, speed, conicity)
     train = train_of(stock or Vehicle())
     if speed is not None:
         check_cones(train)
+    elif train.tells_rolling:
+        warnings.warn(
+            "[rolling] is left out: without speed and conicity wheels do not creep",
+            UnusualWarning,
+            stacklevel=2,
+        )
     body = build_multibody(train, SPATIAL)
     about: dict[str, object] = {"wheels": wheels.value, "toppling": str(train.toppling).lower()}
     if speed is not None and conicity is not None:

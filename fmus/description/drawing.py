@@ -11,45 +11,70 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
+from numpy.typing import NDArray
 
+FloatArray = NDArray[np.float64]
 DARK, STEEL, BODY, SLAB, SPRING = "#263238", "#546e7a", "#2f6f9f", "#b0bec5", "#c0392b"
-WHEEL_X = (-75, -25, 25, 75)  # of the icon's 200 x 200; the front is at the right
+REACH = 75  # of the outer wheels, in the icon's 200 x 200; the front is at the right
 PIXELS = 256
 NO_METADATA = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
 Drawing = dict[str, bytes]  # by ending of the file's name
 
 
+def wheel_places(wheelsets: int) -> tuple[FloatArray, float]:
+    """Where an icon has its wheels, and how large they are."""
+    places = np.linspace(-REACH, REACH, wheelsets) if wheelsets > 1 else np.zeros(1)
+    return places, min(19.0, 0.76 * REACH / max(wheelsets - 1, 1))
+
+
 @cache
-def vehicle_icon(*, with_contact: bool) -> Drawing:
-    """Car body, bogies and wheels; contact springs below them if the FMU owns these."""
+def vehicle_icon(*, with_contact: bool, wheelsets: int, bogies: int, carbodies: int) -> Drawing:
+    """Car bodies, bogies and wheels; contact springs below them if the FMU owns these."""
 
     def draw(axes: Axes) -> None:
         base = -58 if with_contact else -94  # of the wheels
         body = base + 66
-        axes.add_patch(_box(-94, body, 188, 78, BODY, round_by=16))
-        for x in range(-78, 60, 34):
-            axes.add_patch(_box(x, body + 38, 20, 24, "white", round_by=3))
-        for centre in (-50, 50):
-            axes.add_patch(_box(centre - 40, base + 38, 80, 13, STEEL, round_by=4))
-            _spring(axes, centre, base + 51, body, 7)
-        for x in WHEEL_X:
-            axes.add_patch(Circle((x, base + 19), 19, facecolor="white", edgecolor=DARK, lw=4))
-            axes.add_patch(Circle((x, base + 19), 4, color=DARK))
+        places, r = wheel_places(wheelsets)
+        for left, width in _side_by_side(carbodies):
+            axes.add_patch(_box(left, body, width, 78, BODY, round_by=min(16, width / 2)))
+            for x in np.arange(left + 16, left + width - 35, 34):
+                axes.add_patch(_box(x, body + 38, 20, 24, "white", round_by=3))
+        carrying = np.array_split(places, bogies) if bogies else places[:, None]
+        for wheels in carrying:
+            top = base + 2 * r
+            if bogies:
+                left, width = wheels[0] - 15 * r / 19, np.ptp(wheels) + 30 * r / 19
+                axes.add_patch(_box(left, top, width, 13, STEEL, round_by=4))
+                top += 13
+            _spring(axes, wheels.mean(), top, body, 7 * r / 19)
+        for x in places:
+            axes.add_patch(
+                Circle((x, base + r), r, facecolor="white", edgecolor=DARK, lw=4 * r / 19)
+            )
+            axes.add_patch(Circle((x, base + r), 4 * r / 19, color=DARK))
             if with_contact:
-                _spring(axes, x, -98, base - 2, 8, SPRING)
+                _spring(axes, x, -98, base - 2, 8 * r / 19, SPRING)
 
     return _icon(draw)
 
 
+def _side_by_side(count: int) -> list[tuple[float, float]]:
+    """Left end and width of so many boxes over the icon."""
+    apart = 6.0
+    width = (188 + apart) / count - apart
+    return [(-94 + k * (width + apart), width) for k in range(count)]
+
+
 @cache
-def track_icon(*, with_contact: bool) -> Drawing:
+def track_icon(*, with_contact: bool, wheelsets: int) -> Drawing:
     """Rail on fastenings on slabs; contact springs above if the FMU owns them."""
 
     def draw(axes: Axes) -> None:
         rail = 44 if with_contact else 82
         if with_contact:
-            for x in WHEEL_X:
-                _spring(axes, x, rail + 14, 98, 8, SPRING)
+            places, r = wheel_places(wheelsets)
+            for x in places:
+                _spring(axes, x, rail + 14, 98, 8 * r / 19, SPRING)
         axes.add_patch(Rectangle((-96, rail), 192, 14, color=STEEL))
         for x in np.linspace(-80, 80, 6):
             axes.add_patch(Rectangle((x - 7, rail - 16), 14, 16, color=DARK))
@@ -177,7 +202,8 @@ def _spring(
 ) -> None:
     y = np.linspace(bottom, top, 10)
     zigzag = np.array([0, 0, 1, -1, 1, -1, 1, -1, 0, 0]) * width
-    axes.plot(x + zigzag, y, color=colour, lw=1.6, solid_joinstyle="round")
+    line = min(1.6, 0.4 * width)
+    axes.plot(x + zigzag, y, color=colour, lw=line, solid_joinstyle="round")
 
 
 def _arrow(

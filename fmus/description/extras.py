@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from railcosim.mechanics.modal import ModalBody
 
-from ..interface import Scalar, owns_contact
+from ..interface import Scalar
 from .about import Description
 from .build import build_description
 from .drawing import signs, wheel_icon
@@ -62,7 +62,7 @@ def extras(
         Path in the archive to content.
     """
     run = reference_run(body, table)
-    icon = kind.icon(with_contact=owns_contact(table))
+    icon = kind.icon(table, body)
     found = {
         "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(
             table, below=kind.terminals_below

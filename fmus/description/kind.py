@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.shapes import AlongRing
 
+from ..interface import Scalar, owns_contact
 from .drawing import Drawing, track_icon, vehicle_icon
 
 
@@ -20,7 +22,7 @@ class Kind:
     Attributes
     ----------
     icon : callable
-        Draws it, ``with_contact`` or without.
+        Interface and model to its drawing.
     terminals_below : bool
         Whether wheels are at its lower edge.
     use, theory : str
@@ -29,7 +31,7 @@ class Kind:
         Its model to what is worth knowing at first sight.
     """
 
-    icon: Callable[..., Drawing]
+    icon: Callable[[Sequence[Scalar], ModalBody], Drawing]
     terminals_below: bool
     use: str
     theory: str
@@ -60,15 +62,33 @@ def _vehicle_facts(body: ModalBody) -> dict[str, str]:
     }
 
 
+def _track_icon(table: Sequence[Scalar], body: ModalBody) -> Drawing:
+    return track_icon(with_contact=owns_contact(table), wheelsets=body.layout.wheelsets)
+
+
+def _vehicle_icon(table: Sequence[Scalar], body: ModalBody) -> Drawing:
+    return vehicle_icon(
+        with_contact=owns_contact(table),
+        wheelsets=body.layout.wheelsets,
+        bogies=_how_many(table, "bogie"),
+        carbodies=_how_many(table, "carbody"),
+    )
+
+
+def _how_many(table: Sequence[Scalar], kind: str) -> int:
+    """Bodies of a kind, by what an interface tells of their heights."""
+    return sum(re.fullmatch(rf"{kind}(\[\d+\])?\.z", v.name) is not None for v in table)
+
+
 TRACK = Kind(
-    icon=track_icon,
+    icon=_track_icon,
     terminals_below=False,
     use="track_use.html.j2",
     theory="track.html.j2",
     facts=_track_facts,
 )
 VEHICLE = Kind(
-    icon=vehicle_icon,
+    icon=_vehicle_icon,
     terminals_below=True,
     use="vehicle_use.html.j2",
     theory="vehicle.html.j2",

@@ -3,12 +3,13 @@
 import json
 import os
 import sys
+import warnings
 from dataclasses import replace
 
 import pytest
 
 from railcosim.analysis.pair import kept_fmus
-from railcosim.analysis.pair.kept_fmus import BEGUN, MOST, fmus_of_pair, key_of
+from railcosim.analysis.pair.kept_fmus import BEGUN, MOST, NOTES, fmus_of_pair, key_of
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
@@ -43,6 +44,24 @@ def test_the_second_time_they_are_there(exports):
     assert first.files == second.files
     assert content == again
     assert set(first.files) == set(NAMES)
+
+
+@pytest.mark.parametrize("kind", NOTES.values())
+def test_what_was_said_when_they_were_made_is_said_again(exports, monkeypatch, kind):
+    """A ring that errs by 100 % was told of once, and never again."""
+    making = kept_fmus._export
+
+    def warning(*arguments):
+        warnings.warn("wrong by 106 %", kind, stacklevel=2)
+        warnings.warn("of a library", DeprecationWarning, stacklevel=2)
+        return making(*arguments)
+
+    monkeypatch.setattr(kept_fmus, "_export", warning)
+    for _ in range(2):
+        with pytest.warns(kind, match="wrong by 106 %") as told:
+            pair()
+        assert len([one for one in told if one.category is kind]) == 1
+    assert len(exports) == 1
 
 
 def test_other_parameters_are_other_fmus(exports):

@@ -14,12 +14,13 @@ from railcosim.analysis.response.choices import Gravity, Wheels
 from railcosim.analysis.response.hunting import way_of
 from railcosim.analysis.response.vehicle_modes import vehicle_modes
 from railcosim.master.files import load, save
-from railcosim.parameters import ArgumentError
+from railcosim.parameters import ArgumentError, UnusualWarning
 from railcosim.reference.monolithic import assemble
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.properties import Rolling
 from railcosim.vehicle.train import train_of
 
 VEHICLE = Vehicle()
@@ -78,6 +79,12 @@ def test_gravity_is_a_choice_that_counts():
 def test_what_does_not_go_together(given, message):
     with pytest.raises(ArgumentError, match=message):
         vehicle_modes(**given)
+
+
+def test_rolling_is_not_passed_over_in_silence():
+    vehicle = replace(Vehicle(), rolling=Rolling(conicity=0.3))
+    with pytest.warns(UnusualWarning, match=r"\[rolling\] is left out: without speed"):
+        vehicle_modes(vehicle)
 
 
 def test_on_the_track_as_vehicle_and_track_of_finite_elements():

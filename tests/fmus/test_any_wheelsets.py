@@ -3,16 +3,26 @@
 import csv
 import io
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from railcosim.fmus import content
 from railcosim.fmus.content import contact_defaults
+from railcosim.fmus.description.drawing import vehicle_icon
+from railcosim.fmus.description.kind import VEHICLE
 from railcosim.fmus.export import PythonRuntime, Start, export_track
+from railcosim.fmus.interface import interface
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Layout
+from railcosim.parameters import UnusualWarning
 from railcosim.track.parameters import Mesh, Track
+from railcosim.vehicle.files import read_stock
+from railcosim.vehicle.modal import vehicle_body
+from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.properties import Rolling
 
 from ..fmpy_problems import problems_of
 
@@ -115,3 +125,27 @@ def test_in_python_too(tmp_path):
         fmu.set_inputs(table(files["Track"], "in")[1][0, 1:])
         fmu.exit_initialization()
         assert fmu.get_outputs() == pytest.approx(expected[0, 1:], rel=1e-12, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "count", "wheelsets", "bogies", "carbodies"),
+    [("paper", 1, 4, 2, 1), ("wagon", 1, 2, 0, 1), ("wagon", 3, 6, 0, 3), ("paper", 2, 8, 4, 2)],
+)
+def test_the_icon_is_of_the_train(name, count, wheelsets, bogies, carbodies):
+    train = read_stock(name, count)
+    body = vehicle_body(build_multibody(train))
+    table = interface(
+        body, content.start_of(train, np.arange(wheelsets, 0.0, -1.0)), with_contact=False
+    )
+    drawn = VEHICLE.icon(table, body)["svg"]
+    asked = {"wheelsets": wheelsets, "bogies": bogies, "carbodies": carbodies}
+    assert drawn == vehicle_icon(with_contact=False, **asked)["svg"]
+    without = vehicle_icon(with_contact=False, **asked | {"wheelsets": 1, "bogies": 0})["svg"]
+    patches = drawn.count(b'id="patch_') - without.count(b'id="patch_')
+    assert patches == 2 * (wheelsets - 1) + bogies  # a wheel is two circles
+
+
+def test_what_a_vehicle_says_of_rolling_is_not_passed_over_in_silence():
+    vehicle = replace(Vehicle(), rolling=Rolling(conicity=0.3))
+    with pytest.warns(UnusualWarning, match=r"\[rolling\] is left out: the FMUs are vertical"):
+        content.start_of(vehicle, [4.0, 3.0, 2.0, 1.0])
