@@ -23,7 +23,6 @@ from rich.console import Console
 from rich.table import Table
 
 from railcosim.analysis.compare import frequency_errors
-from railcosim.analysis.pair.pair import WHEELS
 from railcosim.analysis.response.models import Models, linear_models
 from railcosim.cli.compare import error_table
 from railcosim.fmus.export import export
@@ -39,6 +38,8 @@ from railcosim.track.parameters import MOST_CELLS, Fastening, Foundation, Mesh, 
 from railcosim.track.receptance import Point, direct_receptance, infinite_receptance
 from railcosim.track.reduced import reduce_track
 from railcosim.vehicle.parameters import Vehicle
+
+WHEELS = Layout().wheels
 
 FREQUENCY = np.unique(np.r_[np.geomspace(0.3, 2000, 500), np.arange(1040, 1081, 1.0)])
 OMEGA = 2 * np.pi * FREQUENCY

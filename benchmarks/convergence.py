@@ -17,17 +17,20 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.pair.pair import FORCES, Journey
+from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.fmus.export import export
 from railcosim.master.course import Course
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.irregularity import Profile
 from railcosim.track.irregularity.synthesis import FADE_IN
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
+
+FORCES = Layout().names(FORCE)
 
 K_H, SPEED, STOP = 1e9, 250 / 3.6, 0.04
 STEPS = (2e-4, 1e-4, 5e-5)

@@ -26,9 +26,8 @@ from rich.table import Table
 from scipy.sparse import block_array, csc_array, eye_array
 from scipy.sparse.linalg import splu
 
-from railcosim.analysis.pair.pair import FORCES, WHEELS, WHEELSETS
 from railcosim.analysis.response.frequency import coupled
-from railcosim.analysis.response.models import PULSES, Models, wheelset_positions
+from railcosim.analysis.response.models import Models, pulses, wheelset_positions
 from railcosim.fmus.export import export
 from railcosim.master.component import FloatArray
 from railcosim.master.fmi.fmu import FmuComponent
@@ -37,8 +36,13 @@ from railcosim.master.linear.linear_form import LinearForm, alike, error_estimat
 from railcosim.master.linear.operating_point import OperatingPoint
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.state_space import StateSpace
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
+
+FORCES = Layout().names(FORCE)
+WHEELS = Layout().wheels
+WHEELSETS = Layout().axles
 
 BANDS = ((0.1, 5.0), (5.0, 200.0), (200.0, 2000.0))  # Hz
 # Also close to the rail's first resonance and to the one between two railseats, undamped.
@@ -194,7 +198,7 @@ def main() -> None:
         folder = Path(place)
         export(Vehicle(), Track(), folder)
         for name in ("Vehicle", "Track"):
-            for way in (EXACT, DIFFERENCES, PULSES):
+            for way in (EXACT, DIFFERENCES, pulses(4)):
                 true = found.get((name, EXACT.description))
                 model, row, error = measured(folder, name, way, true)
                 found[name, way.description] = model
@@ -204,7 +208,7 @@ def main() -> None:
         positions = wheelset_positions(folder / "Vehicle.fmu")
     true, boxes = (
         Models(found["Vehicle", way.description], found["Track", way.description], positions, {})
-        for way in (EXACT, PULSES)
+        for way in (EXACT, pulses(4))
     )
     for k_H in STIFFNESSES:
         for what, worst in coupled_errors(boxes, true, k_H).items():

@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 from railcosim.analysis.pair.owner import FMUS, Owner
-from railcosim.analysis.pair.pair import FORCES, Journey, open_pair
+from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.fmus.export import export
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.schemes import Scheme
@@ -29,9 +29,12 @@ from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.schemes.variants import HERMITE, RADAU_2
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.irregularity import synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
+
+FORCES = Layout().names(FORCE)
 
 SPEED, STOP, SAMPLE = 250 / 3.6, 0.1, 1e-3  # m/s, s, s
 STEPS = (1e-4, 5e-5)  # s

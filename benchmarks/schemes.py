@@ -22,7 +22,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.pair.pair import FORCES, WHEELSETS, Journey, open_pair
+from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.schemes.coupled_reference import (
     ContactForces,
     compression_model,
@@ -33,10 +33,14 @@ from railcosim.master.cosimulation import cosimulate
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.variants import VARIANTS, Variant
 from railcosim.mechanics.law import LinearContact, coefficient_for
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.irregularity import Profile, flat, synthesise, wheel_flat
 from railcosim.track.irregularity.synthesis import FADE_IN
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
+
+FORCES = Layout().names(FORCE)
+WHEELSETS = Layout().axles
 
 SPEED = 250 / 3.6  # m/s
 K_H = 1e9  # N/m

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from railcosim.mechanics.ports import Layout
+
 from .fmus import FreshOption, fmus_of
 from .options import (
     ContactStiffness,
@@ -53,7 +55,6 @@ def frf(
     plot: PlotFile = None,
 ) -> None:
     """Linearise a vehicle FMU and a track FMU and couple them in the frequency domain."""
-    from railcosim.analysis.pair.contact import LAYOUT
     from railcosim.analysis.response.frequency import check_excitation
     from railcosim.analysis.response.frf import Assembly, frequency_response
 
@@ -66,7 +67,7 @@ def frf(
     k_H = stiffness_of(contact_stiffness)
     v = speed_of(speed)
     if not vehicle_fmu:  # before ours is made
-        check_excitation(excitation, LAYOUT.wheelsets)
+        check_excitation(excitation, Layout().wheelsets)
     if uncoupled and "irregularity" in excitation:
         raise UsageError(f"--input {excitation}: has no effect with --uncoupled, without contact")
     if rigid_track and "rail_force" in excitation:

@@ -13,7 +13,7 @@ from .results import claim
 from .resuming import check_agreement, options_in, resumed
 
 if TYPE_CHECKING:
-    from railcosim.analysis.pair.pair import Load
+    from railcosim.analysis.pair.several import Load
     from railcosim.master.course import Keeping
 
 EVERY = 0.1  # s

@@ -19,18 +19,23 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-from railcosim.analysis.pair.pair import FORCES, WHEELS, WHEELSETS, Journey
+from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.cli.options import progress
 from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.export import export
 from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.plots.chart import Chart, Curve, Panel
 from railcosim.plots.picture import save_picture
 from railcosim.track.irregularity import synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
+
+FORCES = Layout().names(FORCE)
+WHEELS = Layout().wheels
+WHEELSETS = Layout().axles
 
 try:
     from exudyn_model import ExudynVehicle

@@ -82,19 +82,6 @@ def connect_by_name(
     return connections
 
 
-def unconnected_inputs(
-    components: Sequence[Component], connections: Iterable[Connection]
-) -> tuple[str, ...]:
-    """List the inputs that nothing feeds, which keep their start values.
-
-    Returns
-    -------
-    tuple of str
-        As ``component.variable``.
-    """
-    return tuple(f"{target}.{name}" for target, name in _free(components, connections))
-
-
 def check_connections(components: Sequence[Component], connections: Iterable[Connection]) -> None:
     """Check connections against the components' interfaces.
 

@@ -13,7 +13,7 @@ import xarray as xr
 from fmpy import read_model_description
 
 from railcosim.analysis.pair.judged import judged
-from railcosim.analysis.pair.pair import FORCES, Journey
+from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.frequency import coupled, on_rigid_track
 from railcosim.analysis.response.models import (
@@ -30,9 +30,12 @@ from railcosim.master.linear.receptance import Response
 from railcosim.master.parallel import Progress, Task, Workers
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.mechanics.law import coefficient_for
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.irregularity import Profile, synthesise
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
+
+FORCES = Layout().names(FORCE)
 
 SPEED = 250 / 3.6  # m/s, figure 3
 K_H = 0.3e9  # N/m, of the paper's figures without another one (eq. 19)

@@ -28,10 +28,6 @@ from railcosim.mechanics.law import (
 )
 from railcosim.mechanics.ports import FORCE, MOST_WHEELSETS, Layout
 
-LAYOUT = Layout()
-WHEELSETS, WHEELS, FORCES = LAYOUT.axles, LAYOUT.wheels, LAYOUT.names(FORCE)
-"""Of the paper's vehicle. What takes any vehicle asks `layout_of`."""
-
 Parameters = Mapping[str, float | bool]
 """Of FMUs, by name; of the contact, also `TANGENT`."""
 Stiffness: TypeAlias = float | FloatArray

@@ -22,12 +22,9 @@ from railcosim.mechanics.ports import FORCE, IRREGULARITY, RAIL, Layout
 from railcosim.track.irregularity import Profile
 
 from .contact import (
-    FORCES,
     NONLINEAR,
     STIFFNESS,
     TANGENT,
-    WHEELS,
-    WHEELSETS,
     Parameters,
     at_load,
     completed,
@@ -39,8 +36,6 @@ from .contact import (
 from .numbering import Vehicles
 from .ring import check_ring_of
 from .several import Load, load_vehicles
-
-__all__ = ["FORCES", "WHEELS", "WHEELSETS", "Journey", "Load", "Pair", "Vehicles", "open_pair"]
 
 FIRST_COMPRESSION = 1e-4  # m, about the static one: where the search for equilibrium begins
 STILL = 1e-6  # m/s2, and 0.1 N: a thousandth of what a bump of 1e-6 m does

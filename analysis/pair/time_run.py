@@ -11,7 +11,9 @@ from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.recorded_run import Progress, Stopped, recorded_run
 
 from .contact import Parameters
-from .pair import Journey, Load, Vehicles, open_pair
+from .numbering import Vehicles
+from .pair import Journey, open_pair
+from .several import Load
 
 __all__ = ["Progress", "Stopped", "run_pair"]
 

@@ -37,7 +37,6 @@ def pulses(wheelsets: int) -> Pulses:
     return Pulses(amplitude=1e4, step=1e-4, steps=13_500, directions=ways)
 
 
-PULSES = pulses(4)
 VEHICLE_SHARE = 0.2  # of the time that both take
 Progress = Callable[[float, float], None]
 

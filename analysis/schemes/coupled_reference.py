@@ -24,6 +24,7 @@ from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.state_space import IndexArray, StateSpace
 from railcosim.mechanics.law import NormalLaw
 from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
+from railcosim.mechanics.solve import solve_compression
 
 STAGES = 6
 """Points an interval. The forces then are of sixth order in it, at its end of eleventh."""
@@ -33,12 +34,6 @@ HALVINGS = 4
 TOLERANCE = 1e-9
 """Change of the forces by the last halving, relative RMS, at which halving ends: a thousandth of
 the best coupling at the shortest steps that anybody wants to see."""
-NEWTON = 1e-13
-"""Of the largest force, or of that at rest where all wheels fly: at this change Newton's method has
-ended, one digit above rounding."""
-ITERATIONS = 30
-"""Newton takes three; wheels that come down on the rail may take some more."""
-
 Heights = Callable[[float], FloatArray]
 Progress = Callable[[float, float], None]
 
@@ -133,7 +128,7 @@ def converged_forces(
 
     Raises
     ------
-    ArithmeticError
+    ContactError
         If the forces of an interval cannot be found.
 
     References
@@ -183,33 +178,33 @@ def _forces(
     at_rest, level = law.force(rest), heights(0.0)
     x, F = np.zeros(n), np.zeros(STAGES * n_contacts)
     resting, values = np.tile(rest, STAGES), np.empty((count, STAGES, n_contacts))
+    at_nodes, usual = _AtNodes(law), np.tile(at_rest, STAGES)
     for k in range(count):
         tell()
         times = interval * (k + _NODES)
         sunk = np.concatenate([heights(t) - level for t in times])
-        F = _balance(law, np.tile(at_rest, STAGES), resting + seen @ x - sunk, gain, F)
+        free = resting + seen @ x - sunk
+        # delta = free + gain (force(delta) - at_rest)
+        delta = solve_compression(at_nodes, -gain, free - gain @ usual, guess=free + gain @ F)
+        F = at_nodes.force(delta) - usual
         x = end @ x + push @ F
         values[k] = F.reshape(STAGES, n_contacts) + at_rest
     return ContactForces(interval=interval, values=values, rest=at_rest)
 
 
-def _balance(
-    law: NormalLaw, at_rest: FloatArray, free: FloatArray, gain: FloatArray, F: FloatArray
-) -> FloatArray:
-    """Changes of the forces, by Newton's method from `F`, for which law and bodies agree."""
-    for _ in range(ITERATIONS):
-        compression = free + gain @ F
-        stages = compression.reshape(STAGES, -1)
-        residual = at_rest + F - law.force(stages).ravel()
-        slope = np.eye(F.size) - law.stiffness(stages).reshape(-1, 1) * gain
-        change = np.linalg.solve(slope, residual)
-        F = F - change
-        if np.abs(change).max() <= NEWTON * max(np.abs(at_rest + F).max(), np.abs(at_rest).max()):
-            return F
-    raise ArithmeticError(
-        "the monolithic reference: contact forces could not be found; is the irregularity "
-        f"physical? (largest compression without the forces' change {np.abs(free).max():g} m)"
-    )
+@dataclass(frozen=True)
+class _AtNodes(NormalLaw):
+    """A law of all contacts at all nodes, node by node."""
+
+    law: NormalLaw
+
+    def force(self, compression: FloatArray) -> FloatArray:
+        """See `NormalLaw`."""
+        return self.law.force(compression.reshape(STAGES, -1)).reshape(compression.shape)
+
+    def stiffness(self, compression: FloatArray) -> FloatArray:
+        """See `NormalLaw`."""
+        return self.law.stiffness(compression.reshape(STAGES, -1)).reshape(compression.shape)
 
 
 def _interval(

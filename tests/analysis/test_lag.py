@@ -7,12 +7,15 @@ of phases.
 import numpy as np
 import pytest
 
-from railcosim.analysis.pair.pair import WHEELS, WHEELSETS
 from railcosim.analysis.response.frequency import response
 from railcosim.analysis.response.plane import plane, transfer
 from railcosim.analysis.response.random import response_psd
 from railcosim.master.linear.receptance import FrequencyResponse
+from railcosim.mechanics.ports import Layout
 from railcosim.track.irregularity import Profile
+
+WHEELS = Layout().wheels
+WHEELSETS = Layout().axles
 
 POSITIONS = np.array([18.2, 15.7, 2.5, 0.0])
 SPEED = 60.0  # m/s

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.pair.pair import WHEELS
 from railcosim.analysis.response.critical import bogie_distance, critical_points
 from railcosim.analysis.response.plane import plane, transfer
 from railcosim.analysis.response.resonance import resonance
 from railcosim.master.linear.receptance import FrequencyResponse
+from railcosim.mechanics.ports import Layout
+
+WHEELS = Layout().wheels
 
 POSITIONS = np.array([18.2, 15.7, 2.5, 0.0])
 F_N, ZETA = 30.0, 1e-3  # a resonance 0.06 Hz wide

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.pair.pair import WHEELS
 from railcosim.analysis.response.random import acceleration_psd, response_psd, standard_deviation
 from railcosim.master.linear.receptance import FrequencyResponse
+from railcosim.mechanics.ports import Layout
+
+WHEELS = Layout().wheels
 
 POSITIONS = np.array([18.2, 15.7, 2.5, 0.0])  # wheel bases of 2.5 m, bogies 15.7 m apart
 SPEED = 60.0

@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from railcosim.analysis.pair.pair import WHEELS
 from railcosim.analysis.response.models import Models
 from railcosim.analysis.response.uncoupled import HIGHEST, NEGLIGIBLE, changes
+from railcosim.mechanics.ports import Layout
+
+WHEELS = Layout().wheels
 
 MASS, K_H, RAIL = 900.0 * (1 - 0.1j), 1e9, 4e7 * (1 + 0.2j)  # kg, N/m, N/m; damped
 POSITIONS, SPEED = np.array([18.2, 15.7, 2.5, 0.0]), 60.0  # m, m/s

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from railcosim.analysis.pair.contact import FORCES
 from railcosim.analysis.pair.verdict import DISAGREE, Signs, confirmed, signs_of
+from railcosim.mechanics.ports import FORCE, Layout
+
+FORCES = Layout().names(FORCE)
 
 LOAD, STEP = 8e4, 1e-3
 TIMES = np.arange(0.0, 1.0, STEP)

@@ -3,13 +3,16 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.pair.pair import FORCES, Journey
+from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.frequency import coupled, response
 from railcosim.analysis.response.ride import ride
 from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.irregularity import QUALITIES, Profile
+
+FORCES = Layout().names(FORCE)
 
 pytestmark = pytest.mark.slow  # a run in time and a frequency response on the same dip
 

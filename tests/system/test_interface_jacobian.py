@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.pair.pair import FORCES, Journey, open_pair
+from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.schemes.coupled_reference import compression_model, converged_forces
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
@@ -16,8 +16,11 @@ from railcosim.master.schemes.variants import (
     VARIANTS,
 )
 from railcosim.mechanics.law import LinearContact, coefficient_for
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.irregularity import Profile, synthesise, wheel_flat
 from railcosim.track.irregularity.synthesis import FADE_IN
+
+FORCES = Layout().names(FORCE)
 
 pytestmark = pytest.mark.slow  # orders of five variants on the pair
 

@@ -7,7 +7,6 @@ from functools import partial
 import numpy as np
 import pytest
 
-from railcosim.analysis.pair.contact import FORCES, LAYOUT, WHEELSETS
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.schemes.coupled_reference import compression_model, converged_forces
 from railcosim.master.bonds import find_bonds
@@ -21,7 +20,12 @@ from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.schemes.nepce import nepce
 from railcosim.master.schemes.picard import picard
 from railcosim.mechanics.law import LinearContact
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.irregularity import synthesise
+
+FORCES = Layout().names(FORCE)
+LAYOUT = Layout()
+WHEELSETS = Layout().axles
 
 pytestmark = pytest.mark.slow  # orders and energy of iterated schemes on the pair
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from railcosim.analysis.response.models import PULSES, Models, wheelset_positions
+from railcosim.analysis.response.models import Models, pulses, wheelset_positions
 from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT
 from railcosim.master.linear.linear_form import error_estimate
 from railcosim.master.linear.model_exchange import linear_model
@@ -32,7 +32,7 @@ def forms(exported):
     return {
         (name, way.description): linearised(name, way)
         for name in NAMES
-        for way in (EXACT, DIFFERENCES, PULSES)
+        for way in (EXACT, DIFFERENCES, pulses(4))
     }
 
 
@@ -43,7 +43,7 @@ def test_black_box(forms, name) -> None:
     Of the displacements relative to the largest for the same force at the same frequency, and of
     the driving points relative to themselves. Measured on the whole track: 5e-8; vehicle: 3e-8.
     """
-    model = forms[name, PULSES.description]
+    model = forms[name, pulses(4).description]
     true = forms[name, EXACT.description].frequency_response(SCRIPT.OMEGA)
     errors = SCRIPT.errors(model, true)
     assert model.steps <= 8 * 15_000
@@ -66,7 +66,7 @@ def test_coupled_black_boxes_against_monolithic(exported, forms) -> None:
     positions = wheelset_positions(exported.folder / "Vehicle.fmu")
     boxes, true = (
         Models(forms["Vehicle", way.description], forms["Track", way.description], positions, {})
-        for way in (PULSES, EXACT)
+        for way in (pulses(4), EXACT)
     )
     for k_H in SCRIPT.STIFFNESSES:
         # The exact forms, coupled by substructuring, show what that alone costs: rounding.

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.compare import compare, frequency_errors, newmark_forces
-from railcosim.analysis.pair.pair import FORCES, WHEELS, Journey, open_pair
+from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.models import linear_models
 from railcosim.master.connections import CouplingError
@@ -18,9 +18,13 @@ from railcosim.master.linear.receptance import frequency_response
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.mechanics.law import LinearContact
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.reference.agreement import near, relative_rms
 from railcosim.reference.monolithic import assemble
 from railcosim.track.irregularity import flat, synthesise
+
+FORCES = Layout().names(FORCE)
+WHEELS = Layout().wheels
 
 SPEED = 250 / 3.6
 ROOT = Path(__file__).parents[2]

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from railcosim.analysis.pair.contact import WHEELS
 from railcosim.analysis.pair.linear_pair import linear_parts
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
@@ -20,7 +19,10 @@ from railcosim.analysis.schemes.stability import FAST, RATE, Coupling, SprungPai
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.receptance import frequency_response
+from railcosim.mechanics.ports import Layout
 from railcosim.track.irregularity import QUALITIES, synthesise
+
+WHEELS = Layout().wheels
 
 pytestmark = (
     pytest.mark.slow
