@@ -29,7 +29,7 @@ from ..fmpy_problems import problems_of
 pytestmark = pytest.mark.filterwarnings("ignore:a ring of")  # as short as it can be
 TINY = Track(mesh=Mesh(cells=6, elements_per_bay=2, highest_slab_frequency=200,
                        highest_frequency=400))  # fmt: skip
-CASES = [(1, SIDES), (2, SIDES[:1]), (6, SIDES), (11, SIDES)]
+CASES = [(1, SIDES), (2, SIDES[:1]), (11, SIDES)]  # fewest; one rail; two digits
 
 
 def start_of(layout):
