@@ -26,7 +26,7 @@ from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.irregularity import Profile
-from railcosim.track.irregularity.synthesis import FADE_IN
+from railcosim.track.irregularity.usual import FADE_IN
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 

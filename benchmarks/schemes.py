@@ -35,7 +35,7 @@ from railcosim.master.schemes.variants import VARIANTS, Variant
 from railcosim.mechanics.law import LinearContact, coefficient_for
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.irregularity import Profile, flat, synthesise, wheel_flat
-from railcosim.track.irregularity.synthesis import FADE_IN
+from railcosim.track.irregularity.usual import FADE_IN
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from railcosim.track.irregularity import QUALITIES
-from railcosim.track.irregularity.named import SEED
+from railcosim.track.irregularity.usual import SEED
 
 from .options import PlotFile, console, positive
 from .results import PICTURES, Suffixes, draw

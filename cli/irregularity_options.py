@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from railcosim.track.irregularity import QUALITIES
-from railcosim.track.irregularity.named import SEED
-from railcosim.track.irregularity.repetition import BLEND
-from railcosim.track.irregularity.synthesis import FADE_IN
+from railcosim.track.irregularity.usual import BLEND, FADE_IN, SEED
 
 if TYPE_CHECKING:
     from railcosim.track.irregularity import Profile

@@ -27,7 +27,7 @@ from railcosim.master.files import load
 from railcosim.master.linear.state_space import StateSpace
 from railcosim.mechanics.law import HertzContact, LinearContact
 from railcosim.track.irregularity import Profile, synthesise
-from railcosim.track.irregularity.synthesis import FADE_IN
+from railcosim.track.irregularity.usual import FADE_IN
 
 distributed = pytest.importorskip("distributed")
 from railcosim.analysis.schemes.cluster import ClusterError, connect, measured  # noqa: E402

@@ -18,7 +18,7 @@ from railcosim.master.schemes.variants import (
 from railcosim.mechanics.law import LinearContact, coefficient_for
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.irregularity import Profile, synthesise, wheel_flat
-from railcosim.track.irregularity.synthesis import FADE_IN
+from railcosim.track.irregularity.usual import FADE_IN
 
 FORCES = Layout().names(FORCE)
 

@@ -1,11 +1,15 @@
 """Vertical track irregularity: classes, random profiles, measured ones, single defects."""
 
-from .defects import dip, joint, wheel_flat
-from .files import read_profile, write_profile
-from .profile import Profile, flat
-from .repetition import repeated
-from .spectra import QUALITIES, Quality, Spectrum
-from .synthesis import coherence, estimated_density, synthesise
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .defects import dip, joint, wheel_flat
+    from .files import read_profile, write_profile
+    from .profile import Profile, flat
+    from .repetition import repeated
+    from .spectra import QUALITIES, Quality, Spectrum
+    from .synthesis import coherence, estimated_density, synthesise
 
 __all__ = [
     "QUALITIES",
@@ -23,3 +27,22 @@ __all__ = [
     "wheel_flat",
     "write_profile",
 ]
+
+_PLACES = {
+    "defects": ("dip", "joint", "wheel_flat"),
+    "files": ("read_profile", "write_profile"),
+    "profile": ("Profile", "flat"),
+    "repetition": ("repeated",),
+    "spectra": ("QUALITIES", "Quality", "Spectrum"),
+    "synthesis": ("coherence", "estimated_density", "synthesise"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load what is asked for: the names of the classes are there without numpy."""
+    for module, names in _PLACES.items():
+        if name in names:
+            found = getattr(import_module(f"{__name__}.{module}"), name)
+            globals()[name] = found
+            return found
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

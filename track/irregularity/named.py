@@ -12,8 +12,9 @@ from .profile import Profile, flat
 from .repetition import repeated
 from .spectra import QUALITIES
 from .synthesis import synthesise
+from .usual import SEED
 
-NONE, SEED = "none", 1
+NONE = "none"
 
 
 def irregularity(

@@ -10,8 +10,8 @@ import numpy as np
 from railcosim.parameters import ParameterError
 
 from .profile import MAX_ROWS, FloatArray, Profile
+from .usual import BLEND
 
-BLEND = 10.0  # m, at most
 SHARE = 0.25  # of a profile that is blended, at most
 ROUNDING = 1e-9  # of a profile: a sample so near the end of the blend is there
 MEETS = 1e-3  # of the range of heights: ends no farther apart meet

@@ -7,17 +7,16 @@ one-sided density in m2/(rad/m), whose integral over positive wavenumbers is the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
-FloatArray: TypeAlias = NDArray[np.float64]
+if TYPE_CHECKING:  # the classes are named by commands that never look into them
+    from .profile import FloatArray
 
 # Unit of a source to (factor to m2, wavenumber in it per rad/m).
-CYCLES = 1 / (2 * np.pi)
+CYCLES = 1 / (2 * math.pi)
 UNITS = {
     "m2/(rad/m)": (1.0, 1.0),
     "cm2/(rad/m)": (1e-4, 1.0),
@@ -66,6 +65,8 @@ class Spectrum:
         array
             m2/(rad/m).
         """
+        import numpy as np  # noqa: PLC0415 - heavy
+
         area, per = UNITS[self.unit]
         # S dOmega = S' dn with n = per * Omega.
         density: FloatArray = self.sided * area * per * self.native(np.asarray(Omega) * per)
@@ -121,6 +122,8 @@ def _powers(what: str, breaks: list[float], A: list[float], n: list[float]) -> S
     """Chinese ballastless track: A / f^n in pieces of f (1/m), held outside 0.005 to 0.5 1/m."""
 
     def native(wavenumber: FloatArray) -> FloatArray:
+        import numpy as np  # noqa: PLC0415 - heavy
+
         f = np.clip(wavenumber, 0.005, 0.5)
         piece = np.searchsorted(breaks, f)
         density: FloatArray = np.array(A)[piece] / f ** np.array(n)[piece]
@@ -162,21 +165,25 @@ def _sncf(name: str, factor: float) -> Quality:
 
 
 # dB re 1 um, third octaves of wavelength from 40 cm down to 0.315 cm.
-ISO_3095 = np.array(
-    [17.1, 15, 13, 11, 9, 7, 4.9, 2.9, 0.9, -1.1, -3.2, -5, -5.6, -6.2, -6.8, -7.4, -8, -8.6, -9.2,
-     -9.8, -10.4, -11]
+ISO_3095 = (
+    17.1, 15, 13, 11, 9, 7, 4.9, 2.9, 0.9, -1.1, -3.2, -5, -5.6, -6.2, -6.8, -7.4, -8, -8.6, -9.2,
+    -9.8, -10.4, -11,
 )  # fmt: skip
-ISO_CENTRES = 10 ** ((16 - np.arange(ISO_3095.size)) / 10) / 100  # m; 10^1.6 cm is called 40 cm
+ISO_CENTRES = tuple(10 ** ((16 - k) / 10) / 100 for k in range(len(ISO_3095)))
+"""m; 10^1.6 cm is called 40 cm."""
 
 
 def _roughness(wavenumber: FloatArray) -> FloatArray:
     """Roughness limit as a density (m2/(1/m)): each level spread evenly over its third octave."""
+    import numpy as np  # noqa: PLC0415 - heavy
+
+    levels = np.array(ISO_3095)
     wavelength = 1 / np.maximum(wavenumber, 1e-9)
     band = np.round(16 - 10 * np.log10(100 * wavelength)).astype(int)
-    inside = (band >= 0) & (band < ISO_3095.size)
-    at = np.clip(band, 0, ISO_3095.size - 1)
-    width = (10**0.05 - 10**-0.05) / ISO_CENTRES[at]
-    density: FloatArray = np.where(inside, 1e-12 * 10 ** (ISO_3095[at] / 10) / width, 0.0)
+    inside = (band >= 0) & (band < levels.size)
+    at = np.clip(band, 0, levels.size - 1)
+    width = (10**0.05 - 10**-0.05) / np.array(ISO_CENTRES)[at]
+    density: FloatArray = np.where(inside, 1e-12 * 10 ** (levels[at] / 10) / width, 0.0)
     return density
 
 

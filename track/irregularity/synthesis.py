@@ -8,11 +8,11 @@ import numpy as np
 
 from railcosim.parameters import ParameterError
 
-from .profile import MAX_ROWS, Profile
-from .spectra import QUALITIES, FloatArray, Quality, Spectrum
+from .profile import MAX_ROWS, FloatArray, Profile
+from .spectra import QUALITIES, Quality, Spectrum
+from .usual import FADE_IN
 
 USUAL = (0.8, 50.0)  # m, wavelengths that a profile contains if nothing else is asked for
-FADE_IN = 10.0  # m, of a random profile, which goes on behind the place where a run starts
 BLOCK = 100  # longest waves in a block: its lines are a hundredth of the lowest wavenumber apart
 SAMPLES_PER_WAVE = 16  # of the shortest wave: a cubic spline is then within 1e-4 of it
 MAX_RATIO = 1e4  # of the longest to the shortest wave: 16 million samples in a block
