@@ -17,11 +17,11 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.polynomial.legendre import legroots
 from numpy.typing import ArrayLike
-from scipy.interpolate import BarycentricInterpolator
 
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.state_space import IndexArray, StateSpace
+from railcosim.master.polynomials import lagrange
 from railcosim.mechanics.law import NormalLaw
 from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 from railcosim.mechanics.solve import solve_compression
@@ -64,7 +64,7 @@ class ContactForces:
         """Forces at some times (s), shape (n_times, n_contacts), N."""
         place = np.asarray(times, dtype=float) / self.interval
         which = np.clip(place.astype(np.intp), 0, len(self.values) - 1)
-        weights = _lagrange(place - which)
+        weights = lagrange(_NODES, place - which)
         forces: FloatArray = np.einsum("tj,tjc->tc", weights, self.values[which])
         return forces
 
@@ -275,9 +275,3 @@ def _radau() -> FloatArray:
 
 
 _NODES = _radau()
-
-
-def _lagrange(places: FloatArray) -> FloatArray:
-    """Lagrange's polynomials of the nodes at some places, shape (n_places, STAGES)."""
-    values: FloatArray = BarycentricInterpolator(_NODES, np.eye(STAGES))(places)
-    return values

@@ -228,9 +228,11 @@ def test_frequency_responses_with_every_wheelsets_own_contact(mixed) -> None:
     assert worst(mixed, [0.7, 8.0, 37.0, 95.0, 240.0], own_law()[1]) < 5e-3
 
 
-def test_the_largest_stable_step_is_that_of_runs(mixed) -> None:
+@pytest.mark.parametrize(
+    ("owner", "name"), [(Owner.VEHICLE, "jacobi-linear"), (Owner.TRACK, "jacobi-quadratic")]
+)
+def test_the_largest_stable_step_is_that_of_runs(mixed, owner, name) -> None:
     """Linear springs, of every wheelset its own, within the 1 % that is promised."""
-    owner, name = Owner.VEHICLE, "jacobi-linear"
     pair = mixed.folder / "Vehicle.fmu", mixed.folder / "Track.fmu"
     scheme = members()[name].scheme
     sprung = SprungPair(linear_parts(*pair, quiet), owner, own_law()[1])
