@@ -46,6 +46,13 @@ class RuntimeName(StrEnum):
     PYTHON = "python"
 
 
+class DimensionName(StrEnum):
+    """How dimensions are spelt."""
+
+    VERTICAL = "vertical"
+    SPATIAL = "spatial"
+
+
 def export(
     out: Annotated[Path, typer.Option("--out", help="Folder for the FMUs.", metavar="DIR")],
     vehicle: VehicleFile = None,
@@ -86,6 +93,13 @@ def export(
     one_rail: Annotated[
         bool, typer.Option("--one-rail", help="With --wheelsets: only the left rail is loaded.")
     ] = False,
+    dimension: Annotated[
+        DimensionName,
+        typer.Option(
+            "--dimension",
+            help="With --wheelsets: spatial rails move to the right and roll as well; Track only.",
+        ),
+    ] = DimensionName.VERTICAL,
     separate: Annotated[
         bool,
         typer.Option(
@@ -101,6 +115,11 @@ def export(
     chosen = runtime_of(runtime, fmi, platforms)
     if wheelsets is None and (positions is not None or one_rail):
         raise UsageError("--positions and --one-rail: need --wheelsets, how many there are")
+    if wheelsets is None and dimension is not DimensionName.VERTICAL:
+        raise UsageError(
+            f"--dimension {dimension}: needs --wheelsets, for it is of tracks; vehicle FMUs are "
+            "vertical"
+        )
     if wheelsets is not None and separate:
         raise UsageError("--separate: is of vehicles, and --wheelsets exports tracks only")
     cars = vehicle_of(vehicle, vehicles)
@@ -108,7 +127,7 @@ def export(
         places = positions_of(wheelsets, positions)
         rails = track_for(track, places[0] - places[-1])
         folder_of("--out", out)
-        files = exported_tracks(cars, rails, places, one_rail, out, chosen)
+        files = exported_tracks(cars, rails, places, one_rail, out, chosen, dimension=dimension)
     else:
         folder_of("--out", out)
         files = exported(cars, track_of(track, cars), out, chosen, separate=separate)
@@ -178,6 +197,8 @@ def exported_tracks(
     one_rail: bool,
     out: Path,
     runtime: Runtime,
+    *,
+    dimension: str = "vertical",
 ) -> dict[str, Path]:
     """The same of tracks under other wheelsets, with the static load and contact of a vehicle."""
     from railcosim.fmus.content import start_of
@@ -186,7 +207,9 @@ def exported_tracks(
 
     sides = SIDES[:1] if one_rail else SIDES
     start = start_of(vehicle, places, sides)
-    make = partial(export_track, track, start, out, sides=sides, runtime=runtime)
+    make = partial(
+        export_track, track, start, out, sides=sides, dimension=dimension, runtime=runtime
+    )
     return _told(track, out, make)
 
 

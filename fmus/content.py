@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.modal import ModalBody
-from railcosim.mechanics.ports import SIDES, Layout
+from railcosim.mechanics.ports import DIMENSIONS, SIDES, Layout, Z
 from railcosim.parameters import ParameterError, UnusualWarning, write_toml
 from railcosim.track.decay import check_ring, decay_along
 from railcosim.track.parameters import Track
@@ -201,8 +201,11 @@ def track_contents(
     progress: Callable[[str], None] = lambda text: None,
     *,
     sides: tuple[str, ...] = SIDES,
+    dimension: str = "vertical",
 ) -> list[Content]:
     """Track and TrackWithContact for other people's wheelsets; see `contents`.
+
+    The contact law inside knows the vertical direction only: of a spatial track there is Track.
 
     Parameters
     ----------
@@ -212,9 +215,12 @@ def track_contents(
         Loads and positions of as many wheelsets as there are, from the front.
     sides : tuple of str
         Rails that are loaded; see `railcosim.mechanics.ports.Layout`.
+    dimension : str
+        In what directions rails are met, see `railcosim.mechanics.ports.DIMENSIONS`.
     """
-    rails = track_under(track, start, progress, sides=sides)
-    return [_track(track, rails, start, with_contact=owned) for owned in (False, True)]
+    rails = track_under(track, start, progress, sides=sides, dimension=dimension)
+    owners = (False, True) if rails.layout.directions == (Z,) else (False,)
+    return [_track(track, rails, start, with_contact=owned) for owned in owners]
 
 
 def track_under(
@@ -223,12 +229,14 @@ def track_under(
     progress: Callable[[str], None],
     *,
     sides: tuple[str, ...] = SIDES,
+    dimension: str = "vertical",
 ) -> ModalBody:
     """The reduced track under so many wheelsets, if the ring is long enough for them."""
     progress("measuring the decay along the track")
     check_ring(track, float(np.ptp(start.positions)))
     progress("reducing the track")
-    return reduce_track(track).under(Layout(len(start.positions), sides))
+    directions = DIMENSIONS[dimension]
+    return reduce_track(track, directions).under(Layout(len(start.positions), sides, directions))
 
 
 def _vehicle(
@@ -250,7 +258,7 @@ def _track(track: Track, rails: ModalBody, start: Start, *, with_contact: bool) 
     return Content(
         name="TrackWithContact" if with_contact else "Track",
         model="track",
-        text="Slab track, a ring of cells, vertical: "
+        text=f"Slab track, a ring of cells, {rails.layout.dimension}: "
         + ("wheel motion to contact force." if with_contact else "contact force to motion."),
         table=interface(rails, start, with_contact=with_contact),
         body=rails,

@@ -89,9 +89,12 @@ def export_track(
     progress: Callable[[str], None] = lambda text: None,
     *,
     sides: tuple[str, ...] = SIDES,
+    dimension: str = "vertical",
     runtime: Runtime = NATIVE,
 ) -> dict[str, Path]:
     """Write Track and TrackWithContact as FMUs for any 1 to 64 wheelsets; see `export`.
+
+    A spatial track is met in y, z and roll, and comes without the contact, whose law is vertical.
 
     Parameters
     ----------
@@ -103,9 +106,11 @@ def export_track(
         See `export`.
     sides : tuple of str
         Rails that are loaded: both, or the left one.
+    dimension : str
+        vertical or spatial, see `railcosim.mechanics.ports.DIMENSIONS`.
     """
     runtime.prepare(progress)
-    made = track_contents(track, start, progress, sides=sides)
+    made = track_contents(track, start, progress, sides=sides, dimension=dimension)
     with packed(made, out, progress, runtime=runtime) as files:
         return files
 

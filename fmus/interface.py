@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.ports import Z
 
 from .law_variables import Contact, contact_parameters, law_at, told_coefficient
 from .port_variables import AtPort, ports_of, position
@@ -27,7 +28,8 @@ class Start:
     Attributes
     ----------
     loads : sequence of float
-        Static contact forces at the ports, N.
+        Static vertical contact forces of the wheels, in their order, N; those in other directions
+        are 0 at first.
     positions : sequence of float
         Of the wheelsets, m.
     contact : Contact
@@ -59,7 +61,9 @@ def interface(body: ModalBody, start: Start, *, with_contact: bool) -> list[Scal
     heights = [] if stays else start_heights(body)
     law = contact_parameters(start.contact) if with_contact else []
     inputs = [*places]
-    for at, load in zip(ports_of(body), start.loads, strict=True):
+    loads = dict(zip(body.layout.wheels, start.loads, strict=True))
+    for at in ports_of(body):
+        load = loads[at.port.wheel] if at.port.direction is Z else 0.0
         if with_contact:
             inputs += [at.motion(body.face.other, "input"), at.irregularity()]
         else:

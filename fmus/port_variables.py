@@ -58,10 +58,12 @@ class AtPort:
         direction = self.port.direction
         return self._row(
             FORCE, Role.IN_LOAD if causality == "input" else Role.OUT_FORCE, causality,
-            unit=direction.force, display_unit="kN", start=start, nominal=1e5,
+            unit=direction.force, display_unit=SHOWN_IN[direction.force], start=start,
+            nominal=NOMINALS[direction.force],
             description=FORCES.get(
                 direction.name,
-                f"contact force, {direction.positive} on the rail, the opposite on the wheel",
+                f"{KINDS[direction.force]}, {direction.positive} on the rail, the opposite on the "
+                "wheel",
             ),
         )  # fmt: skip
 
@@ -70,7 +72,7 @@ class AtPort:
         direction = self.port.direction
         row = self._row(
             face.motion, Role.IN_LOAD if causality == "input" else Role.OUT_MOTION, causality,
-            unit=direction.motion, display_unit="mm", nominal=1e-3,
+            unit=direction.motion, display_unit=SHOWN_IN[direction.motion], nominal=1e-3,
             start=0.0 if causality == "input" else None,
             description=MOTIONS[face.name].format(direction.positive),
         )  # fmt: skip
@@ -83,7 +85,7 @@ class AtPort:
         face, direction = self.body.face, self.port.direction
         row = self._row(
             face.rate, Role.OUT_MOTION_RATE, "output", unit=f"{direction.motion}/s",
-            display_unit="mm/s", nominal=0.1,
+            display_unit=SHOWN_IN[f"{direction.motion}/s"], nominal=0.1,
             description=RATES[face.name].format(direction.positive),
         )  # fmt: skip
         if self.body.coordinates is None:
@@ -110,6 +112,14 @@ class AtPort:
         return int(known.wheelsets[self.port.wheelset - 1])
 
 
+SHOWN_IN = {
+    "m": "mm", "m/s": "mm/s", "rad": "mrad", "rad/s": "mrad/s", "N": "kN", "N.m": "kN.m",
+}  # fmt: skip
+NOMINALS = {"N": 1e5, "N.m": 1e4}
+KINDS = {
+    "N": "contact force",
+    "N.m": "moment of the contact about the top of the design head's middle",
+}
 FORCES = {"z": "contact force, compression positive: down on the rail, up on the wheel"}
 MOTIONS = {
     "rail": "deflection of the rail under the wheel, {}, from the unloaded track",

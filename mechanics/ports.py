@@ -27,9 +27,11 @@ class Direction:
     Attributes
     ----------
     name : str
-        Last part of a variable's name.
+        Last part of a motion's name.
+    effort : str
+        Last part of the name of the force that does work on it; about an axis, of the moment.
     motion, force : str
-        Units of a motion along it and of the force that does work on it.
+        Their units.
     mirror : int
         Sign that a motion takes in the mirror between the rails: a rail that moves as its mirror
         image does, moves by as much downwards, but by the opposite to the right.
@@ -38,16 +40,19 @@ class Direction:
     """
 
     name: str
+    effort: str
     motion: str
     force: str
     mirror: int
     positive: str
 
 
-Z = Direction("z", "m", "N", 1, "down")
-Y = Direction("y", "m", "N", -1, "to the right")
-X = Direction("x", "m", "N", 1, "forward")
-ROLL = Direction("roll", "rad", "N.m", -1, "about the forward axis, the right side down")
+Z = Direction("z", "force_z", "m", "N", 1, "down")
+Y = Direction("y", "force_y", "m", "N", -1, "to the right")
+X = Direction("x", "force_x", "m", "N", 1, "forward")
+ROLL = Direction(
+    "roll", "moment_x", "rad", "N.m", -1, "about the forward axis, the right side down"
+)
 DIRECTIONS = (Z, Y, X, ROLL)
 """All that have a name, the vertical one first."""
 
@@ -88,9 +93,9 @@ class Face:
 
 
 WHEEL, RAIL = Face("wheel", -1), Face("rail", 1)
-FORCE, IRREGULARITY = "force_{}", "irregularity_{}"
+FORCE, IRREGULARITY = "{effort}", "irregularity_{}"
 QUANTITIES = (FORCE, IRREGULARITY, WHEEL.motion, WHEEL.rate, RAIL.motion, RAIL.rate)
-"""Of a port: patterns of the last part of a name, to be filled by the direction's name."""
+"""Of a port: patterns of the last part of a name, to be filled by the direction's names."""
 MOTIONS = {WHEEL.motion: -WHEEL.push, RAIL.motion: -RAIL.push, IRREGULARITY: -1}
 """With what sign a motion adds to a compression. Where the rail's surface is low, by the
 irregularity, it is farther from the wheel."""
@@ -137,7 +142,8 @@ class Port:
 
     def name(self, quantity: str) -> str:
         """Name of a variable; `quantity` is one of `QUANTITIES`."""
-        return f"{self.wheel}.{quantity.format(self.direction.name)}"
+        known = self.direction
+        return f"{self.wheel}.{quantity.format(known.name, effort=known.effort)}"
 
 
 @dataclass(frozen=True)
@@ -208,6 +214,12 @@ class Layout:
             for i in self.numbers
             for direction in self.directions
         )
+
+    @property
+    def dimension(self) -> str:
+        """What users call such directions; their names where they call them nothing."""
+        named = {directions: name for name, directions in DIMENSIONS.items()}
+        return named.get(self.directions, ", ".join(d.name for d in self.directions))
 
     @property
     def numbers(self) -> range:

@@ -82,7 +82,8 @@ def standing_in(gaps: Collection[str]) -> Layout:
 
 def _counted(layout: Layout) -> str:
     rails = "" if len(layout.sides) > 1 else ", on one rail"
-    return f"{layout.wheelsets} wheelset{'s' if layout.wheelsets > 1 else ''}{rails}"
+    along = "" if layout == Layout(layout.wheelsets, layout.sides) else f", {layout.dimension}"
+    return f"{layout.wheelsets} wheelset{'s' if layout.wheelsets > 1 else ''}{rails}{along}"
 
 
 def contact_of(contact: float | Parameters) -> Parameters:

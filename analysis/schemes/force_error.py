@@ -76,7 +76,7 @@ class ForceError:
     def __init__(self, part: Part, k_H: Stiffness, source: Excitation) -> None:
         n = len(part.wheels)
         self._omega = source.omega
-        self._forces = {f"{wheel}.{FORCE.format(Z.name)}" for wheel in part.wheels}
+        self._forces = {f"{wheel}.{Z.effort}" for wheel in part.wheels}
         self._heights = np.asarray(
             np.tile(source.heights, (1, n // source.heights.shape[1])), dtype=np.complex128
         )

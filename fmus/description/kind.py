@@ -40,10 +40,13 @@ class Kind:
 
 def _track_facts(body: ModalBody) -> dict[str, str]:
     n, shapes, wheels = body.shared, body.shapes, body.layout.contacts
+    local = {1: "one local oscillator"}.get(
+        k := len(body.layout.directions), f"{k} local oscillators"
+    )
     frequency = np.abs(body.poles[:n]).max() / (2 * np.pi)
     facts = {
         "Modes": f"{n} complex ones up to {frequency:.0f} Hz: {body.even} even, {n - body.even} "
-        f"odd; and one local oscillator under each of the {wheels} wheels",
+        f"odd; and {local} under each of the {wheels} wheels",
     }
     if isinstance(shapes, AlongRing):
         cells = f"{shapes.length:g} m, cells of {shapes.cell_length:g} m"

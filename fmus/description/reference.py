@@ -21,6 +21,7 @@ FloatArray = NDArray[np.float64]
 
 STEP, STEPS = 1e-4, 200  # s
 SPEED = 250 / 3.6  # m/s
+OF_NOMINAL = 0.1  # as large as lateral forces are beside vertical ones
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,8 @@ class Wave:
     Attributes
     ----------
     mean : float or None
-        In the unit of the input; None is its start value.
+        In the unit of the input; None is its start value, or where that is 0 a part of the nominal
+        one.
     depth : float
         Relative amplitude.
     frequency : float
@@ -111,9 +113,15 @@ def _input(v: Scalar, time: FloatArray, wheels: Mapping[str, int]) -> FloatArray
     if v.port is None:
         return float(v.start or 0) + SPEED * time
     wave, k = _wave(v, v.port), wheels[v.port.wheel]
-    mean = float(v.start or 0) if wave.mean is None else wave.mean
+    mean = _mean(v, wave)
     swing: FloatArray = mean * (1 + wave.depth * np.sin(2 * np.pi * wave.frequency * time + k))
     return swing
+
+
+def _mean(v: Scalar, wave: Wave) -> float:
+    if wave.mean is None:
+        return float(v.start or OF_NOMINAL * v.nominal)
+    return wave.mean
 
 
 def _wave(v: Scalar, port: Port) -> Wave:
@@ -129,7 +137,7 @@ def _formulas(known: Sequence[Scalar]) -> dict[str, str]:
             formulas[quantity] = f"start value + {SPEED!r} t"
         elif quantity not in formulas:
             wave = _wave(v, v.port)
-            mean = v.start if wave.mean is None else wave.mean
+            mean = _mean(v, wave)
             formulas[quantity] = (
                 f"{mean!r} (1 + {wave.depth:g} sin(2 pi {wave.frequency:g} t + k)) {v.unit}"
             )

@@ -14,7 +14,9 @@ UNITS: dict[str, dict[str, int]] = {
     "m/s": {"m": 1, "s": -1},
     "m/s2": {"m": 1, "s": -2},
     "rad": {"rad": 1},
+    "rad/s": {"rad": 1, "s": -1},
     "N": {"kg": 1, "m": 1, "s": -2},
+    "N.m": {"kg": 1, "m": 2, "s": -2},
     "N/m": {"kg": 1, "s": -2},
     "N/m1.5": {},  # FMI has no fractional exponents
 }
@@ -24,7 +26,9 @@ DISPLAY_UNITS: dict[str, dict[str, float]] = {
     "m": {"mm": 1e3},
     "m/s": {"mm/s": 1e3, "km/h": 3.6},
     "rad": {"mrad": 1e3},
+    "rad/s": {"mrad/s": 1e3},
     "N": {"kN": 1e-3},
+    "N.m": {"kN.m": 1e-3},
     "N/m": {"GN/m": 1e-9},
 }
 

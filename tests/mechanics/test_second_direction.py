@@ -88,7 +88,7 @@ def coupled(body):
 
 def native(body, folder):
     """The native FMU of a body."""
-    loads = [7e4, 1e3] * 4
+    loads = [7e4] * 4
     start = Start(loads=loads, positions=POSITIONS.tolist(), contact=contact_defaults(Vehicle()))
     content = Content(
         name="Track", model="track", text="Moves across too.", parameters="", annotations={},
