@@ -16,7 +16,7 @@ from railcosim.analysis.pair.linear_pair import Part
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.linear.receptance import lag
 from railcosim.master.linear.state_space import ComplexArray
-from railcosim.mechanics.ports import FORCE, Z
+from railcosim.mechanics.ports import Z
 from railcosim.track.irregularity import Spectrum
 
 from .stability import Coupling
