@@ -42,8 +42,9 @@ def each_position(vehicle: Vehicles, position: Position) -> list[tuple[Path, flo
     else:
         each = [position] if isinstance(position, float | int) else position
     if len(each) != len(files):
+        told = ",".join(f"{x:g}" for x in each if x is not None)
         raise ArgumentError(
-            "position", position, f"must be one of each of {len(files)} vehicles, with commas"
+            "position", told, f"must be one of each of {len(files)} vehicles, with commas"
         )
     return list(zip(files, each, strict=True))
 
