@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -39,6 +40,8 @@ APART = 0.004, 0.01, 0.025, 0.06, 0.1
 """Distances to a limit, of itself, at which growth is measured, until it is on both sides."""
 INSIDE = 0.4
 """Of a window, at the most: growth rises to its middle."""
+LOOKS = 17
+"""Steps across a narrow window, to find where it grows most."""
 BELOW = 0.97
 """Step in limits at which nothing may grow that was not foreseen."""
 KICK = 1e-8
@@ -125,7 +128,7 @@ class Bench:
         h : float
             Communication step, s.
         motion : Motion
-            As predicted for that step; only its frequency and patterns are used, and its growth
+            As predicted for that step; only its frequency and heights are used, and its growth
             for the strength of driving.
         """
         driven, last = int(np.clip(DRIVEN / h, FEWEST, MANY)), math.nan
@@ -166,7 +169,7 @@ class Bench:
             return pattern if 0.0 < t <= (KICKED + 0.5) * h else 0.0 * pattern
 
         forces = self._run(scheme, h, _kicked_steps(h), kick, 4 * KICKED)
-        if forces is None:
+        if forces is None or len(forces) < 2 * PIECES:  # faster than can be fitted
             return math.inf
         late = [np.sqrt((part**2).mean()) + 1e-300 for part in np.array_split(forces, PIECES)]
         half = np.log(late[PIECES // 2 :])
@@ -190,6 +193,7 @@ class Bench:
         """
         most = coupling.fast
 
+        @cache
         def compared(h: float) -> Compared:
             motion = fastest_motion(coupling, h)
             measured = self.growth(scheme, h, motion)
@@ -208,6 +212,9 @@ class Bench:
         if isinstance(scheme, Iterated) and math.isinf(coupling.growth((1.0 + APART[0]) * guess)):
             return self._iterating(scheme, coupling, guess)
         widest = INSIDE * (window.end / guess - 1.0)
+        if widest < APART[0]:  # perhaps no wider than its edges are exact: where it grows most
+            steps = np.linspace(guess, window.end, LOOKS)[1:-1].tolist()
+            widest = max(steps, key=coupling.growth) / guess - 1.0
         tried = list[Compared]()
         for apart in APART:
             low = compared(guess * (1.0 - apart))

@@ -29,15 +29,12 @@ class Motion:
         Growth (1/s) and angular frequency (rad/s), the latter not above half a turn a step.
     heights : array of complex, shape (n_contacts,)
         Of the rail's surface, m, of size 1: times exp(i omega t) they drive it most.
-    forces : array of complex, shape (n_contacts,)
-        Its shape in the contact forces, of size 1.
     receptance : float
         Size of the forces (N) after one step of such heights.
     """
 
     rate: complex
     heights: ComplexArray
-    forces: ComplexArray
     receptance: float
 
 
@@ -75,11 +72,10 @@ def _motion(step: Amplification, part: Part, system: System, z: complex) -> Moti
     near, far = receptance((1.0 + NEAR) * z), receptance((1.0 + 2.0 * NEAR) * z)
     if np.linalg.norm(near) < POLE * np.linalg.norm(far):
         return None
-    U, s, Vh = np.linalg.svd(near)
+    _, s, Vh = np.linalg.svd(near)
     size = np.linalg.norm(part.mix[:, 0])
     return Motion(
         rate=complex(np.log(z)) / step.h,
         heights=part.mix @ Vh[0].conj() / size,
-        forces=part.mix @ U[:, 0] / size,
         receptance=float(s[0] * NEAR * abs(z)),
     )

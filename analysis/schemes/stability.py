@@ -211,7 +211,7 @@ class Coupling:
         """What an evaluation leaves of an error in a step of `h` (s), if the scheme iterates."""
         if self._last[0] != h:
             self._last = h, [a.at(h) for a in self.amplifiers]
-        return max(a.contraction() for a in self._last[1])
+        return max(a.contraction for a in self._last[1])
 
     def growth(self, h: float) -> float:
         """Rate (1/s) of the fastest-growing motion with steps of `h` (s); infinite if it fails.

@@ -73,10 +73,11 @@ class Amplification:
     outputs: IndexArray
     within: FloatArray
 
+    @cached_property
     def contraction(self) -> float:
         """What an iteration within the step that gives back what it gets leaves of an error.
 
-        One where it does not converge. Of the slowest part, from one component to the next.
+        One where it does not converge.
         """
         return float(np.abs(np.linalg.eigvals(self.within)).max(initial=0.0))
 

@@ -19,6 +19,7 @@ from railcosim.master.linear.modal import Modal
 from railcosim.master.linear.state_space import IndexArray
 from railcosim.master.linear_component import LinearComponent
 from railcosim.master.schemes import Scheme
+from railcosim.master.schemes.iteration import Iterated
 from railcosim.master.stability.amplification import Amplification
 from railcosim.master.stability.observed_step import Column, ObservedStep
 from railcosim.master.stability.open_component import Open
@@ -70,6 +71,13 @@ class Amplifier:
             step = ObservedStep(self.system, self._scheme, _UNIT if self._same else float(h))
             self.evaluations = max(self.evaluations, step.evaluations)
             self._observed = _observe(step)
+            if isinstance(self._scheme, Iterated):
+                until = replace(self._scheme.until, max_evaluations=1, accept=True)
+                self.system.restore_state(self._rest)
+                once = ObservedStep(self.system, replace(self._scheme, until=until), step.h)
+                moving = [c for c in once.opened if c.model is not None]
+                _, P = _stacked([column for c in moving for column in once.by_motion(c)], once)
+                self._observed = replace(self._observed, at_once=P)
         return self._observed.at(h)
 
 
@@ -92,6 +100,7 @@ class _Observed:
     asked: list[list[Asked]]
     fed: list[list[Fed]]
     signals: FloatArray
+    at_once: FloatArray | None = None  # of P, what no guess of a scheme that iterates comes between
 
     def at(self, h: float | FloatArray) -> Amplification:
         """With the components' answers within a step of `h` (s), and states that are no modes."""
@@ -116,6 +125,10 @@ class _Observed:
         from_modes = np.broadcast_to(np.eye(f)[:, seen], (*lead, f, seen.sum()))
         within = one.P @ D
         agreed = np.linalg.inv(np.eye(len(self.P)) - within)
+        left = within
+        if one.at_once is not None:
+            fresh = one.at_once @ D
+            left = np.linalg.solve(np.eye(len(self.P)) - fresh, within - fresh)
         w_state = one.P @ bring
         w_state[..., :n] += one.Q
         w_state = agreed @ w_state
@@ -147,7 +160,7 @@ class _Observed:
             C=_blocks(part.C for part in modes).astype(complex),
             signals=np.multiply.outer(h, self.signals),
             outputs=self.outputs,
-            within=within,
+            within=left,
         )  # fmt: skip
 
     def _in_units_of(self, ratio: FloatArray) -> _Observed:
@@ -163,7 +176,10 @@ class _Observed:
         power = np.concatenate([np.zeros(0), *rate]), np.concatenate([np.zeros(0), *derivative])
         f = (ratio[..., None] ** power[0])[..., None, :]
         w = (ratio[..., None] ** power[1])[..., None]
-        return replace(self, R=self.R * f, P=w * self.P * f, Q=w * self.Q, V=w * self.V)
+        at_once = None if self.at_once is None else w * self.at_once * f
+        return replace(
+            self, R=self.R * f, P=w * self.P * f, Q=w * self.Q, V=w * self.V, at_once=at_once
+        )
 
 
 def _blocks(parts: Iterable[Any]) -> Any:

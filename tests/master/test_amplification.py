@@ -158,3 +158,17 @@ def test_what_is_rounding_is_not_followed_for_ever() -> None:
 
     with pytest.raises(TurningLostError, match="still turns"):
         windings(noise, np.array([0.5 + 0.0j]), 1.0)
+
+
+def test_where_it_is_not_followed_eigenvalues_are_counted(monkeypatch) -> None:
+    one, again = (Amplifier(make_system(opened=True), jacobi(degree=1)).at(1e-2) for _ in range(2))
+    known = one.growing(0.5), one.growth_above(0.5)
+
+    def lost(self, *args, **more):
+        raise TurningLostError("lost")
+
+    monkeypatch.setattr(Determinant, "outside", lost)
+    monkeypatch.setattr(Determinant, "zero_outside", lost)
+    assert 0 < known[0] < len(again.eigenvalues()) / 2
+    assert again.growing(0.5) == known[0]
+    assert again.growth_above(0.5) == pytest.approx(known[1], rel=2 * SAME)

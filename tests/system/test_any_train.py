@@ -235,10 +235,11 @@ def test_the_largest_stable_step_is_that_of_runs(mixed, owner, name) -> None:
     """Linear springs, of every wheelset its own, within the 1 % that is promised."""
     pair = mixed.folder / "Vehicle.fmu", mixed.folder / "Track.fmu"
     scheme = members()[name].scheme
-    sprung = SprungPair(linear_parts(*pair, quiet), owner, own_law()[1])
+    parts = linear_parts(*pair, quiet)
+    sprung = SprungPair(parts, owner, own_law()[1])
     coupling = Coupling(sprung, scheme)
     predicted = next(w for w in coupling.limit(longest=2e-3).windows if math.isfinite(w.fast))
-    one = SprungPair(linear_parts(*pair, quiet), owner, float(own_law()[1].mean()))
+    one = SprungPair(parts, owner, float(own_law()[1].mean()))
     # One number for all would be told from them.
     assert abs(Coupling(one, scheme).limit(longest=2e-3).fast / predicted.fast - 1) > 0.02
     disturbance = Disturbance()

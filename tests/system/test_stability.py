@@ -82,6 +82,7 @@ def test_fewer_modes_answer_as_the_track_does(exported, parts) -> None:
         (Owner.TRACK, "jacobi-quadratic", LINEAR),
         (Owner.MASTER, "gauss-seidel-linear-track-first", LINEAR),
         (Owner.MASTER, "picard-constant", LINEAR),  # where it no longer converges
+        (Owner.VEHICLE, "picard-linear", LINEAR),  # one after the other
         (Owner.VEHICLE, "jacobi-quadratic", HERTZ),
         (Owner.MASTER, "jacobi-quadratic", HERTZ),
     ],
@@ -98,7 +99,8 @@ def test_predicted_limit_is_that_of_runs(exported, parts, owner, name, parameter
         found = Bench(pair, disturbance).limit(scheme, coupling, predicted)
     assert found.step == pytest.approx(predicted.fast, rel=0.01)  # what is promised
     # Of what is driven at the limit or near it; more would be another motion.
-    assert found.measured == pytest.approx(found.predicted, rel=0.05, abs=0.1)
+    slack = 0.1 if found.predicted > 0.0 else 0.0  # 1/s; below 0 a logarithm of convergence
+    assert found.measured == pytest.approx(found.predicted, rel=0.05, abs=slack)
 
 
 def test_the_fastest_of_few_motions_is_told() -> None:
