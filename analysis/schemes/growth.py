@@ -33,7 +33,9 @@ FEWEST, MANY = 100, 500
 SURE = 0.1
 """Difference between two runs, 1/s or relative, of which one is twice as long, that is enough."""
 LONG = 0.5
-"""Time of driving, s, after which there is no longer run."""
+"""Time of driving, s, after which there is no longer run ..."""
+SEEN = 12.0
+"""... but of a motion that should grow: as a logarithm what it grows until it must be seen."""
 PIECES = 32
 """Parts of a run, of which amplitudes are taken."""
 APART = 0.004, 0.01, 0.025, 0.06, 0.1
@@ -132,13 +134,17 @@ class Bench:
             for the strength of driving.
         """
         driven, last = int(np.clip(DRIVEN / h, FEWEST, MANY)), math.nan
+        grown = motion.rate.real * ALONE * LONG
+        longest = LONG * max(1.0, SEEN / grown) if grown > 1.0 else LONG
         while True:
             forces = self._driven(scheme, h, motion, driven)
             if forces is None:
                 return math.inf
             turned = forces * np.exp(-1j * motion.rate.imag * h * np.arange(len(forces)))[:, None]
             found = fastest(_pieces(turned)) / (len(forces) // PIECES * h)
-            if abs(found - last) < max(SURE, SURE * abs(found)) or driven * h > LONG:
+            enough = max(SURE, SURE * abs(found))
+            foreseen = found > motion.rate.real - enough  # else another motion may be the stronger
+            if (abs(found - last) < enough and (foreseen or grown < 1.0)) or driven * h > longest:
                 return found
             driven, last = 2 * driven, found
 

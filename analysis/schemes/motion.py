@@ -13,8 +13,8 @@ from railcosim.master.system import System
 
 from .stability import Coupling
 
-NEAR = 1e-6
-"""Distance to an eigenvalue, of itself, at which nothing is seen but its own motion ..."""
+NEAR = 1e-6, 1e-8, 1e-10
+"""Distances to an eigenvalue, of itself, at one of which nothing is seen but its own motion ..."""
 POLE = 1.9
 """... and at twice of it half as much."""
 
@@ -69,13 +69,16 @@ def _motion(step: Amplification, part: Part, system: System, z: complex) -> Moti
         omega = np.full(len(one), np.log(beside) / (1j * step.h))
         return step.response(omega, one, forces).T
 
-    near, far = receptance((1.0 + NEAR) * z), receptance((1.0 + 2.0 * NEAR) * z)
-    if np.linalg.norm(near) < POLE * np.linalg.norm(far):
+    for distance in NEAR:
+        near, far = (receptance((1.0 + n * distance) * z) for n in (1, 2))
+        if np.linalg.norm(near) > POLE * np.linalg.norm(far):
+            break
+    else:
         return None
     _, s, Vh = np.linalg.svd(near)
     size = np.linalg.norm(part.mix[:, 0])
     return Motion(
         rate=complex(np.log(z)) / step.h,
         heights=part.mix @ Vh[0].conj() / size,
-        receptance=float(s[0] * NEAR * abs(z)),
+        receptance=float(s[0] * distance * abs(z)),
     )
