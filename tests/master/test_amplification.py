@@ -96,6 +96,16 @@ def test_count_is_that_of_the_whole_matrix(name) -> None:
             assert one.growth_above(rate) == pytest.approx(max(rate, one.growth()), rel=2 * SAME)
 
 
+@pytest.mark.parametrize("name", SCHEMES)
+def test_one_observation_holds_for_steps_of_every_length(name) -> None:
+    """Where all that moves is open, a step of 1 ms is observed, and others follow from it."""
+    whole = Amplifier(make_system(opened=False), SCHEMES[name])
+    opened = Amplifier(make_system(opened=True, wheel_too=True), SCHEMES[name])
+    for h in (1e-4, 1e-2):
+        eigenvalues = np.abs(np.linalg.eigvals(whole.at(h).N))
+        assert opened.at(h).growth() == pytest.approx(np.log(eigenvalues.max()) / h, rel=1e-7)
+
+
 def test_several_steps_at_once_are_each_by_itself() -> None:
     amplifier = Amplifier(make_system(opened=True, wheel_too=True), SCHEMES["gauss-seidel 1"])
     steps = np.array([1e-4, 1e-3, 1e-2])

@@ -64,6 +64,33 @@ def test_two_masses_with_dampers_of_each_mode():
         assert [m.damping_ratio for m in modes] == pytest.approx(ratios, rel=1e-9)
 
 
+def test_what_grows_without_swinging_is_told():
+    """A mass on a spring of less than nothing leaves as exp(2 t), and does not swing."""
+    (mode,) = swings(np.eye(1), np.zeros((1, 1)), np.array([[-4.0]])).modes
+    assert (mode.undamped, mode.damped) == pytest.approx((2.0, 0.0))
+    assert mode.damping_ratio == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize("place", [[5.0, -5.0], [-5.0, 5.0]])
+def test_of_equal_frequencies_that_at_the_front_comes_first(place):
+    first, second = oscillations(np.eye(2), 0.1 * np.eye(2), 4 * np.eye(2), np.array(place)).modes
+    front = int(np.argmax(place))
+    assert abs(first.shape[front]) == pytest.approx(1.0)
+    assert abs(second.shape[1 - front]) == pytest.approx(1.0)
+
+
+def test_shapes_are_real_where_they_have_most_energy():
+    """Of one damper beside two springs, so that no two coordinates move in phase."""
+    M, C = np.diag([2.0, 5.0]), np.diag([9.0, 0.0])
+    K = np.array([[700.0, -200.0], [-200.0, 300.0]])
+    for found in (swings(M, C, K), oscillations(M, C, K, np.zeros(2))):
+        for mode in found.modes:
+            energy = np.abs(mode.shape) ** 2 * np.diag(M)
+            assert energy.sum() == pytest.approx(1.0)
+            assert np.angle(mode.shape[np.argmax(energy)]) == pytest.approx(0.0, abs=1e-9)
+            assert abs(np.angle(mode.shape[np.argmin(energy)])) % np.pi > 1e-3
+
+
 def test_a_coordinate_without_mass():
     """A mass on a spring on what has a spring and a damper only: three poles, by hand."""
     m, k1, k2, c = 2.0, 300.0, 500.0, 7.0
