@@ -77,19 +77,7 @@ def start_of(
     ------
     ParameterError
         If they are others, and its wheels have no contact law in common.
-
-    Warns
-    -----
-    UnusualWarning
-        If the vehicle says how its wheels roll: FMUs are vertical.
     """
-    if train_of(vehicle).tells_rolling:
-        warnings.warn(
-            "[rolling] is left out: the FMUs are vertical, whatever a vehicle's file says of "
-            "cones, creep and flanges (railcosim.vehicle.rolling makes a contact law of it)",
-            UnusualWarning,
-            stacklevel=2,
-        )
     cars, count = build_multibody(vehicle), len(positions)
     load, C = cars.wheel_load, cars.hertz_coefficient
     if load.size != count:
@@ -154,7 +142,16 @@ def contents(
     -----
     RingWarning
         If the ring is too short for what `railcosim.track.decay` promises.
+    UnusualWarning
+        If the vehicle says how its wheels roll: its FMUs are vertical.
     """
+    if train_of(vehicle).tells_rolling:
+        warnings.warn(
+            "[rolling] is left out: FMUs of vehicles are vertical, whatever a file says of "
+            "cones, creep and flanges (railcosim.vehicle.rolling makes a contact law of it)",
+            UnusualWarning,
+            stacklevel=2,
+        )
     stock = {"": vehicle}
     if separate:
         stock = {str(number): one for number, one in enumerate(apart(vehicle), start=1)}

@@ -16,12 +16,12 @@ from railcosim.fmus.export import PythonRuntime, Start, export_track
 from railcosim.fmus.interface import interface
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Layout
-from railcosim.parameters import UnusualWarning
+from railcosim.parameters import ParameterError, UnusualWarning
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import build_multibody
-from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.parameters import Geometry, Vehicle
 from railcosim.vehicle.properties import Rolling
 
 from ..fmpy_problems import problems_of
@@ -146,6 +146,10 @@ def test_the_icon_is_of_the_train(name, count, wheelsets, bogies, carbodies):
 
 
 def test_what_a_vehicle_says_of_rolling_is_not_passed_over_in_silence():
-    vehicle = replace(Vehicle(), rolling=Rolling(conicity=0.3))
-    with pytest.warns(UnusualWarning, match=r"\[rolling\] is left out: the FMUs are vertical"):
-        content.start_of(vehicle, [4.0, 3.0, 2.0, 1.0])
+    long = Geometry(bogie_half_distance=60.0)  # so that nothing else is made
+    vehicle = replace(Vehicle(), rolling=Rolling(conicity=0.3), geometry=long)
+    with (
+        pytest.warns(UnusualWarning, match=r"\[rolling\] is left out: FMUs of vehicles are"),
+        pytest.raises(ParameterError, match=r"122\.5 m long"),
+    ):
+        content.contents(vehicle, Track(mesh=Mesh(cells=20)))
