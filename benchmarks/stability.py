@@ -31,15 +31,10 @@ from railcosim.analysis.pair.contact import Stiffness
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.growth import Bench, Disturbance
-from railcosim.analysis.schemes.stability import (
-    LONGEST,
-    Coupling,
-    SprungPair,
-    Window,
-    static_stiffness,
-)
+from railcosim.analysis.schemes.stability import LONGEST, Coupling, SprungPair, Window
 from railcosim.fmus.export import export
 from railcosim.master.schemes import Scheme
 from railcosim.track.parameters import Mesh, Track

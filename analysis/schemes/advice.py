@@ -16,6 +16,7 @@ from railcosim.analysis.pair.linear_pair import Part, linear_parts
 from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.standing import Position
+from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.response.models import wheelset_positions
 from railcosim.master.component import FloatArray
 from railcosim.master.parallel import Task, Workers
@@ -27,7 +28,7 @@ from railcosim.track.irregularity.synthesis import quality
 from .catalogue import PREDICTED, members
 from .force_error import Excitation, ForceError, excitation
 from .limits import LINEARISING, Progress, exact_growth, predictable
-from .stability import Coupling, SprungPair, static_stiffness
+from .stability import Coupling, SprungPair
 
 FINEST = 1e-12  # accuracy: below it is rounding
 TOGETHER = 4

@@ -16,12 +16,13 @@ from railcosim.analysis.pair.linear_pair import Part, linear_parts
 from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.standing import Position
+from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.master.parallel import Task, Workers
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 
 from .catalogue import PREDICTED, members
-from .stability import Coupling, Limit, SprungPair, Window, static_stiffness
+from .stability import Coupling, Limit, SprungPair, Window
 
 Progress = Callable[[float, float], None]
 Found: TypeAlias = dict[tuple[str, Owner], list[Limit]]

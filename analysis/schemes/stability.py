@@ -6,22 +6,12 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-from railcosim.analysis.pair.contact import (
-    NONLINEAR,
-    STIFFNESS,
-    Parameters,
-    Stiffness,
-    stiffness_at,
-)
+from railcosim.analysis.pair.contact import Stiffness
 from railcosim.analysis.pair.linear_pair import Part, coupled
-from railcosim.analysis.pair.numbering import Vehicles
 from railcosim.analysis.pair.owner import Owner
-from railcosim.analysis.pair.pair import Journey, open_pair
-from railcosim.analysis.pair.standing import Position, start_positions
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.schemes import ConvergenceError, Scheme
 from railcosim.master.schemes.interface_jacobian import InterfaceJacobian
@@ -29,7 +19,6 @@ from railcosim.master.schemes.iteration import Iterated
 from railcosim.master.stability.amplification import Amplification
 from railcosim.master.stability.amplifier import Amplifier
 from railcosim.master.stability.windows import Probe, unstable_ranges
-from railcosim.track.irregularity import flat
 
 RATE, FAST = 0.01, 1.0
 """Growth (1/s) that counts, and that is seen in a run of seconds. Slower growth than the first is
@@ -288,27 +277,3 @@ def _observed(scheme: Scheme) -> Scheme:
     if isinstance(scheme, InterfaceJacobian):
         return replace(scheme, tolerance=FINE)
     return scheme
-
-
-def static_stiffness(
-    vehicle: Vehicles, track: Path, contact: float | Parameters, position: Position = None
-) -> Stiffness:
-    """Stiffness of every wheelset's contacts at its static load, N/m; one number if one is given.
-
-    Parameters
-    ----------
-    vehicle, track : Path
-        FMU files that take contact forces; of vehicles also several, from the front.
-    contact : float or mapping
-        The stiffness itself, N/m, or parameters as far as they are given; see `open_pair`.
-    position : float or sequence of float, optional
-        Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
-    """
-    if isinstance(contact, float | int):
-        return float(contact)
-    if not contact.get(NONLINEAR, True) and STIFFNESS in contact:
-        return float(contact[STIFFNESS])
-    journey = Journey(speed=1.0, held=True, profile=flat())
-    parameters = {**contact, **start_positions(vehicle, position)}
-    with open_pair(vehicle, track, parameters, journey) as pair:
-        return stiffness_at(pair.parameters, pair.static_loads, pair.layout)

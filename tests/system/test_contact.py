@@ -7,8 +7,8 @@ import pytest
 from railcosim.analysis.pair.contact import law_of
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.schemes.catalogue import members
-from railcosim.analysis.schemes.stability import static_stiffness
 from railcosim.analysis.schemes.study_point import ContactCase, Point, measure, reference
 from railcosim.fmus.export import export
 from railcosim.master.connections import CouplingError

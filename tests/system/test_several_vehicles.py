@@ -12,12 +12,12 @@ from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.several import load_vehicles
 from railcosim.analysis.pair.standing import start_positions
+from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.frf import frequency_response
 from railcosim.analysis.response.map import response_map
 from railcosim.analysis.response.models import linear_models
 from railcosim.analysis.run import run
-from railcosim.analysis.schemes.stability import static_stiffness
 from railcosim.fmus.export import export
 from railcosim.master.connections import CouplingError
 from railcosim.master.course import Course

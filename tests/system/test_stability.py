@@ -8,6 +8,7 @@ import pytest
 from railcosim.analysis.pair.linear_pair import linear_parts
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.response.models import wheelset_positions
 from railcosim.analysis.schemes.advice import STEPS, longest_step
 from railcosim.analysis.schemes.catalogue import members
@@ -15,7 +16,7 @@ from railcosim.analysis.schemes.exponentials import fastest
 from railcosim.analysis.schemes.force_error import ForceError, excitation
 from railcosim.analysis.schemes.growth import Bench, Disturbance
 from railcosim.analysis.schemes.motion import fastest_motion
-from railcosim.analysis.schemes.stability import FAST, RATE, Coupling, SprungPair, static_stiffness
+from railcosim.analysis.schemes.stability import FAST, RATE, Coupling, SprungPair
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.receptance import frequency_response
