@@ -234,8 +234,8 @@ static void find_rate(const Body *body, const Chunk *chunk, const double *x, con
                        x + m->modes + chunk->to, rate + chunk->to, rate_im + chunk->to);
 }
 
-void body_look_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk, const double *x,
-                     const double *g, const ByParity *z, const ByParity *vz)
+static void look_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
+                       const double *x, const double *g, const ByParity *z, const ByParity *vz)
 {
     const Model *m = body->model;
     const double *re = x + chunk->to, *im = re + m->modes;
@@ -248,26 +248,24 @@ void body_look_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
     }
 }
 
-void body_look_rest(const Body *body, const Shapes *shapes, const double *x, const double *g,
-                    const ByParity *z, const ByParity *vz, double *at_contacts,
-                    double *velocities)
+void body_look(const Body *body, const Shapes *shapes, const double *x, const double *force,
+               int known, double *g, double *z, double *vz)
 {
     const Model *m = body->model;
-    const double *rate = body->rate + m->ring, *rate_im = rate + m->modes;
-    find_rate(body, &m->chunk[m->chunks], x, g);
-    body_observe_rest(body, shapes, x, z, at_contacts);
-    join(m, vz, velocities);
-    observe_local(m, shapes, rate, rate_im, velocities);
-}
-
-void body_look(const Body *body, const Shapes *shapes, const double *x, const double *g, double *z,
-               double *vz)
-{
-    const Model *m = body->model;
-    const ByParity *sums = &body->split[0], *rates = &body->split[1];
+    const ByParity *f = &body->split[0], *sums = &body->split[1], *rates = &body->split[2];
+    body_split(m, force, f);
     body_no_motion(m, sums);
     body_no_motion(m, rates);
-    for (size_t j = 0; j < m->chunks; j++)
-        body_look_chunk(body, shapes, &m->chunk[j], x, g, sums, rates);
-    body_look_rest(body, shapes, x, g, sums, rates, z, vz);
+    for (size_t j = 0; j < m->chunks; j++) {
+        const Chunk *chunk = &m->chunk[j];
+        if (!known)
+            body_drive_chunk(body, shapes, body_place(body, chunk, 0), chunk, f, g);
+        look_chunk(body, shapes, chunk, x, g, sums, rates);
+    }
+    if (!known)
+        body_drive_rest(body, shapes, force, f, g);
+    find_rate(body, &m->chunk[m->chunks], x, g);
+    body_observe_rest(body, shapes, x, sums, z);
+    join(m, rates, vz);
+    observe_local(m, shapes, body->rate + m->ring, body->rate + m->ring + m->modes, vz);
 }

@@ -62,9 +62,10 @@ const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change)
 void body_drive(const Body *body, const Shapes *shapes, const double *force, double *g);
 /* Displacements at the contacts of the displacements in x (2 modes + rigid). */
 void body_observe(const Body *body, const Shapes *shapes, const double *x, double *z);
-/* The same of a track, and velocities under generalised forces g. */
-void body_look(const Body *body, const Shapes *shapes, const double *x, const double *g, double *z,
-               double *vz);
+/* The same of a track, and velocities under forces beyond the preload, whose generalised ones are in
+   g, if they are `known`, or will be. */
+void body_look(const Body *body, const Shapes *shapes, const double *x, const double *force,
+               int known, double *g, double *z, double *vz);
 /* Displacements per force where forces move modes by a weight: (contacts, contacts). */
 void body_compliance(const Body *body, const Shapes *shapes, const double *weight, double *G);
 /* The state at rest under generalised forces. */
@@ -111,18 +112,13 @@ void body_drive_both(const Body *body, const Shapes *shapes, const Chunk *chunk,
 /* And of what is left: local modes, rigid coordinates. */
 void body_drive_rest(const Body *body, const Shapes *shapes, const double *force,
                      const ByParity *f, double *g);
-/* Add displacements of a chunk to those of even and odd modes; and velocities. */
+/* Add displacements of a chunk to those of even and odd modes. */
 void body_observe_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
                         const double *x, const ByParity *z);
-void body_look_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk, const double *x,
-                     const double *g, const ByParity *z, const ByParity *vz);
 void body_no_motion(const Model *model, const ByParity *z);
 /* Displacements at the contacts of those of even and odd modes, and of what is left. */
 void body_observe_rest(const Body *body, const Shapes *shapes, const double *x, const ByParity *z,
                        double *at_contacts);
-void body_look_rest(const Body *body, const Shapes *shapes, const double *x, const double *g,
-                    const ByParity *z, const ByParity *vz, double *at_contacts,
-                    double *velocities);
 /* Contacts of a block of rows, at most MOST_IN_BLOCK; returns how many. */
 enum { MOST_IN_BLOCK = 2 * BLOCK };
 size_t body_block(const Model *model, size_t block, size_t *contact);

@@ -7,6 +7,7 @@
    cancellation in phi_4 costs a digit. */
 #define SERIES_BELOW 1.0
 #define TERMS 20
+enum { PHIS = 5 };
 
 /* Not <complex.h>: Microsoft's compiler has none of C99's, and wine's C library no cexp. */
 typedef struct {
@@ -53,6 +54,21 @@ static void phi_functions(Complex z, Complex phi[PHIS])
     phi[1] = product(1, z, phi[2]);
 }
 
+/* Effects of phi_k .. phi_k+3: the parabola is u1 + u2 theta + u3 theta^2 / 2, with u1 = g0,
+   u2 = 4 gm - 3 g0 - g1 and u3 = 4 (g0 - 2 gm + g1), and moves s by h phi_k+j uj. */
+static void set_effects(const Effects *e, size_t r, size_t n, double h, const Complex phi[4])
+{
+    const Complex p1 = phi[1], p2 = phi[2], p3 = phi[3];
+    e->own[r] = phi[0].re;
+    e->own[n + r] = phi[0].im;
+    e->by[0][r] = h * (p1.re - 3 * p2.re + 4 * p3.re);
+    e->by[0][n + r] = h * (p1.im - 3 * p2.im + 4 * p3.im);
+    e->by[1][r] = 4 * h * (p2.re - 2 * p3.re);
+    e->by[1][n + r] = 4 * h * (p2.im - 2 * p3.im);
+    e->by[2][r] = h * (4 * p3.re - p2.re);
+    e->by[2][n + r] = h * (4 * p3.im - p2.im);
+}
+
 void coefficients_make(Coefficients *c, const Model *model, double h)
 {
     const size_t n = model->modes;
@@ -60,18 +76,19 @@ void coefficients_make(Coefficients *c, const Model *model, double h)
         const Complex z = {model->pole.re[r] * h, model->pole.im[r] * h};
         Complex phi[PHIS];
         phi_functions(z, phi);
-        for (int k = 0; k < PHIS; k++) {
-            c->phi[k][r] = phi[k].re;
-            c->phi[k][n + r] = phi[k].im;
-        }
+        set_effects(&c->end, r, n, h, phi);
+        if (model->contact_sign != 0)
+            set_effects(&c->average, r, n, h, phi + 1);
     }
     c->h = h;
 }
 
-double rigid_weight(const Coefficients *c, int k)
+/* The same with h^2 / (k + 1)! for h phi_k. */
+void rigid_effects(double h, int average, double by[3])
 {
-    static const double FACTORIAL[] = {1, 1, 2, 6, 24, 120};
-    return c->h * c->h / FACTORIAL[k + 1];
+    static const double PARTS[2][3] = {{20, 40, 0}, {9, 12, -1}};
+    for (int k = 0; k < 3; k++)
+        by[k] = h * h * PARTS[average][k] / 120;
 }
 
 /* Displacements and velocities of the rigid coordinates. */
@@ -95,27 +112,39 @@ static void move_rigid(const Model *m, double h, const double *x, double *next)
     }
 }
 
-/* Rigid coordinates after a step: integrals of the parabola. */
-static void rigid_along(const Model *m, double h, const double *x, const double *g0,
+/* Rigid coordinates after a step, or on average, of whose velocities nothing is said. */
+static void rigid_along(const Model *m, double h, int average, const double *x, const double *g0,
                         const double *gm, const double *g1, double *next)
 {
-    move_rigid(m, h, x, next);
-    add_rigid(m, h * h / 6, h / 6, g0, next);
-    add_rigid(m, h * h / 3, 2 * h / 3, gm, next);
-    add_rigid(m, 0, h / 6, g1, next);
+    double by[3];
+    rigid_effects(h, average, by);
+    move_rigid(m, average ? h / 2 : h, x, next);
+    add_rigid(m, by[0], average ? 0 : h / 6, g0, next);
+    add_rigid(m, by[1], average ? 0 : 2 * h / 3, gm, next);
+    add_rigid(m, by[2], average ? 0 : h / 6, g1, next);
+}
+
+/* Effects on a segment. */
+typedef struct {
+    const double *p[4];
+} OnSegment;
+
+static OnSegment on_segment(const Effects *e, const Segment *s)
+{
+    const OnSegment on = {{e->own + s->pole, e->by[0] + s->pole, e->by[1] + s->pole,
+                           e->by[2] + s->pole}};
+    return on;
 }
 
 void step_chunk(const Body *body, const Coefficients *c, const Chunk *chunk, const double *x,
                 const double *g0, const double *gm, const double *g1, double *next)
 {
     const Model *m = body->model;
-    double *const *phi = c->phi;
     for (size_t k = chunk->first; k < chunk->end; k++) {
         const Segment *s = &m->segment[k];
-        const size_t to = s->to, in = s->in, pole = s->pole;
-        const double *const p[PHIS] = {phi[0] + pole, phi[1] + pole, phi[2] + pole,
-                                       phi[3] + pole};
-        body->kernels->advance(s->size, m->modes, m->drives, c->h, p, x + to, g0 + in, gm + in,
+        const size_t to = s->to, in = s->in;
+        const OnSegment end = on_segment(&c->end, s);
+        body->kernels->advance(s->size, m->modes, m->drives, end.p, x + to, g0 + in, gm + in,
                                g1 + in, next + to);
     }
 }
@@ -125,7 +154,7 @@ void step_rest(const Body *body, const Coefficients *c, const double *x, const d
 {
     const Model *m = body->model;
     step_chunk(body, c, &m->chunk[m->chunks], x, g0, gm, g1, next);
-    rigid_along(m, c->h, x, g0, gm, g1, next);
+    rigid_along(m, c->h, 0, x, g0, gm, g1, next);
 }
 
 void step_along(const Body *body, const Coefficients *c, const double *x, const double *g0,
@@ -142,14 +171,12 @@ void average_chunk(const Body *body, const Coefficients *c, const Chunk *chunk, 
                    double *differs)
 {
     const Model *m = body->model;
-    double *const *phi = c->phi;
     for (size_t k = chunk->first; k < chunk->end; k++) {
         const Segment *s = &m->segment[k];
-        const size_t to = s->to, in = s->in, pole = s->pole;
-        const double *const p[PHIS] = {phi[0] + pole, phi[1] + pole, phi[2] + pole,
-                                       phi[3] + pole, phi[4] + pole};
-        body->kernels->advance_both(s->size, m->modes, m->drives, c->h, p, x + to, g0 + in,
-                                    gm + in, g1 + in, next + to, differs + to);
+        const size_t to = s->to, in = s->in;
+        const OnSegment end = on_segment(&c->end, s), average = on_segment(&c->average, s);
+        body->kernels->advance_both(s->size, m->modes, m->drives, end.p, average.p, x + to,
+                                    g0 + in, gm + in, g1 + in, next + to, differs + to);
     }
 }
 
@@ -157,13 +184,9 @@ void average_rest(const Body *body, const Coefficients *c, const double *x, cons
                   const double *gm, const double *g1, double *next, double *differs)
 {
     const Model *m = body->model;
-    const double h = c->h;
     average_chunk(body, c, &m->chunk[m->chunks], x, g0, gm, g1, next, differs);
-    rigid_along(m, h, x, g0, gm, g1, next);
-    move_rigid(m, h / 2, x, differs);
-    add_rigid(m, 3 * h * h / 40, 0, g0, differs);
-    add_rigid(m, h * h / 10, 0, gm, differs);
-    add_rigid(m, -h * h / 120, 0, g1, differs);
+    rigid_along(m, c->h, 0, x, g0, gm, g1, next);
+    rigid_along(m, c->h, 1, x, g0, gm, g1, differs);
     for (size_t r = 2 * m->modes; r < m->states; r++)
         differs[r] -= (x[r] + next[r]) / 6;
 }
@@ -181,12 +204,11 @@ void step_add_chunk(const Body *body, const Coefficients *c, const Chunk *chunk,
                     const double *mean, const double *slope, double *next)
 {
     const Model *m = body->model;
-    double *const *phi = c->phi + average;
     for (size_t k = chunk->first; k < chunk->end; k++) {
         const Segment *s = &m->segment[k];
-        const size_t to = s->to, in = s->in;
-        body->kernels->add_line(s->size, m->modes, m->drives, c->h, phi[1] + s->pole,
-                                phi[2] + s->pole, mean + in, slope + in, next + to);
+        const OnSegment on = on_segment(average ? &c->average : &c->end, s);
+        body->kernels->add_line(s->size, m->modes, m->drives, on.p + 1, mean + s->in,
+                                slope + s->in, next + s->to);
     }
 }
 
@@ -194,10 +216,11 @@ void step_add_rest(const Body *body, const Coefficients *c, int average, const d
                    const double *slope, double *next)
 {
     const Model *m = body->model;
-    const double first = rigid_weight(c, 1 + average), second = rigid_weight(c, 2 + average);
+    double by[3];
+    rigid_effects(c->h, average, by);
     step_add_chunk(body, c, &m->chunk[m->chunks], average, mean, slope, next);
-    add_rigid(m, first, average ? 0 : c->h, mean, next);
-    add_rigid(m, 2 * second - first, 0, slope, next);
+    add_rigid(m, by[0] + by[1] + by[2], average ? 0 : c->h, mean, next);
+    add_rigid(m, by[2] - by[0], 0, slope, next);
 }
 
 void step_add(const Body *body, const Coefficients *c, int average, const double *mean,

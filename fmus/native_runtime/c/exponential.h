@@ -4,15 +4,17 @@
 
 #include "body.h"
 
-enum { PHIS = 5 };
+/* For s' = lambda s + g over a step h, with g on the parabola through g0, gm in the middle and g1:
+   s is what is left of it and what the three forces did, own s + by[0] g0 + by[1] gm + by[2] g1.
+   Each is 2 * modes numbers, real parts first. What a line of forces, mean + slope (2 theta - 1),
+   does is (by[0] + by[1] + by[2]) mean + (by[2] - by[0]) slope. */
+typedef struct {
+    double *own, *by[3];
+} Effects;
 
-/* phi_0 .. phi_4 of lambda h for every mode, 2 * modes numbers each, real parts first. For
-   s' = lambda s + g over a step h, theta = t / h, g = u1 + u2 theta + u3 theta^2 / 2:
-   s1 = phi_0 s0 + h (phi_1 u1 + phi_2 u2 + phi_3 u3), and on average s is the same of the next
-   phis. For rigid coordinates, r'' = g, h phi_k becomes h^2 / (k + 1)!. */
 typedef struct {
     double h; /* 0: not made */
-    double *phi[PHIS];
+    Effects end, average; /* on s at the end of the step; on average over it, if contacts ask */
 } Coefficients;
 
 void coefficients_make(Coefficients *c, const Model *model, double h);
@@ -40,7 +42,7 @@ void step_add_chunk(const Body *body, const Coefficients *c, const Chunk *chunk,
                     const double *mean, const double *slope, double *next);
 void step_add_rest(const Body *body, const Coefficients *c, int average, const double *mean,
                    const double *slope, double *next);
-/* Displacement of a rigid coordinate by a force as phi_k weighs it, s^2. */
-double rigid_weight(const Coefficients *c, int k);
+/* The three forces' effects on the displacement of a rigid coordinate. */
+void rigid_effects(double h, int average, double by[3]);
 
 #endif

@@ -60,19 +60,17 @@ typedef struct {
     void (*add)(size_t n, const double *restrict a_re, const double *restrict a_im,
                 const double *restrict x_re, const double *restrict x_im, double *restrict y_re,
                 double *restrict y_im);
-    /* y = p0 x + p1 u1 + p2 u2 + p3 u3, where h times the parabola through g0, gm and g1 is
-       u1 + u2 theta + u3 theta^2 / 2: complex, elementwise. Imaginary parts of g are `im_g` behind
+    /* y = p0 x + p1 g0 + p2 gm + p3 g1: complex, elementwise. Imaginary parts of g are `im_g` behind
        the real ones, of the others `im`. */
-    void (*advance)(size_t n, size_t im, size_t im_g, double h, const double *const p[5],
-                    const double *x, const double *g0, const double *gm, const double *g1,
-                    double *y);
-    /* The same, and w = p1 x + p2 u1 + p3 u2 + p4 u3 - (x + y) / 6. */
-    void (*advance_both)(size_t n, size_t im, size_t im_g, double h, const double *const p[5],
-                         const double *x, const double *g0, const double *gm, const double *g1,
-                         double *y, double *w);
-    /* y += h (p1 (mean - slope) + 2 p2 slope). */
-    void (*add_line)(size_t n, size_t im, size_t im_g, double h, const double *p1,
-                     const double *p2, const double *mean, const double *slope, double *y);
+    void (*advance)(size_t n, size_t im, size_t im_g, const double *const p[4], const double *x,
+                    const double *g0, const double *gm, const double *g1, double *y);
+    /* The same, and w = q0 x + q1 g0 + q2 gm + q3 g1 - (x + y) / 6. */
+    void (*advance_both)(size_t n, size_t im, size_t im_g, const double *const p[4],
+                         const double *const q[4], const double *x, const double *g0,
+                         const double *gm, const double *g1, double *y, double *w);
+    /* y += (p0 + p1 + p2) mean + (p2 - p0) slope. */
+    void (*add_line)(size_t n, size_t im, size_t im_g, const double *const p[3],
+                     const double *mean, const double *slope, double *y);
     /* 0 if all x are finite; else no number. */
     double (*finite)(size_t n, const double *x);
 } Kernels;

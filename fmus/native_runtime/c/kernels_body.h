@@ -248,84 +248,80 @@ TARGET static void NAME(add)(size_t n, const double *restrict a_re, const double
     }
 }
 
-/* Of one mode or LANES of them: the parabola u1 + u2 theta + u3 theta^2 / 2 through g0, gm and g1,
-   times h, and y. `Number` is their type, `GET` reads one. */
-#define PARABOLA(Number, GET)                                                                     \
-    const Number a = GET(g0, r), a_im = GET(g0, im_g + r), b = GET(gm, r);                        \
-    const Number b_im = GET(gm, im_g + r), c = GET(g1, r), c_im = GET(g1, im_g + r);              \
-    const Number u1 = h * a, u1_im = h * a_im;                                                    \
-    const Number u2 = h * (4 * b - 3 * a - c), u2_im = h * (4 * b_im - 3 * a_im - c_im);          \
-    const Number u3 = 4 * h * (a + c - 2 * b), u3_im = 4 * h * (a_im + c_im - 2 * b_im);          \
+/* Of one mode or LANES of them: `to` = p0 s + p1 a + p2 b + p3 c, where READ has put s, a, b and c.
+   `Number` is their type, `GET` reads one. */
+#define READ(Number, GET)                                                                         \
     const Number s = GET(x, r), s_im = GET(x, im + r);                                            \
-    const Number q0 = GET(p[0], r), q0_im = GET(p[0], im + r);                                    \
-    const Number q1 = GET(p[1], r), q1_im = GET(p[1], im + r);                                    \
-    const Number q2 = GET(p[2], r), q2_im = GET(p[2], im + r);                                    \
-    const Number q3 = GET(p[3], r), q3_im = GET(p[3], im + r);                                    \
-    const Number re = RE(q0, s) + RE(q1, u1) + RE(q2, u2) + RE(q3, u3);                           \
-    const Number turned = IM(q0, s) + IM(q1, u1) + IM(q2, u2) + IM(q3, u3)
+    const Number a = GET(g0, r), a_im = GET(g0, im_g + r), b = GET(gm, r);                        \
+    const Number b_im = GET(gm, im_g + r), c = GET(g1, r), c_im = GET(g1, im_g + r)
+#define SUM(Number, GET, p, to)                                                                   \
+    const Number p##0 = GET(p[0], r), p##0_im = GET(p[0], im + r);                                \
+    const Number p##1 = GET(p[1], r), p##1_im = GET(p[1], im + r);                                \
+    const Number p##2 = GET(p[2], r), p##2_im = GET(p[2], im + r);                                \
+    const Number p##3 = GET(p[3], r), p##3_im = GET(p[3], im + r);                                \
+    const Number to = RE(p##0, s) + RE(p##1, a) + RE(p##2, b) + RE(p##3, c);                      \
+    const Number to##_im = IM(p##0, s) + IM(p##1, a) + IM(p##2, b) + IM(p##3, c)
 #define RE(p, u) (p * u - p##_im * u##_im)
 #define IM(p, u) (p * u##_im + p##_im * u)
-#define AVERAGE(Number, GET)                                                                      \
-    const Number q4 = GET(p[4], r), q4_im = GET(p[4], im + r);                                    \
-    const Number own = RE(q1, s) + RE(q2, u1) + RE(q3, u2) + RE(q4, u3) - sixth * (s + re);       \
-    const Number own_im =                                                                         \
-        IM(q1, s) + IM(q2, u1) + IM(q3, u2) + IM(q4, u3) - sixth * (s_im + turned)
 
-TARGET static void NAME(advance)(size_t n, size_t im, size_t im_g, double h,
-                                 const double *const p[5], const double *x, const double *g0,
-                                 const double *gm, const double *g1, double *y)
+TARGET static void NAME(advance)(size_t n, size_t im, size_t im_g, const double *const p[4],
+                                 const double *x, const double *g0, const double *gm,
+                                 const double *g1, double *y)
 {
     size_t r = 0;
     for (; r + LANES <= n; r += LANES) {
-        PARABOLA(Lanes, AT);
-        PUT(y, r) = re;
-        PUT(y, im + r) = turned;
+        READ(Lanes, AT);
+        SUM(Lanes, AT, p, end);
+        PUT(y, r) = end;
+        PUT(y, im + r) = end_im;
     }
     for (; r < n; r++) {
-        PARABOLA(double, ONE);
-        y[r] = re;
-        y[im + r] = turned;
+        READ(double, ONE);
+        SUM(double, ONE, p, end);
+        y[r] = end;
+        y[im + r] = end_im;
     }
 }
 
-TARGET static void NAME(advance_both)(size_t n, size_t im, size_t im_g, double h,
-                                      const double *const p[5], const double *x,
+TARGET static void NAME(advance_both)(size_t n, size_t im, size_t im_g, const double *const p[4],
+                                      const double *const q[4], const double *x,
                                       const double *g0, const double *gm, const double *g1,
                                       double *y, double *w)
 {
     const double sixth = 1.0 / 6;
     size_t r = 0;
     for (; r + LANES <= n; r += LANES) {
-        PARABOLA(Lanes, AT);
-        AVERAGE(Lanes, AT);
-        PUT(y, r) = re;
-        PUT(y, im + r) = turned;
-        PUT(w, r) = own;
-        PUT(w, im + r) = own_im;
+        READ(Lanes, AT);
+        SUM(Lanes, AT, p, end);
+        SUM(Lanes, AT, q, own);
+        PUT(y, r) = end;
+        PUT(y, im + r) = end_im;
+        PUT(w, r) = own - sixth * (s + end);
+        PUT(w, im + r) = own_im - sixth * (s_im + end_im);
     }
     for (; r < n; r++) {
-        PARABOLA(double, ONE);
-        AVERAGE(double, ONE);
-        y[r] = re;
-        y[im + r] = turned;
-        w[r] = own;
-        w[im + r] = own_im;
+        READ(double, ONE);
+        SUM(double, ONE, p, end);
+        SUM(double, ONE, q, own);
+        y[r] = end;
+        y[im + r] = end_im;
+        w[r] = own - sixth * (s + end);
+        w[im + r] = own_im - sixth * (s_im + end_im);
     }
 }
 
 #define LINE_OF(Number, GET)                                                                      \
     const Number a = GET(mean, r), a_im = GET(mean, im_g + r);                                    \
     const Number b = GET(slope, r), b_im = GET(slope, im_g + r);                                  \
-    const Number u1 = h * (a - b), u1_im = h * (a_im - b_im);                                     \
-    const Number u2 = 2 * h * b, u2_im = 2 * h * b_im;                                            \
-    const Number q1 = GET(p1, r), q1_im = GET(p1, im + r);                                        \
-    const Number q2 = GET(p2, r), q2_im = GET(p2, im + r);                                        \
-    const Number re = GET(y, r) + (RE(q1, u1) + RE(q2, u2));                                      \
-    const Number turned = GET(y, im + r) + (IM(q1, u1) + IM(q2, u2))
+    const Number p0 = GET(p[0], r), p0_im = GET(p[0], im + r);                                    \
+    const Number p2 = GET(p[2], r), p2_im = GET(p[2], im + r);                                    \
+    const Number q = p0 + GET(p[1], r) + p2, q_im = p0_im + GET(p[1], im + r) + p2_im;            \
+    const Number d = p2 - p0, d_im = p2_im - p0_im;                                               \
+    const Number re = GET(y, r) + (RE(q, a) + RE(d, b));                                          \
+    const Number turned = GET(y, im + r) + (IM(q, a) + IM(d, b))
 
-TARGET static void NAME(add_line)(size_t n, size_t im, size_t im_g, double h, const double *p1,
-                                  const double *p2, const double *mean, const double *slope,
-                                  double *y)
+TARGET static void NAME(add_line)(size_t n, size_t im, size_t im_g, const double *const p[3],
+                                  const double *mean, const double *slope, double *y)
 {
     size_t r = 0;
     for (; r + LANES <= n; r += LANES) {
@@ -360,7 +356,6 @@ static const Kernels NAME(kernels) = {
     NAME(finite),
 };
 
-#undef AVERAGE
 #undef BEGIN
 #undef END
 #undef IM
@@ -368,10 +363,11 @@ static const Kernels NAME(kernels) = {
 #undef MEET
 #undef NAME
 #undef OVER_MODES
-#undef PARABOLA
 #undef PARTS
 #undef RE
+#undef READ
 #undef REAL_OF
 #undef ROWS
+#undef SUM
 #undef TAKE_SUMS
 #undef TARGET

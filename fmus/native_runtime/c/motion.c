@@ -12,6 +12,13 @@ Inputs inputs_in(const Model *model, double *block)
     return inputs;
 }
 
+static void lay_out_effects(Effects *effects, size_t n, Arrays *arrays)
+{
+    effects->own = arrays_take(arrays, n);
+    for (int k = 0; k < 3; k++)
+        effects->by[k] = arrays_take(arrays, n);
+}
+
 static void lay_out(Motion *motion, const Model *model, Arrays *arrays)
 {
     const size_t c = model->contacts;
@@ -50,9 +57,11 @@ static void lay_out(Motion *motion, const Model *model, Arrays *arrays)
     const size_t of_blocks = BALANCE_G * (model->padded_rows / BLOCK);
     motion->G = arrays_take(arrays, pairs > of_blocks ? pairs : of_blocks);
     motion->solving = arrays_take(arrays, pairs > 0 ? CONTACT_WORK(c) : 0);
-    for (int k = 0; k < KEPT_STEPS; k++)
-        for (int j = 0; j < PHIS; j++)
-            motion->kept[k].phi[j] = arrays_take(arrays, 2 * model->modes);
+    for (int k = 0; k < KEPT_STEPS; k++) {
+        lay_out_effects(&motion->kept[k].end, 2 * model->modes, arrays);
+        lay_out_effects(&motion->kept[k].average, model->contact_sign != 0 ? 2 * model->modes : 0,
+                        arrays);
+    }
 }
 
 int motion_create(Motion *motion, const Model *model)
@@ -195,8 +204,9 @@ void motion_see(Motion *motion, const Inputs *now, const double *x, double *forc
         force[k] = contact_force(&motion->law, k, m->contact_sign * (seen[k] - now->load[k]));
     if (seen == NULL || !motion->last.rates ||
         memcmp(motion->last.under, force, bytes) != 0) {
-        const double *g = motion_driven(motion, shapes, force);
-        body_look(&motion->body, shapes, x, g, motion->last.z, motion->last.vz);
+        body_look(&motion->body, shapes, x, motion_beyond_preload(motion, force, motion->beyond[0]),
+                  motion_is_driven(motion, force), motion->g1, motion->last.z, motion->last.vz);
+        motion_note_driven(motion, force);
         motion_note_seen(motion, 1, force);
     }
     memcpy(z, motion->last.z, bytes);

@@ -137,7 +137,7 @@ int motion_find_forces(Motion *motion, const Coefficients *c, const double *z, c
 
 /* Numbers that the compliances of a block take. */
 #define BALANCE_G (4 * MOST_IN_BLOCK * MOST_IN_BLOCK)
-/* Weights that make compliances of shapes, in the order of contact_balance. */
+/* What forces at the beginning of a step, in its middle and at its end do to the end. */
 typedef struct {
     const double *modes[3];
     double rigid[3];

@@ -25,16 +25,17 @@ static double *compliance_of(const Motion *motion, size_t block)
 
 Weights motion_weights(const Coefficients *c)
 {
-    const Weights weights = {{c->phi[2], c->phi[3], c->phi[1]},
-                             {rigid_weight(c, 2) / c->h, rigid_weight(c, 3) / c->h,
-                              rigid_weight(c, 1) / c->h}};
+    Weights weights = {{c->end.by[0], c->end.by[1], c->end.by[2]}, {0}};
+    rigid_effects(c->h, 0, weights.rigid);
     return weights;
 }
 
+/* What forces over the step do on average is known from what the three do to the end: h phi_2 is
+   by[1] / 2 + by[2], and h (2 phi_3 - phi_2) is -by[1] / 4. */
 void motion_find_compliances(Motion *motion, const Coefficients *c)
 {
     const Body *body = &motion->body;
-    const double h = c->h, s = body->model->contact_sign;
+    const double s = body->model->contact_sign;
     const Weights weights = motion_weights(c);
     for (size_t block = 0; block < blocks_of(body->model); block++) {
         size_t contact[MOST_IN_BLOCK];
@@ -44,13 +45,14 @@ void motion_find_compliances(Motion *motion, const Coefficients *c)
         body_respond_rest(body, body_between(body), weights.modes, weights.rigid, n, contact,
                           of_average);
         for (size_t k = 0; k < pairs; k++) {
-            end_by_slope[k] = s * h * (2 * of_average[k] - of_end[k]);
-            by_slope[k] = s * h * (2 * by_slope[k] - of_average[k]);
-            of_average[k] *= s * h;
-            of_end[k] *= s * h;
+            const double begin = s * of_average[k], middle = s * by_slope[k], end = s * of_end[k];
+            of_average[k] = 0.5 * middle + end;
+            by_slope[k] = -0.25 * middle;
+            of_end[k] = begin + middle + end;
+            end_by_slope[k] = end - begin;
         }
     }
-    motion->G_of = h;
+    motion->G_of = c->h;
 }
 
 /* Numbers of a block's contacts, once or twice (`parts`), from those of all, or back. */
