@@ -93,8 +93,9 @@ def megabytes(modes: int, wheelsets: int, *, contact: bool) -> float:
     """What a step must move, MB: complex numbers of a mode, wheelsets in whole blocks of four."""
     rows = -(-wheelsets // 4) * 4
     shapes = (1 + 1) + (1 + 2) if contact else 1 + 1  # in the middle and at the end; at the end
-    exponentials = 5 if contact else 4  # of half the modes, for partners have the same
-    return 16e-6 * modes * (rows * (4 + shapes) + exponentials / 2 + 1 + 6)
+    table = 2  # shape and slope at two nodes, in single precision
+    exponentials = 8 if contact else 4  # of half the modes, for partners have the same
+    return 16e-6 * modes * (rows * (table + shapes) + exponentials / 2 + 1 + 6)
 
 
 def main() -> None:

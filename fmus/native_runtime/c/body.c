@@ -35,9 +35,10 @@ static void lay_out(Body *body, Arrays *arrays)
         set[k]->local_re = arrays_take(arrays, m->contacts * m->directions);
         set[k]->local_im = arrays_take(arrays, m->contacts * m->directions);
     }
-    /* A track's table where its wheelsets are; of a vehicle the shapes that receive forces. */
-    body->element = arrays_take(arrays, (m->nodes > 0 ? ELEMENT_PARTS : 2) * all);
-    body->weights = arrays_take(arrays, 6 * m->wheelsets);
+    /* Of a vehicle the shapes that receive forces. */
+    body->receiving = arrays_take(arrays, m->nodes > 0 ? 0 : 2 * all);
+    body->spare = arrays_take(arrays, 2 * m->directions * m->width);
+    body->weights = arrays_take(arrays, 8 * m->wheelsets);
     body->flexibility = arrays_take(arrays, 2 * m->modes);
     body->rate = arrays_take(arrays, 2 * m->modes);
     for (int odd = 0; odd < 2; odd++) {
@@ -51,14 +52,11 @@ static void find_places(Body *body)
 {
     const size_t n = body->model->wheelsets;
     body->shapes.place = body->places;
-    body->between.place = body->places + 4 * n;
-    body->entered = body->places + n;
-    body->middle = body->entered + n;
-    body->end = body->middle + n;
-    for (size_t k = 0; k < n; k++) {
-        body->shapes.place[k].position = body->between.place[k].position = NAN; /* nowhere yet */
-        body->entered[k].node = SIZE_MAX;
-    }
+    body->between.place = body->places + n;
+    body->middle = body->places + 2 * n;
+    body->end = body->places + 3 * n;
+    for (size_t k = 0; k < n; k++) /* nowhere yet */
+        body->shapes.place[k].position = body->between.place[k].position = NAN;
 }
 
 int body_create(Body *body, const Model *model)
@@ -67,7 +65,7 @@ int body_create(Body *body, const Model *model)
     body->model = model;
     body->kernels = kernels_for_this_processor();
     lay_out(body, &body->arrays);
-    body->places = calloc(5 * model->wheelsets, sizeof *body->places);
+    body->places = calloc(4 * model->wheelsets, sizeof *body->places);
     if (body->places == NULL || !arrays_make(&body->arrays))
         return 0;
     lay_out(body, &body->arrays);
@@ -78,7 +76,7 @@ int body_create(Body *body, const Model *model)
         body->flexibility[model->modes + r] = im / size;
     }
     if (model->nodes == 0)
-        set_shapes(body, body->element, body->element + model->padded_rows * model->width);
+        set_shapes(body, body->receiving, body->receiving + model->padded_rows * model->width);
     return 1;
 }
 

@@ -37,11 +37,10 @@ typedef struct {
     Shapes shapes, slope;       /* at the last position asked for; and a change of shapes */
     Shapes between;             /* in the middle of a step */
     Place *places;              /* all that follow */
-    Place *entered;             /* and in which element `element` is */
     Place *middle, *end;        /* of a step that is being made */
-    double *element;            /* the table where wheelsets are, (padded_rows, ELEMENT_PARTS, room)
-                                   for each chunk */
-    double *weights;            /* of it, in the middle and at the end: (wheelsets, 6) */
+    double *receiving;          /* of a vehicle: Shapes.in_re and in_im */
+    double *weights;            /* of the table, in the middle and at the end: (wheelsets, 8) */
+    double *spare;              /* scratch: a row of shapes, real and imaginary, for each direction */
     double *flexibility;        /* -1 / lambda, 2 * modes */
     ByParity split[6];          /* scratch: one number a row */
     double *G[2];               /* scratch, of even and odd modes: 3 of (padded_rows, padded_rows) */

@@ -54,7 +54,7 @@ static Chunk chunk_from(const Model *m, size_t first)
         chunk.size += m->segment[j].size;
         chunk.end = j + 1;
     }
-    chunk.room = whole_lines(chunk.size);
+    chunk.room = whole_lines(chunk.size + LINE - 1); /* segments are evaluated in whole lines */
     return chunk;
 }
 
@@ -77,4 +77,16 @@ int model_find_chunks(Model *m)
                                   m->local, whole_lines(m->local), 0};
     m->drives = m->width + whole_lines(m->local);
     return 1;
+}
+
+void model_fill_table(Model *m, const float *re, const float *im)
+{
+    const float *const parts[2] = {re, im};
+    for (size_t j = 0; j < m->chunks; j++) {
+        const Chunk *chunk = &m->chunk[j];
+        float *to = m->table + NODE_PARTS * m->directions * m->nodes * chunk->at;
+        for (size_t row = 0; row < 2 * m->nodes * m->directions; row++)
+            for (int part = 0; part < 2; part++, to += chunk->room)
+                memcpy(to, parts[part] + row * m->ring + chunk->to, chunk->size * sizeof(float));
+    }
 }

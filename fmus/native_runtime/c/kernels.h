@@ -5,10 +5,6 @@
 
 #include <stddef.h>
 
-/* Parts of an element of the table of shapes, each an array over modes: the shapes at its first
-   node, by how much they differ at the second one, their slopes at both; real and imaginary. */
-enum { ELEMENT_PARTS = 8 };
-
 /* Where rows begin. */
 typedef struct {
     const double *re, *im;
@@ -18,22 +14,14 @@ typedef struct {
    rows, four at a time where there are four of something, `stride` apart; what evaluates them
    and drive take whole cache lines. */
 typedef struct {
-    /* An element from the table of shapes: rows a and `stride_table` behind it are shape and slope
-       at the first node, b at the second; imaginary parts are `im` further on. Each is turned by
-       its phase, cos + i sin. */
-    void (*enter)(size_t n, size_t stride_table, ptrdiff_t im, const float *restrict a,
-                  const float *restrict b, const double phase_a[2], const double phase_b[2],
-                  size_t stride, double *restrict element);
-    /* X = e0 + w0 e1 + w1 e2 + w2 e3, of an element's four complex parts. */
-    void (*evaluate)(size_t n, size_t stride, const double *restrict element, const double w[3],
-                     double *restrict X_re, double *restrict X_im);
-    /* The same twice, X by w and Y by v: where a wheelset is in the middle and at the end. */
-    void (*evaluate_both)(size_t n, size_t stride, const double *restrict element,
-                          const double w[3], const double v[3], double *restrict X_re,
-                          double *restrict X_im, double *restrict Y_re, double *restrict Y_im);
-    /* X = w0 e0 + w1 e1 + w2 e2 + w3 e3. */
-    void (*mix)(size_t n, size_t stride, const double *restrict element, const double w[4],
-                double *restrict X_re, double *restrict X_im);
+    /* Shapes in an element by weights of [w_a, w_b, dw_a, dw_b], X by w and Y by v: where a wheelset
+       is in the middle and at the end. a and b are parts of its nodes, `stride` apart, each node
+       turned by its phase, cos + i sin; n is whole lines. */
+    void (*evaluate_both)(size_t n, size_t stride, const float *restrict a,
+                          const float *restrict b, const double phase_a[2],
+                          const double phase_b[2], const double w[4], const double v[4],
+                          double *restrict X_re, double *restrict X_im, double *restrict Y_re,
+                          double *restrict Y_im);
     /* g = f0 X0 + ... + f3 X3, or (`more`) that much more. */
     void (*drive)(size_t n, size_t stride, const double *restrict X_re,
                   const double *restrict X_im, const double f[4], int more,

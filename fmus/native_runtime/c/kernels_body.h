@@ -7,78 +7,45 @@
     const double *restrict X2_re = X1_re + stride, *restrict X2_im = X1_im + stride;         \
     const double *restrict X3_re = X2_re + stride, *restrict X3_im = X2_im + stride
 
-TARGET static void NAME(enter)(size_t n, size_t stride_table, ptrdiff_t im,
-                               const float *restrict a, const float *restrict b,
-                               const double phase_a[2], const double phase_b[2], size_t stride,
-                               double *restrict element)
-{
-    const double ca = phase_a[0], sa = phase_a[1], cb = phase_b[0], sb = phase_b[1];
-    const float *restrict a_im = a + im, *restrict b_im = b + im;
-    const float *restrict da = a + stride_table, *restrict da_im = a_im + stride_table;
-    const float *restrict db = b + stride_table, *restrict db_im = b_im + stride_table;
-    double *restrict e0 = element, *restrict e1 = e0 + stride, *restrict e2 = e1 + stride;
-    double *restrict e3 = e2 + stride, *restrict e4 = e3 + stride, *restrict e5 = e4 + stride;
-    double *restrict e6 = e5 + stride, *restrict e7 = e6 + stride;
-    for (size_t r = 0; r < n; r++) {
-        const double re = ca * (double)a[r] - sa * (double)a_im[r];
-        const double turned = ca * (double)a_im[r] + sa * (double)a[r];
-        e0[r] = re;
-        e1[r] = turned;
-        e2[r] = cb * (double)b[r] - sb * (double)b_im[r] - re;
-        e3[r] = cb * (double)b_im[r] + sb * (double)b[r] - turned;
+/* A shape by weights k of the parts of nodes, turned by c + i s. */
+#define SHAPE(k, to_re, to_im)                                                                    \
+    {                                                                                             \
+        const double re = k##0 * w_a + k##1 * w_b + k##2 * dw_a + k##3 * dw_b;                    \
+        const double im = k##0 * w_a_im + k##1 * w_b_im + k##2 * dw_a_im + k##3 * dw_b_im;        \
+        to_re[r] = c * re - s * im;                                                               \
+        to_im[r] = c * im + s * re;                                                               \
     }
-    for (size_t r = 0; r < n; r++) {
-        e4[r] = ca * (double)da[r] - sa * (double)da_im[r];
-        e5[r] = ca * (double)da_im[r] + sa * (double)da[r];
-        e6[r] = cb * (double)db[r] - sb * (double)db_im[r];
-        e7[r] = cb * (double)db_im[r] + sb * (double)db[r];
-    }
-}
 
-/* The parts of an element, each with a pointer of its own. */
-#define PARTS                                                                                \
-    const double *restrict e0 = element, *restrict e1 = e0 + stride;                         \
-    const double *restrict e2 = e1 + stride, *restrict e3 = e2 + stride;                     \
-    const double *restrict e4 = e3 + stride, *restrict e5 = e4 + stride;                     \
-    const double *restrict e6 = e5 + stride, *restrict e7 = e6 + stride
-
-TARGET static void NAME(evaluate)(size_t n, size_t stride, const double *restrict element,
-                                  const double w[3], double *restrict X_re,
-                                  double *restrict X_im)
-{
-    const double w0 = w[0], w1 = w[1], w2 = w[2];
-    PARTS;
-    for (size_t r = 0; r < n; r++) {
-        X_re[r] = e0[r] + w0 * e2[r] + w1 * e4[r] + w2 * e6[r];
-        X_im[r] = e1[r] + w0 * e3[r] + w1 * e5[r] + w2 * e7[r];
-    }
-}
-
-TARGET static void NAME(evaluate_both)(size_t n, size_t stride, const double *restrict element,
-                                       const double w[3], const double v[3],
-                                       double *restrict X_re, double *restrict X_im,
-                                       double *restrict Y_re, double *restrict Y_im)
-{
-    const double w0 = w[0], w1 = w[1], w2 = w[2], v0 = v[0], v1 = v[1], v2 = v[2];
-    PARTS;
-    for (size_t r = 0; r < n; r += LANES) { /* each part read once */
-        const Lanes a = AT(e0, r), b = AT(e2, r), c = AT(e4, r), d = AT(e6, r);
-        const Lanes a_im = AT(e1, r), b_im = AT(e3, r), c_im = AT(e5, r), d_im = AT(e7, r);
-        PUT(X_re, r) = a + w0 * b + w1 * c + w2 * d;
-        PUT(Y_re, r) = a + v0 * b + v1 * c + v2 * d;
-        PUT(X_im, r) = a_im + w0 * b_im + w1 * c_im + w2 * d_im;
-        PUT(Y_im, r) = a_im + v0 * b_im + v1 * c_im + v2 * d_im;
-    }
-}
-
-TARGET static void NAME(mix)(size_t n, size_t stride, const double *restrict element,
-                             const double w[4], double *restrict X_re, double *restrict X_im)
+TARGET static void NAME(evaluate_both)(size_t n, size_t stride, const float *restrict a,
+                                       const float *restrict b, const double phase_a[2],
+                                       const double phase_b[2], const double w[4],
+                                       const double v[4], double *restrict X_re,
+                                       double *restrict X_im, double *restrict Y_re,
+                                       double *restrict Y_im)
 {
     const double w0 = w[0], w1 = w[1], w2 = w[2], w3 = w[3];
-    PARTS;
+    const double v0 = v[0], v1 = v[1], v2 = v[2], v3 = v[3], c = phase_a[0], s = phase_a[1];
+    const float *restrict a_im = a + stride, *restrict da = a_im + stride;
+    const float *restrict b_im = b + stride, *restrict db = b_im + stride;
+    const float *restrict da_im = da + stride, *restrict db_im = db + stride;
+    n -= n % 8; /* tells compilers that nothing is left over */
+    if (phase_a == phase_b) {
+        for (size_t r = 0; r < n; r++) {
+            const double w_a = a[r], w_a_im = a_im[r], dw_a = da[r], dw_a_im = da_im[r];
+            const double w_b = b[r], w_b_im = b_im[r], dw_b = db[r], dw_b_im = db_im[r];
+            SHAPE(w, X_re, X_im)
+            SHAPE(v, Y_re, Y_im)
+        }
+        return;
+    }
+    /* From a to b, of this cell and the next one. */
+    const double C = c * phase_b[0] + s * phase_b[1], S = c * phase_b[1] - s * phase_b[0];
     for (size_t r = 0; r < n; r++) {
-        X_re[r] = w0 * e0[r] + w1 * e2[r] + w2 * e4[r] + w3 * e6[r];
-        X_im[r] = w0 * e1[r] + w1 * e3[r] + w2 * e5[r] + w3 * e7[r];
+        const double w_a = a[r], w_a_im = a_im[r], dw_a = da[r], dw_a_im = da_im[r];
+        const double w_b = C * b[r] - S * b_im[r], w_b_im = C * b_im[r] + S * b[r];
+        const double dw_b = C * db[r] - S * db_im[r], dw_b_im = C * db_im[r] + S * db[r];
+        SHAPE(w, X_re, X_im)
+        SHAPE(v, Y_re, Y_im)
     }
 }
 
@@ -351,9 +318,8 @@ TARGET static double NAME(finite)(size_t n, const double *x)
 }
 
 static const Kernels NAME(kernels) = {
-    NAME(enter), NAME(evaluate), NAME(evaluate_both), NAME(mix), NAME(drive),
-    NAME(drive_both), NAME(observe), NAME(look), NAME(respond), NAME(add), NAME(advance), NAME(advance_both), NAME(add_line),
-    NAME(finite),
+    NAME(evaluate_both), NAME(drive), NAME(drive_both), NAME(observe), NAME(look), NAME(respond),
+    NAME(add), NAME(advance), NAME(advance_both), NAME(add_line), NAME(finite),
 };
 
 #undef BEGIN
@@ -363,11 +329,11 @@ static const Kernels NAME(kernels) = {
 #undef MEET
 #undef NAME
 #undef OVER_MODES
-#undef PARTS
 #undef RE
 #undef READ
 #undef REAL_OF
 #undef ROWS
+#undef SHAPE
 #undef SUM
 #undef TAKE_SUMS
 #undef TARGET

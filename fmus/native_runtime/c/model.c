@@ -175,8 +175,10 @@ static const float *floats(Reader *reader, const char *name)
 static void read_track(Reader *reader)
 {
     Model *m = reader->model;
-    m->table_re = floats(reader, "table.re");
-    m->table_im = floats(reader, "table.im");
+    const float *re = floats(reader, "table.re"), *im = floats(reader, "table.im");
+    m->table = allocate(reader, NODE_PARTS * m->directions * m->nodes * m->width, sizeof(float));
+    if (reader->good)
+        model_fill_table(m, re, im);
     m->local_shape = complexes(reader, "local", m->nodes, m->directions, m->directions);
     const double *geometry = doubles(reader, "geometry", 1, 0, 0);
     demand(reader, m->local == m->contacts, "local modes must be one a contact");
@@ -366,6 +368,7 @@ void model_free(Model *model)
     free(model->segment);
     free(model->chunk);
     free(model->phase);
+    free(model->table);
     free(model->variable);
     free(model->input);
     free(model->output);

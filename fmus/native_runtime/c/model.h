@@ -13,6 +13,9 @@
 
 /* Kernels take modes and rows by so many. */
 enum { BLOCK = 4 };
+/* Parts of a node in the table of shapes, each an array over modes: shape, real and imaginary, and
+   slope. */
+enum { NODE_PARTS = 4 };
 
 /* Complex numbers as two arrays: compilers make vector code of them. */
 typedef struct {
@@ -69,7 +72,7 @@ typedef struct {
 
 /* Segments of one parity with their partners, whose modes are worked on one kernel after the other
    while they stay in the nearest memory: `size` of them from `to` on, from column `at` on among the
-   shapes, where there is `room` for whole cache lines. */
+   shapes, where there is `room` for whole cache lines, whatever its last segment begins with. */
 typedef struct {
     size_t first, end; /* segments */
     size_t to, at, size, room;
@@ -94,10 +97,10 @@ typedef struct {
     Segment *segment;
     size_t chunks;
     Chunk *chunk; /* the local modes stand behind as one more, which has no shapes */
-    /* Shapes of a track: a table along one cell, (nodes, directions, w and dw/dx, ring). The node
-       after the last is the first one of the next cell. */
+    /* Shapes of a track: a table along one cell, (nodes, directions, NODE_PARTS, room) for each
+       chunk, one after the other. The node after the last is the first one of the next cell. */
     size_t nodes, cells;
-    const float *table_re, *table_im;
+    float *table;
     Complexes local_shape;
     double *phase; /* cos and sin of mu times the cell, (cells, segments, 2) */
     double cell_length, length, element;
@@ -123,10 +126,18 @@ int model_load(Model *model, const char *path, char *why, size_t room);
 int model_read(Model *model, Resource resource, char *why, size_t room);
 void model_free(Model *model);
 
+/* A node in the table of shapes of a chunk. */
+static inline const float *model_node(const Model *m, const Chunk *chunk, size_t node)
+{
+    return m->table + NODE_PARTS * m->directions * (m->nodes * chunk->at + node * chunk->room);
+}
+
 /* --- part of reading, in chunks.c -------------------------------------------------------------- */
 
 /* Find the segments' partners and the chunks, `segments` + 1 of which have room, and with them
    columns. 0: there is a segment without a partner that has the same poles. */
 int model_find_chunks(Model *model);
+/* Fill the table from the file's, (nodes, directions, shape and slope, ring). */
+void model_fill_table(Model *model, const float *re, const float *im);
 
 #endif

@@ -27,24 +27,19 @@ static Place locate(const Model *m, double position)
     return place;
 }
 
-/* Weights of an element's parts: Hermite's cubic from the shapes [w_a, w_b - w_a, dw_a, dw_b] at
-   its nodes, and its derivative along x. No kinks at nodes. */
+/* Weights of [w_a, w_b, dw_a, dw_b] at the nodes of an element: Hermite's cubic, and its derivative
+   along x. No kinks at nodes. */
 static void shape_functions(double xi, double length, double w[4], double dw[4])
 {
     const double xi2 = xi * xi, xi3 = xi2 * xi;
-    w[0] = 1;
     w[1] = -2 * xi3 + 3 * xi2;
+    w[0] = 1 - w[1];
     w[2] = length * (xi3 - 2 * xi2 + xi);
     w[3] = length * (xi3 - xi2);
-    dw[0] = 0;
     dw[1] = 6 / length * (xi - xi2);
+    dw[0] = -dw[1];
     dw[2] = 3 * xi2 - 4 * xi + 1;
     dw[3] = 3 * xi2 - 2 * xi;
-}
-
-static double *element_of(const Body *body, const Chunk *chunk, size_t row)
-{
-    return body->element + ELEMENT_PARTS * body_place(body, chunk, row);
 }
 
 static int same_element(const Place *a, const Place *b)
@@ -52,36 +47,34 @@ static int same_element(const Place *a, const Place *b)
     return a->cell == b->cell && a->node == b->node;
 }
 
-/* Take a wheelset's element from the table, for the modes of a chunk. */
-static void enter_chunk(Body *body, size_t wheelset, const Place *place, const Chunk *chunk)
+/* Shapes of a wheelset in an element, for a chunk, by two sets of weights: X and Y. */
+static void evaluate_both(const Body *body, const Place *place, const Chunk *chunk,
+                          const double w[4], const double v[4], double *X_re, double *X_im,
+                          double *Y_re, double *Y_im)
 {
     const Model *m = body->model;
-    const size_t n = m->ring, last = place->node + 1 == m->nodes, values = 2 * m->directions;
-    const size_t next_cell = (place->cell + last) % m->cells, next = last ? 0 : place->node + 1;
+    const size_t last = place->node + 1 == m->nodes; /* the next node is the next cell's first */
     const double *phase_a = m->phase + 2 * place->cell * m->segments;
-    const double *phase_b = m->phase + 2 * next_cell * m->segments;
+    const double *phase_b = m->phase + 2 * ((place->cell + last) % m->cells) * m->segments;
     for (size_t d = 0; d < m->directions; d++) {
-        double *element = element_of(body, chunk, wheelset * m->directions + d) - chunk->at;
-        const float *a = m->table_re + (values * place->node + 2 * d) * n;
-        const float *b = m->table_re + (values * next + 2 * d) * n;
+        const float *a = model_node(m, chunk, place->node) + NODE_PARTS * d * chunk->room;
+        const float *b = model_node(m, chunk, last ? 0 : place->node + 1) +
+                         NODE_PARTS * d * chunk->room;
         for (size_t j = chunk->first; j < chunk->end; j++) {
-            const Segment *s = &m->segment[j];
-            body->kernels->enter(s->size, n, m->table_im - m->table_re, a + s->to, b + s->to,
-                                 phase_a + 2 * j, phase_b + 2 * j, chunk->room,
-                                 element + s->out);
+            const size_t at = m->segment[j].to - chunk->to, to = d * chunk->room + at;
+            body->kernels->evaluate_both(whole_lines(m->segment[j].size), chunk->room, a + at,
+                                         b + at, phase_a + 2 * j, phase_b + 2 * j, w, v,
+                                         X_re + to, X_im + to, Y_re + to, Y_im + to);
         }
     }
 }
 
-/* The whole, unless it is there. */
-static void enter(Body *body, size_t wheelset, const Place *place)
+/* The same by one set. */
+static void evaluate(const Body *body, const Place *place, const Chunk *chunk, const double w[4],
+                     double *X_re, double *X_im)
 {
-    const Model *m = body->model;
-    if (same_element(&body->entered[wheelset], place))
-        return;
-    for (size_t j = 0; j < m->chunks; j++)
-        enter_chunk(body, wheelset, place, &m->chunk[j]);
-    body->entered[wheelset] = *place;
+    evaluate_both(body, place, chunk, w, w, X_re, X_im, body->spare,
+                  body->spare + body->model->directions * body->model->width);
 }
 
 /* Shapes of the local modes of a wheelset with given weights of the values at both nodes. */
@@ -100,26 +93,23 @@ static void local_shapes(const Model *m, size_t wheelset, const Place *place,
         }
 }
 
-/* Shapes of one wheelset, whose element is there, for a chunk, whose shapes begin at `to`. */
-static void evaluate(Body *body, Shapes *shapes, size_t wheelset, const Place *place,
-                     const Chunk *chunk, size_t to)
-{
-    const Model *m = body->model;
-    double w[4], dw[4];
-    shape_functions(place->xi, m->element, w, dw);
-    for (size_t d = 0; d < m->directions; d++) {
-        const size_t row = wheelset * m->directions + d, at = to + row * chunk->room;
-        body->kernels->evaluate(chunk->room, chunk->room, element_of(body, chunk, row), w + 1,
-                                shapes->out_re + at, shapes->out_im + at);
-    }
-}
-
 /* Take note of where shapes of a wheelset now are. */
 static void arrive(const Model *m, Shapes *shapes, size_t wheelset, const Place *place)
 {
     const double local[2] = {1 - place->xi, place->xi};
     local_shapes(m, wheelset, place, local, shapes->local_re, shapes->local_im);
     shapes->place[wheelset] = *place;
+}
+
+/* Of one wheelset, for all chunks. */
+static void evaluate_all(const Body *body, const Shapes *shapes, size_t wheelset,
+                         const Place *place, const double w[4])
+{
+    const Model *m = body->model;
+    for (size_t j = 0; j < m->chunks; j++) {
+        const size_t to = body_place(body, &m->chunk[j], wheelset * m->directions);
+        evaluate(body, place, &m->chunk[j], w, shapes->out_re + to, shapes->out_im + to);
+    }
 }
 
 static const Shapes *shapes_at(Body *body, Shapes *shapes, const double *position)
@@ -129,9 +119,9 @@ static const Shapes *shapes_at(Body *body, Shapes *shapes, const double *positio
         const Place place = locate(m, position[k]);
         if (place.position == shapes->place[k].position)
             continue;
-        enter(body, k, &place);
-        for (size_t j = 0; j < m->chunks; j++)
-            evaluate(body, shapes, k, &place, &m->chunk[j], body_place(body, &m->chunk[j], 0));
+        double w[4], dw[4];
+        shape_functions(place.xi, m->element, w, dw);
+        evaluate_all(body, shapes, k, &place, w);
         arrive(m, shapes, k, &place);
     }
     return shapes;
@@ -153,43 +143,28 @@ void body_begin_pass(Body *body, const double *middle, const double *end)
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
         body->middle[k] = locate(m, middle[k]);
         body->end[k] = locate(m, end[k]);
-        double w[4], v[4], dw[4];
-        shape_functions(body->middle[k].xi, m->element, w, dw);
-        shape_functions(body->end[k].xi, m->element, v, dw);
-        memcpy(body->weights + 6 * k, w + 1, 3 * sizeof(double));
-        memcpy(body->weights + 6 * k + 3, v + 1, 3 * sizeof(double));
-    }
-}
-
-/* Both shapes of one wheelset, from the element that it is in all the time. */
-static void evaluate_both(Body *body, size_t wheelset, const Chunk *chunk, size_t place)
-{
-    const Model *m = body->model;
-    const double *w = body->weights + 6 * wheelset;
-    for (size_t d = 0; d < m->directions; d++) {
-        const size_t row = wheelset * m->directions + d;
-        const size_t middle = place + row * chunk->room, end = body_place(body, chunk, row);
-        body->kernels->evaluate_both(chunk->room, chunk->room, element_of(body, chunk, row), w,
-                                     w + 3, body->between.out_re + middle,
-                                     body->between.out_im + middle, body->shapes.out_re + end,
-                                     body->shapes.out_im + end);
+        double dw[4], *weights = body->weights + 8 * k;
+        shape_functions(body->middle[k].xi, m->element, weights, dw);
+        shape_functions(body->end[k].xi, m->element, weights + 4, dw);
     }
 }
 
 void body_pass(Body *body, const Chunk *chunk, size_t place)
 {
     const Model *m = body->model;
+    const Shapes *to = &body->shapes;
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
         const Place *middle = &body->middle[k], *end = &body->end[k];
-        if (!same_element(&body->entered[k], middle))
-            enter_chunk(body, k, middle, chunk);
+        const double *w = body->weights + 8 * k, *v = w + 4;
+        const size_t row = k * m->directions, at = body_place(body, chunk, row);
+        double *X_re = body->between.out_re + place + row * chunk->room;
+        double *X_im = body->between.out_im + place + row * chunk->room;
         if (same_element(middle, end)) {
-            evaluate_both(body, k, chunk, place);
-            continue;
+            evaluate_both(body, end, chunk, w, v, X_re, X_im, to->out_re + at, to->out_im + at);
+        } else {
+            evaluate(body, middle, chunk, w, X_re, X_im);
+            evaluate(body, end, chunk, v, to->out_re + at, to->out_im + at);
         }
-        evaluate(body, &body->between, k, middle, chunk, place);
-        enter_chunk(body, k, end, chunk);
-        evaluate(body, &body->shapes, k, end, chunk, body_place(body, chunk, 0));
     }
 }
 
@@ -197,7 +172,6 @@ void body_end_pass(Body *body, int kept)
 {
     const Model *m = body->model;
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
-        body->entered[k] = body->end[k];
         arrive(m, &body->shapes, k, &body->end[k]);
         arrive(m, &body->between, k, &body->middle[k]);
         if (!kept)
@@ -218,29 +192,16 @@ int body_has_passed(const Body *body, int kept)
     return there;
 }
 
-/* The slope of a chunk: the element's parts, weighed. */
-static void mix(Body *body, const Chunk *chunk, size_t wheelset, const double weight[4])
-{
-    const size_t D = body->model->directions;
-    for (size_t row = wheelset * D; row < (wheelset + 1) * D; row++) {
-        const size_t to = body_place(body, chunk, row);
-        body->kernels->mix(chunk->room, chunk->room, element_of(body, chunk, row), weight,
-                           body->slope.out_re + to, body->slope.out_im + to);
-    }
-}
-
 const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change)
 {
     const Model *m = body->model;
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
         const Place *place = &shapes->place[k];
         double w[4], dw[4];
-        enter(body, k, place);
         shape_functions(place->xi, m->element, w, dw);
         for (int j = 0; j < 4; j++)
             dw[j] *= change[k];
-        for (size_t j = 0; j < m->chunks; j++)
-            mix(body, &m->chunk[j], k, dw);
+        evaluate_all(body, &body->slope, k, place, dw);
         const double local[2] = {-change[k] / m->element, change[k] / m->element};
         local_shapes(m, k, place, local, body->slope.local_re, body->slope.local_im);
     }
