@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,26 @@ class _Rider:
     degree: int
 
 
+@dataclass(frozen=True)
+class _Stop:
+    """Where components without inputs are looked at on their way through a step.
+
+    Attributes
+    ----------
+    begin, end : float
+        Of the way there, in steps.
+    sample : int
+        Where in the samples it stands; 0 if nowhere.
+    nodes : array of int, shape (n, 1)
+        Where among the nodes.
+    """
+
+    begin: float
+    end: float
+    sample: int
+    nodes: Slot
+
+
 class Sweep:
     """See the module.
 
@@ -78,7 +99,6 @@ class Sweep:
         assert isinstance(component, Law)
         self._S = component.S
         others = [k for k in range(len(system.components)) if k != law]
-        self._signals = [k for k in others if not system.components[k].inputs]
         own, n = system.own_outputs(law), len(system.outputs)
         self._riders = [
             _rider(system, k, own, variant) for k in others if system.components[k].inputs
@@ -91,6 +111,13 @@ class Sweep:
         )
         self._tau = np.array([0.0, *variant.points])
         sources = system.sources(law)
+        self._stops = _stops(variant)
+        self._signals = []  # and which motions of the law they give
+        for k in others:
+            if not system.components[k].inputs:
+                its = system.own_outputs(k)
+                given = np.flatnonzero((sources >= its.start) & (sources < its.stop))
+                self._signals.append((k, given, sources[given]))
         ridden = np.zeros(n, dtype=bool)
         for rider in self._riders:
             ridden[system.own_outputs(rider.k)] = True
@@ -114,7 +141,7 @@ class Sweep:
             self.samples = np.repeat(now[None], len(self._tau), axis=0)
         else:
             # Differences, so that what does not change stays the same to the bit.
-            steps = continued(tuple(self._tau.tolist()), ratio) @ (before - before[-1])
+            steps = continued((0.0, *self._variant.points), ratio) @ (before - before[-1])
             self.samples = now + steps
             self.samples[0] = now
 
@@ -129,23 +156,16 @@ class Sweep:
         system, variant = self._system, self._variant
         u = np.repeat(system.gather(self._law)[None], len(variant.nodes), axis=0)
         u[:, self._moving] = 0.0
-        sources = system.sources(self._law)
-        stops = sorted({*variant.nodes.tolist(), *variant.points})
-        for k in self._signals:
+        ends = np.array([t + stop.begin * h + (stop.end - stop.begin) * h for stop in self._stops])
+        for k, given, sources in self._signals:
             own = system.own_outputs(k)
-            mine = np.flatnonzero((sources >= own.start) & (sources < own.stop))
-            begins = [0.0, *stops[:-1]]
-            ends = [t + a * h + (b - a) * h for a, b in zip(begins, stops, strict=True)]
-            system.components[k].foresee(np.array(ends))
-            begin = 0.0
-            for tau in stops:
-                system.step(k, t + begin * h, (tau - begin) * h)
+            system.components[k].foresee(ends)
+            for stop in self._stops:
+                system.step(k, t + stop.begin * h, (stop.end - stop.begin) * h)
                 system.refresh(k)
-                begin = tau
-                if tau in variant.points:
-                    self.samples[1 + variant.points.index(tau), own] = system.outputs[own]
-                at = np.flatnonzero(variant.nodes == tau)
-                u[at[:, None], mine] = system.outputs[sources[mine]]
+                if stop.sample:
+                    self.samples[stop.sample, own] = system.outputs[own]
+                u[stop.nodes, given] = system.outputs[sources]
         compressions: FloatArray = u @ self._S.T
         return compressions
 
@@ -219,7 +239,7 @@ class Sweep:
         system = self._system
         own = system.own_outputs(rider.k)
         u = system.gather(rider.k)
-        found = paths(tuple(self._tau.tolist()), self._variant.degree, rider.degree)
+        found = paths((0.0, *self._variant.points), self._variant.degree, rider.degree)
         fed = self.samples[:, rider.sources]
         for j, (of_force, of_samples) in enumerate(found):
             begin, end = self._tau[j : j + 2]
@@ -248,6 +268,16 @@ class Sweep:
     def _compress(self, motions: Sequence[FloatArray]) -> FloatArray:
         compressions: FloatArray = np.array(motions) @ self._S[:, self._moving].T
         return compressions
+
+
+def _stops(variant: Variant) -> tuple[_Stop, ...]:
+    """The nodes and points of a variant in order, each once."""
+    ends = sorted({*variant.nodes.tolist(), *variant.points})
+    sample = {point: 1 + i for i, point in enumerate(variant.points)}
+    return tuple(
+        _Stop(begin, end, sample.get(end, 0), np.flatnonzero(variant.nodes == end)[:, None])
+        for begin, end in pairwise((0.0, *ends))
+    )
 
 
 def _rider(system: System, k: int, own: slice, variant: Variant) -> _Rider:
