@@ -6,8 +6,6 @@ from typing import Annotated
 
 import typer
 
-from railcosim.mechanics.ports import Layout
-
 from .fmus import FreshOption, fmus_of
 from .options import (
     ContactStiffness,
@@ -57,6 +55,7 @@ def frf(
     """Linearise a vehicle FMU and a track FMU and couple them in the frequency domain."""
     from railcosim.analysis.response.frequency import check_excitation
     from railcosim.analysis.response.frf import Assembly, frequency_response
+    from railcosim.mechanics.ports import Layout
 
     from .pair_charts import response_chart
 
