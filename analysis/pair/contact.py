@@ -19,6 +19,7 @@ from railcosim.master.component import FloatArray, Variable
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.law import Law
+from railcosim.master.suggest import suggest
 from railcosim.mechanics.law import (
     HertzContact,
     LinearContact,
@@ -33,6 +34,7 @@ Parameters = Mapping[str, float | bool]
 Stiffness: TypeAlias = float | FloatArray
 """Of all contacts, or one a wheelset from the front, N/m."""
 
+CONTACT = ".contact."
 NONLINEAR, STIFFNESS = "contact.nonlinear", "contact.stiffness"
 HERTZ = "contact.hertz_coefficient"
 AT_REST = 1e-6
@@ -111,8 +113,9 @@ def completed(
     Raises
     ------
     CouplingError
-        If a number is given for all wheels, and one for some of them.
+        If a number is given for all wheels, and one for some of them, or one that nobody knows.
     """
+    _check_names(parameters, fmus, layout)
     known = {NONLINEAR: True, **parameters}
     needed = HERTZ if known[NONLINEAR] else STIFFNESS
     each = layout.of_axles(needed)
@@ -146,6 +149,16 @@ def completed(
             | known
         )
     return known | numbers_of[first]
+
+
+def _check_names(parameters: Parameters, fmus: Sequence[LoadedFmu], layout: Layout) -> None:
+    """Raise CouplingError if a parameter of a contact is none: the vehicle's would be taken."""
+    known = {NONLINEAR, TANGENT, STIFFNESS, HERTZ}
+    known |= {*layout.of_axles(STIFFNESS), *layout.of_axles(HERTZ)}
+    known = known.union(*(fmu.description.parameters for fmu in fmus))
+    for name in parameters:
+        if CONTACT in f".{name}" and name not in known:
+            raise CouplingError(f"{name}: no contact has such a parameter{suggest(name, sorted(known))}")
 
 
 def told(fmu: LoadedFmu, needed: str, each: Iterable[str]) -> dict[str, float]:

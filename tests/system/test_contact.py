@@ -96,6 +96,17 @@ def test_a_number_of_all_wheels_and_one_of_some_is_refused(heavy, owner) -> None
         pass
 
 
+@pytest.mark.parametrize("name", ["contact.stifness", "wheelset[5].contact.stiffness"])
+def test_a_parameter_that_no_contact_has_is_refused(heavy, name) -> None:
+    """It was passed over, and the vehicle's own stiffness taken."""
+    files = [heavy[fmu] for fmu in FMUS[Owner.TRACK]]
+    with (
+        pytest.raises(CouplingError, match=re.escape(f"{name}: no contact has such a parameter")),
+        open_pair(*files, {"contact.nonlinear": False, name: 1e9}, REST),
+    ):
+        pass
+
+
 def test_a_law_without_its_number_is_refused() -> None:
     with pytest.raises(CouplingError, match="neither FMU tells"):
         law_of({"contact.nonlinear": True}, Layout())
