@@ -158,7 +158,9 @@ def _check_names(parameters: Parameters, fmus: Sequence[LoadedFmu], layout: Layo
     known = known.union(*(fmu.description.parameters for fmu in fmus))
     for name in parameters:
         if CONTACT in f".{name}" and name not in known:
-            raise CouplingError(f"{name}: no contact has such a parameter{suggest(name, sorted(known))}")
+            raise CouplingError(
+                f"{name}: no contact has such a parameter{suggest(name, sorted(known))}"
+            )
 
 
 def told(fmu: LoadedFmu, needed: str, each: Iterable[str]) -> dict[str, float]:
