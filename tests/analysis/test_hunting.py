@@ -9,7 +9,7 @@ from railcosim.analysis.response.choices import Gravity, Wheels
 from railcosim.analysis.response.hunting import critical_speed, rails_of, way_of
 from railcosim.analysis.response.vehicle_modes import vehicle_modes
 from railcosim.parameters import ArgumentError
-from railcosim.track.parameters import Track
+from railcosim.track.parameters import Mesh, Slab, Track
 from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.hunting import critical_speed as first_growth
 from railcosim.vehicle.hunting import on_rails, on_rigid_rails
@@ -116,3 +116,15 @@ def test_one_conicity_that_no_speed_is_slow_enough_for_does_not_cost_the_others(
     assert 10.0 < first < 25.0  # km/h: undamped across
     assert last == 0.0
     assert np.isnan(found["frequency"].values[1])
+
+
+def test_sides_of_the_rails_are_those_of_the_contact():
+    """On railseats that tilt, what presses a head down moves it outwards: the left one to the left.
+
+    On upright ones left and right would answer alike.
+    """
+    track = Track(slab=Slab(tilts_rails=True), mesh=Mesh(highest_slab_frequency=600))
+    G = rails_of(track, BODY.wheelset_x[:1], 1.0).real
+    left, right = OF_RAILS.index("left.rail_y"), OF_RAILS.index("right.rail_y")
+    assert G[left, left + 1] < -1e-2 * G[left + 1, left + 1]
+    assert G[right, right + 1] == pytest.approx(-G[left, left + 1], rel=1e-9)
