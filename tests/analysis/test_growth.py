@@ -1,0 +1,24 @@
+"""Largest stable steps from rates of growth on both sides of them."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from railcosim.analysis.schemes import growth
+from railcosim.analysis.schemes.growth import Bench
+from railcosim.master.schemes.jacobi import jacobi
+
+
+@pytest.mark.parametrize("true", [0.9985e-3, 1.0e-3, 1.001e-3])
+def test_a_limit_is_where_the_measured_rate_is_the_allowed_one(monkeypatch, true) -> None:
+    """Rates that are a line over the step are known to rounding, not to the steps measured at."""
+    allowed, slope = 1.0, 4e6  # 1/s, 1/s^2
+    bench = object.__new__(Bench)
+    monkeypatch.setattr(bench, "growth", lambda scheme, h, motion: allowed + slope * (h - true))
+    monkeypatch.setattr(bench, "kicked", lambda scheme, h: -1.0)
+    monkeypatch.setattr(
+        growth, "fastest_motion", lambda coupling, h: SimpleNamespace(rate=complex(slope * h))
+    )
+    predicted = SimpleNamespace(fast=1e-3, end=2e-3)
+    found = bench.limit(jacobi(degree=1), SimpleNamespace(fast=allowed), predicted)
+    assert found.step == pytest.approx(true, rel=1e-9)
