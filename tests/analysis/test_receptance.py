@@ -42,8 +42,8 @@ def test_railseat_and_midspan_are_told_apart(exported, short_track):
     assert abs(span / seat - 1) > 10 * WRONG
 
 
-def test_an_fmu_without_wheelsets_is_refused(exported):
-    with pytest.raises(ArgumentError, match="must be a number"):
+def test_a_position_that_is_none_is_refused(exported):
+    with pytest.raises(ArgumentError, match=r"position nan: must be from -1e\+06"):
         receptance(exported["Track"], FORCE, RAIL, FREQUENCY, position=float("nan"))
 
 
