@@ -16,6 +16,7 @@ from railcosim.parameters import ParameterError, UnusualWarning, write_toml
 from railcosim.track.decay import check_ring, decay_along
 from railcosim.track.parameters import Track
 from railcosim.track.reduced import reduce_track
+from railcosim.track.section import moves_aside
 from railcosim.vehicle.files import write_stock
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import build_multibody
@@ -28,6 +29,8 @@ FloatArray = NDArray[np.float64]
 Annotations = dict[str, dict[str, str]]
 ROUNDING = 1e-9
 """Of loads: the static ones of like wheels are solved for, to some 1e-14."""
+PASSIVE_TO = 8
+"""Elements a bay of rails that move aside; of 12 and more see docs/track.md."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,10 +232,19 @@ def track_under(
     dimension: str = "vertical",
 ) -> ModalBody:
     """The reduced track under so many wheelsets, if the ring is long enough for them."""
+    if dimension not in DIMENSIONS:
+        raise ParameterError(f"dimension = {dimension}: must be one of {', '.join(DIMENSIONS)}")
+    directions, bay = DIMENSIONS[dimension], track.mesh.elements_per_bay
+    if moves_aside(directions) and bay > PASSIVE_TO:
+        warnings.warn(
+            f"[mesh] elements_per_bay = {bay}: met aside, this track may give power to wheels over "
+            f"railseats near 4.6 kHz; it does not with {PASSIVE_TO}",
+            UnusualWarning,
+            stacklevel=3,
+        )
     progress("measuring the decay along the track")
     check_ring(track, float(np.ptp(start.positions)))
     progress("reducing the track")
-    directions = DIMENSIONS[dimension]
     return reduce_track(track, directions).under(Layout(len(start.positions), sides, directions))
 
 

@@ -58,7 +58,7 @@ class Recorder:
         self._labels = [labels[i] for i in chosen]
         self._attrs = [_attrs(system, owners, i) for i in chosen]
         self._seen = 0
-        self._latest: list[CommunicationPoint] = []  # kept, and not in the table yet
+        self._latest: list[tuple[float, FloatArray]] = []  # kept, and not in the table yet
         self._rows = 0  # in the table
         self._table: FloatArray = np.empty((0, 1 + len(self._columns)))
 
@@ -75,7 +75,7 @@ class Recorder:
         self._seen += 1
         if (self._seen - 1) % self._every:
             return
-        self._latest.append(point)
+        self._latest.append((point.time, point.outputs.copy()))  # those are the caller's to keep
         if len(self._latest) == _BLOCK:
             self._enter()
 
@@ -99,8 +99,8 @@ class Recorder:
             spare = np.empty((max(_FIRST_ROWS, end), self._table.shape[1]))
             self._table = np.concatenate([self._table[: self._rows], spare])
         block = self._table[self._rows : end]
-        block[:, 0] = [point.time for point in self._latest]
-        values = np.concatenate([point.outputs for point in self._latest])
+        block[:, 0] = [time for time, _ in self._latest]
+        values = np.concatenate([outputs for _, outputs in self._latest])
         block[:, 1:] = values.reshape(len(block), -1)[:, self._columns]
         self._rows, self._latest = end, []
 

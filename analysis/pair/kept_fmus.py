@@ -120,7 +120,7 @@ def key_of(vehicle: Vehicle | Train, track: Track) -> str:
 def find(folder: Path, key: str) -> Path | None:
     """The folder kept under `key` whose content is what was kept; none if it is damaged."""
     for place in sorted(folder.glob(f"{key}-*")):
-        if place.name == f"{key}-{_content(place)}":
+        if place.name == f"{key}-{_content(place)}" and (place / SAID).exists():
             return place
     return None
 

@@ -27,7 +27,8 @@ from railcosim.master.system import System
 from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 
 from .contact import Stiffness, layout_of
-from .numbering import Vehicles, files_of, names_through
+from .numbering import Vehicles, files_of, names_through, places_of
+from .ring import check_ring_of
 from .standing import Position, each_position, standing
 
 CONDENSED = 1e-6
@@ -117,10 +118,14 @@ def linear_parts(
         If an FMU cannot be linearised, or is not what it should be.
     """
     whole, first = _vehicles(each_position(vehicle, position)), files_of(vehicle)[0]
-    layout = layout_of((first, whole.inputs), (track, describe_file(track).inputs))
+    taken = describe_file(track).inputs
+    layout = layout_of((first, whole.inputs), (track, taken))
     cars = _of_contacts(whole, first, layout, WHEEL.motion)
-    places = {name: whole.standing[name] for name in layout.of_axles("position")}
-    under = linear_model(track, name="track", at=places)
+    places = places_of(first, whole.standing, layout)
+    check_ring_of(track, places)
+    at = dict(zip(layout.of_axles("position"), places.tolist(), strict=True))
+    rolls = {v.name for v in taken}  # a track of others may know one place only
+    under = linear_model(track, name="track", at={n: x for n, x in at.items() if n in rolls})
     rails = _of_contacts(under, track, layout, RAIL.motion)
     progress(0.2, 1.0)
     one = np.eye(layout.wheelsets)

@@ -46,6 +46,21 @@ def renamed(variables: Sequence[Variable], number: int, ahead: int) -> list[Vari
     return [replace(v, name=through(v.name, number, ahead)) for v in variables]
 
 
+def places_of(file: Path, values: Mapping[str, float], layout: Layout) -> FloatArray:
+    """Where the wheelsets of a vehicle FMU stand, by the values of its outputs, m.
+
+    Raises
+    ------
+    CouplingError
+        If it does not tell.
+    """
+    names = layout.of_axles("position")
+    missing = [name for name in names if name not in values]
+    if missing:
+        raise CouplingError(f"{file}: has no output {missing[0]}; a vehicle needs it")
+    return np.array([values[name] for name in names])
+
+
 def check_order(files: Sequence[Path], places: Sequence[FloatArray]) -> None:
     """Raise CouplingError if vehicles do not stand one behind the other.
 
@@ -97,8 +112,8 @@ def names_through(vehicles: Sequence[tuple[Path, LinearForm]]) -> list[Mapping[s
     check_order(
         [file for file, _ in vehicles],
         [
-            np.array([model.standing[name] for name in layout.of_axles("position")])
-            for layout, (_, model) in zip(layouts, vehicles, strict=True)
+            places_of(file, model.standing, layout)
+            for layout, (file, model) in zip(layouts, vehicles, strict=True)
         ],
     )
     ahead = accumulate((layout.wheelsets for layout in layouts), initial=0)

@@ -33,7 +33,7 @@ from .contact import (
     law_of,
     layout_of,
 )
-from .numbering import Vehicles
+from .numbering import Vehicles, places_of
 from .ring import check_ring_of
 from .several import Load, load_vehicles
 
@@ -122,7 +122,8 @@ def open_pair(
         for fmu in (cars, rails):
             fmu.enter_initialization(0.0)
         forces = layout.names(FORCE)
-        place = _positions(cars, layout)
+        told = {v.name: y for v, y in zip(cars.outputs, cars.get_outputs(), strict=True)}
+        place = places_of(cars.description.path, told, layout)
         check_ring_of(track, place)
         irregularity = _irregularity(journey, layout, place)
         owned = any(v.name == forces[0] for fmu in (cars, rails) for v in fmu.outputs)
@@ -189,18 +190,6 @@ def _irregularity(journey: Journey, layout: Layout, place: FloatArray) -> Signal
         for name in layout.names(IRREGULARITY)
     ]
     return Signal("irregularity", variables, heights, vectorised=True)
-
-
-def _positions(vehicle: LoadedFmu, layout: Layout) -> FloatArray:
-    """Where its wheelsets stand at first, m."""
-    values = {v.name: y for v, y in zip(vehicle.outputs, vehicle.get_outputs(), strict=True)}
-    names = layout.of_axles("position")
-    missing = [name for name in names if name not in values]
-    if missing:
-        raise CouplingError(
-            f"{vehicle.description.path}: has no output {missing[0]}; a vehicle needs it"
-        )
-    return np.array([values[name] for name in names])
 
 
 def _settle(

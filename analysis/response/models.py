@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from railcosim.analysis.pair.contact import layout_of
-from railcosim.analysis.pair.numbering import Vehicles, files_of, names_through
+from railcosim.analysis.pair.numbering import Vehicles, files_of, names_through, places_of
 from railcosim.analysis.pair.ring import check_ring_of
 from railcosim.analysis.pair.several import load_vehicles
 from railcosim.analysis.pair.standing import Position, each_position, standing, start_positions
@@ -87,11 +87,13 @@ def linear_models(
     """
     share = 1.0 if track is None else VEHICLE_SHARE
     cars, sha256 = linear_vehicles(vehicle, lambda a, b: progress(share * a / b, 1.0), position)
-    layout = layout_of((files_of(vehicle)[0], cars.inputs))
-    positions = np.array([cars.standing[name] for name in layout.of_axles("position")])
+    first = files_of(vehicle)[0], cars.inputs
+    layout = layout_of(first)
+    positions = places_of(first[0], cars.standing, layout)
     attributes = {"vehicle_fmu": sha256}
     if track is None:
         return Models(cars, None, positions, attributes)
+    layout_of(first, (track, describe_file(track).inputs))
     check_ring_of(track, positions)
     rails, attributes["track_fmu"] = linear_track(
         track, positions, lambda a, b: progress(share + (1 - share) * a / b, 1.0)

@@ -24,7 +24,7 @@ from railcosim.master.linear.state_space import IndexArray, StateSpace
 from railcosim.master.polynomials import lagrange
 from railcosim.mechanics.law import NormalLaw
 from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
-from railcosim.mechanics.solve import solve_compression
+from railcosim.mechanics.solve import ContactError, solve_compression
 
 STAGES = 6
 """Points an interval. The forces then are of sixth order in it, at its end of eleventh."""
@@ -185,7 +185,13 @@ def _forces(
         sunk = np.concatenate([heights(t) - level for t in times])
         free = resting + seen @ x - sunk
         # delta = free + gain (force(delta) - at_rest)
-        delta = solve_compression(at_nodes, -gain, free - gain @ usual, guess=free + gain @ F)
+        try:
+            delta = solve_compression(at_nodes, -gain, free - gain @ usual, guess=free + gain @ F)
+        except ContactError as error:
+            raise ContactError(
+                f"contact forces from {times[0]:g} to {times[-1]:g} s cannot be found: is the "
+                f"irregularity there physical ({np.abs(sunk).max():g} m)?"
+            ) from error
         F = at_nodes.force(delta) - usual
         x = end @ x + push @ F
         values[k] = F.reshape(STAGES, n_contacts) + at_rest

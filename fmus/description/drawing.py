@@ -60,7 +60,7 @@ def vehicle_icon(*, with_contact: bool, wheelsets: int, bogies: int, carbodies: 
 
 def _side_by_side(count: int) -> list[tuple[float, float]]:
     """Left end and width of so many boxes over the icon."""
-    apart = 6.0
+    apart = min(6.0, 94 / count)
     width = (188 + apart) / count - apart
     return [(-94 + k * (width + apart), width) for k in range(count)]
 

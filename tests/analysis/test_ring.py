@@ -6,6 +6,7 @@ import zipfile
 import numpy as np
 import pytest
 
+from railcosim.analysis.pair.linear_pair import linear_parts
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.ring import check_frequencies_of, check_ring_of
 from railcosim.analysis.response.map import response_map
@@ -105,6 +106,8 @@ def test_pairs_of_files_are_checked_in_time_and_in_frequency(exported):
     assert not read_annotations(exported["Vehicle"], "railcosim")
     with pytest.warns(RingWarning, match=r"Track\.fmu: a ring of 30 m .*no vehicle.*18\.2 m"):
         linear_models(exported["Vehicle"], exported["Track"], lambda done, total: None)
+    with pytest.warns(RingWarning, match=r"Track\.fmu: a ring of 30 m"):
+        linear_parts(exported["Vehicle"], exported["Track"], lambda done, total: None)
     journey = Journey(speed=50.0, held=False, profile=flat())
     with (
         pytest.warns(RingWarning, match="TrackWithContact"),

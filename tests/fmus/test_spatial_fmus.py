@@ -4,17 +4,21 @@ Directions, signs and sides against the finite elements, which know nothing of F
 """
 
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
 from fmpy import simulate_fmu
 
 from railcosim.analysis.pair.contact import CouplingError, layout_of
-from railcosim.fmus.export import NativeRuntime, PythonRuntime, export_track
+from railcosim.analysis.response.models import linear_models
+from railcosim.fmus.export import NativeRuntime, PythonRuntime, export, export_track
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.mechanics.ports import DIMENSIONS, FORCE, RAIL, Layout
+from railcosim.parameters import ParameterError
 from railcosim.track.receptance import Point, direct_receptance
+from railcosim.vehicle.files import read_stock
 
 from ..fmpy_problems import problems_of
 from .test_any_wheelsets import TINY, start_of, table
@@ -40,6 +44,12 @@ def spatial(tmp_path_factory):
 @pytest.fixture(scope="module")
 def vertical(tmp_path_factory):
     return export_track(TINY, start_of(VERTICAL), tmp_path_factory.mktemp("vertical"))["Track"]
+
+
+@pytest.fixture(scope="module")
+def wagon_fmu(tmp_path_factory):
+    """A vertical vehicle of as many wheelsets."""
+    return export(read_stock(Path("wagon")), TINY, tmp_path_factory.mktemp("wagon"))["Vehicle"]
 
 
 def inputs_of(path):
@@ -165,6 +175,11 @@ def test_against_the_finite_elements(spatial):
     assert 0.2 < wheel[2, 1] / np.sqrt(wheel[1, 1] * wheel[2, 2]) < 1
 
 
+def test_names_of_dimensions_are_told(tmp_path):
+    with pytest.raises(ParameterError, match="dimension = lateral: must be one of vertical, spa"):
+        export_track(TINY, start_of(VERTICAL), tmp_path, dimension="lateral")
+
+
 def test_a_vertical_vehicle_does_not_stand_on_it(spatial, vertical):
     """Refused in a sentence that says what each is made for."""
     with (
@@ -174,3 +189,8 @@ def test_a_vertical_vehicle_does_not_stand_on_it(spatial, vertical):
         told = [[*fmu.inputs, *fmu.outputs] for fmu in (one, other)]
     with pytest.raises(CouplingError, match=r"made for 2 wheelsets, spatial, and .* 2 wheelsets:"):
         layout_of((vertical, told[0]), (spatial["native"]["Track"], told[1]))
+
+
+def test_nor_in_the_frequency_domain(spatial, wagon_fmu):
+    with pytest.raises(CouplingError, match=r"made for 2 wheelsets, spatial, and .* 2 wheelsets:"):
+        linear_models(wagon_fmu, spatial["native"]["Track"], lambda done, total: None)

@@ -257,7 +257,10 @@ def test_not_a_package(refused, tmp_path, plant):
     refused.file(r"no such file; give the path of a \.ssp file", path)
     path.write_text("hello")
     refused.file("not a readable zip", path)
-    refused.file(r"no SystemStructure\.ssd at its top level; not an SSP", plant)
+    refused.file("is not an SSP but an FMU", plant)
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr("other.xml", "<a/>")
+    refused.file(r"no SystemStructure\.ssd at its top level; not an SSP", path)
 
 
 def test_many_components_of_one_big_fmu(refused, monkeypatch, plant):

@@ -14,7 +14,7 @@ from scipy.linalg import block_diag
 
 from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.interface import Start, interface
-from railcosim.mechanics.ports import Layout
+from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.mechanics.shapes import Everywhere
 from railcosim.track.reduced import reduce_track
 from railcosim.vehicle.modal import vehicle_body
@@ -102,9 +102,7 @@ def test_forces_add_up(driver, use, track, wheelsets, sides):
     asked = wheelsets - 1  # the last: of the last block of rows
     outputs = ("rail_{}", "rail_v{}")
     names = [p.name(q) for q in outputs for p in layout.ports_of(wheelsets)]
-    whole = roll(
-        use(driver, track(layout), 3), x, lambda k: force[k].ravel(), "force_{}", layout, names
-    )
+    whole = roll(use(driver, track(layout), 3), x, lambda k: force[k].ravel(), FORCE, layout, names)
     names, parts = [p.name(q) for q in outputs for p in two.ports_of(1)], np.zeros_like(whole)
     for k in range(wheelsets):
         other = (k if k != asked else asked - 1) % wheelsets
@@ -116,7 +114,7 @@ def test_forces_add_up(driver, use, track, wheelsets, sides):
             return alone.ravel()
 
         pair = x[[asked, other]]
-        parts += roll(use(driver, track(two), 3), pair, loads, "force_{}", two, names)
+        parts += roll(use(driver, track(two), 3), pair, loads, FORCE, two, names)
     # Rounding of as many sums as there are wheelsets.
     assert whole == pytest.approx(parts, abs=1e-12 * np.abs(parts).max())
     assert np.abs(whole).min() > 0
@@ -129,25 +127,25 @@ def test_derivatives_by_forces_of_the_step(driver, use, track, wheelsets):
     one, x = use(driver, track(layout), 3), spread(wheelsets)
     loads = np.linspace(5e4, 1e5, 2 * wheelsets)
     outputs = [p.name("rail_{}") for p in layout.ports]
-    begin(one, x, loads, "force_{}", layout)
-    place(one, x, loads, "force_{}", layout)
+    begin(one, x, loads, FORCE, layout)
+    place(one, x, loads, FORCE, layout)
     one("save", 0)
     one("step", 0.0, STEP)
     before = read(one, outputs)
     for k in {0, wheelsets - 1, 2 * wheelsets - 1}:
-        known = one.ref(layout.ports[k].name("force_{}"))
+        known = one.ref(layout.ports[k].name(FORCE))
         unknown = [one.ref(n) for n in outputs]
         told = one("directional", len(unknown), *unknown, 1, known, 1, 1e3, len(unknown))
         assert told.status == "OK", told
         one("restore", 0)
-        place(one, x, loads + 1e3 * (np.arange(loads.size) == k), "force_{}", layout)
+        place(one, x, loads + 1e3 * (np.arange(loads.size) == k), FORCE, layout)
         one("step", 0.0, STEP)
         changed = read(one, outputs) - before
         # The difference of deflections of 1 mm, each rounded.
         assert told.numbers == pytest.approx(changed, abs=1e-15)
         assert np.abs(changed).max() > 1e-9
         one("restore", 0)
-        place(one, x, loads, "force_{}", layout)
+        place(one, x, loads, FORCE, layout)
         one("step", 0.0, STEP)
 
 
@@ -161,9 +159,9 @@ def test_rates_of_the_states_do_not_know_how_many_wheelsets_there_are(driver, us
         one = use(driver, fmu, 3, "me")
         positions = x if layout is five else x[[0, 4]]
         force = np.zeros((2, layout.wheelsets))
-        begin(one, positions, force.ravel(), "force_{}", layout)
+        begin(one, positions, force.ravel(), FORCE, layout)
         force[:, chosen] = [[1e4, -2e4], [3e4, 5e3]]
-        place(one, positions, force.ravel(), "force_{}", layout)
+        place(one, positions, force.ravel(), FORCE, layout)
         found = one("rates", fmu.states)
         assert found.status == "OK", found
         ring = fmu.states // 2 - len(names) * layout.wheelsets
@@ -187,7 +185,7 @@ def test_lifted_wheels_are_not_there(driver, use, track, wheelsets, pressed):
             return z.ravel()
 
         ports = np.array(layout.ports).reshape(2, -1)[:, where].ravel()
-        names = [p.name(q) for q in ("rail_{}", "rail_v{}", "force_{}") for p in ports]
+        names = [p.name(q) for q in ("rail_{}", "rail_v{}", FORCE) for p in ports]
         one = use(driver, track(layout, with_contact=True), 3)
         reply = one("set_boolean", one.ref("contact.nonlinear"), 1)
         assert reply.status == "OK", reply
@@ -256,7 +254,7 @@ def test_a_vehicle_of_two(driver, use, made, tmp_path):
                 values = dict(zip(layout.names("rail_{}"), now, strict=True))
                 assert one.set(values).status == "OK"
                 assert one("step", k * STEP, STEP).status == "OK"
-                found.append(read(one, layout.names("force_{}")).reshape(2, -1))
+                found.append(read(one, layout.names(FORCE)).reshape(2, -1))
             seen.append(np.array(found))
     both, first, second = seen
     alone = np.concatenate([first, second], axis=2)

@@ -176,6 +176,12 @@ def test_what_cannot_be(fmus, positions) -> None:
         run([both[0], owning], rails, position=positions)
     with pytest.raises(CouplingError, match="made for 6 wheelsets"):
         run([both[0], both[0]], rails, time=1e-3, position=[30.0, 0.3])
+    span = np.ptp(build_multibody(PAPER).wheelset_x)
+    around = [positions[1] + TRACK.length - span - 0.1, positions[1]]
+    cars = [fmus[name]["Vehicle"] for name in ("paper", "wagon")]
+    for linearised in (linear_parts, linear_models):
+        with pytest.raises(CouplingError, match="left the other way round"):
+            linearised(cars, fmus["train"]["Track"], quiet, around)
 
 
 def test_the_step_that_suits_all_is_the_shortest(fmus) -> None:
