@@ -240,8 +240,8 @@ def test_the_largest_stable_step_is_that_of_runs(mixed, owner, name) -> None:
     coupling = Coupling(sprung, scheme)
     predicted = next(w for w in coupling.limit(longest=2e-3).windows if math.isfinite(w.fast))
     one = SprungPair(parts, owner, float(own_law()[1].mean()))
-    # One number for all would be told from them.
-    assert abs(Coupling(one, scheme).limit(longest=2e-3).fast / predicted.fast - 1) > 0.02
+    # One number for all would be told from them: edges are known to 0.05 %, and 1.6 and 3 % apart.
+    assert abs(Coupling(one, scheme).limit(longest=2e-3).fast / predicted.fast - 1) > 0.01
     disturbance = Disturbance()
     journey = Journey(speed=SPEED, held=True, profile=disturbance)
     parameters = {"contact.nonlinear": False, "internal_step": 2e-5}
