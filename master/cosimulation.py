@@ -74,7 +74,9 @@ class Cosimulation(Iterator[CommunicationPoint]):
         self.walk = pace.walk(system, self.stepper, start, stop)
         self.time = math.nan
         self.start, self.stop = start, stop
-        self._inverse_limits = 1.0 / (limit * np.array([v.nominal for v in system.variables]))
+        self._limits = limit * np.array([v.nominal for v in system.variables])
+        self._alike = len(set(self._limits)) == 1
+        self._most = float(self._limits[0]) if self._alike else 1.0
         self._scaled = np.zeros(max(len(system.variables), 1))  # BLAS takes no empty
         self._in_limits = self._scaled[: len(system.variables)]
         self.context = f"scheme {scheme.describe()}, {pace.describe()}"
@@ -97,8 +99,11 @@ class Cosimulation(Iterator[CommunicationPoint]):
             raise type(error)(message) from error
         outputs = self.system.outputs.copy()
         # No value is larger than the norm of all, and NaN compares false.
-        np.multiply(outputs, self._inverse_limits, self._in_limits)
-        if not dnrm2(self._scaled) <= 1.0:
+        watched = outputs
+        if not self._alike:
+            np.divide(outputs, self._limits, self._in_limits)
+            watched = self._scaled
+        if not dnrm2(watched) <= self._most:
             self._check(outputs, t)
         self.time = t
         # What CommunicationPoint(...) does, in half the time.
@@ -106,14 +111,14 @@ class Cosimulation(Iterator[CommunicationPoint]):
 
     def _check(self, outputs: FloatArray, t: float) -> None:
         """Raise Divergence if an output is out of bounds."""
-        inside = np.abs(self._in_limits) <= 1.0
+        inside = np.abs(outputs) <= self._limits
         if inside.all():
             return
         worst = int(np.argmin(inside))
         variable = self.system.variables[worst]
         raise Divergence(
             f"diverged at t = {t:.9g} s: {self.system.names[worst]} = {outputs[worst]:.6g} "
-            f"{variable.unit} (allowed: {1.0 / self._inverse_limits[worst]:.3g}; {self.context}). "
+            f"{variable.unit} (allowed: {self._limits[worst]:.3g}; {self.context}). "
             "Try a shorter step; the scheme interface-jacobian; the contact in another component; "
             "or, if the value is right, a larger nominal value of the variable"
         )
