@@ -45,7 +45,8 @@ class Window:
     fast : float
         Its first step at which something grows faster than `FAST`, s; infinite if nothing does.
     growth : float
-        Rate (1/s) near the middle of a window with an end; infinite of one without.
+        Rate (1/s) in the middle of a window with an end, or where it was found, if that is more;
+        infinite of one without.
     """
 
     begin: float
@@ -225,7 +226,9 @@ class Coupling:
         windows = list[Window]()
         for begin, end, grade, h in found:
             fast = begin if grade > 1 else math.inf
-            window = Window(begin=begin, end=end, fast=fast, growth=self._growth_inside(h, end))
+            # The middle was not always looked at, and at its edges a window does not grow.
+            growth = max(self._growth_inside(at, end) for at in (h, 0.5 * (begin + end)))
+            window = Window(begin=begin, end=end, fast=fast, growth=growth)
             if windows and windows[-1].end == begin:  # slower or faster growth goes on
                 window = windows.pop().and_then(window)
             windows.append(window)
