@@ -16,7 +16,7 @@ from matplotlib.colors import LogNorm
 from railcosim.storage.whole import written_whole
 
 from .chart import Chart, FloatArray, Map, Panel
-from .style import COLORS, GREY, color_of, shown_range
+from .style import COLORS, GREY, color_of, is_dashed, shown_range
 
 WIDTH, HEIGHT = 4.6, 2.9  # of a panel, inch
 STYLE: Any = {
@@ -96,7 +96,7 @@ def _curves(axes: Any, panel: Panel) -> dict[str, Any]:
     axes.set_xscale("log" if panel.x_log else "linear")
     axes.set_yscale("log" if panel.y_log else "linear")
     for k, curve in enumerate(panel.curves):
-        style = {"color": color_of(panel, k), "linestyle": "--" if curve.dashed else "-"}
+        style = {"color": color_of(panel, k), "linestyle": "--" if is_dashed(panel, k) else "-"}
         (entries[curve.name],) = axes.plot(curve.x, curve.y, label=curve.name, **style)
     if panel.x_range is not None:
         axes.set_xlim(panel.x_range)

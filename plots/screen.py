@@ -11,7 +11,7 @@ from plotly.offline import get_plotlyjs
 from plotly.subplots import make_subplots
 
 from .chart import Chart, FloatArray, Map, Panel
-from .style import GREY, color_of, shown_range
+from .style import GREY, color_of, is_dashed, shown_range
 
 HEIGHT = 340  # of a row, px
 CELLS = 160  # of a map each way: what a screen can show of it beside others
@@ -79,7 +79,7 @@ def _curves(figure: Any, panel: Panel, i: int, j: int, named: set[str]) -> None:
                 x=x, y=y, name=curve.name, mode="lines", legendgroup=curve.name,
                 showlegend=curve.name not in named,
                 line={"color": color_of(panel, k), "width": 1.6,
-                      "dash": "dash" if curve.dashed else "solid"},
+                      "dash": "dash" if is_dashed(panel, k) else "solid"},
                 hovertemplate=f"%{{x:.4g}}, %{{y:.3e}}<extra>{curve.name}</extra>",
             ),
             row=i, col=j,

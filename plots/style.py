@@ -17,6 +17,11 @@ def color_of(panel: Panel, k: int) -> str:
     return COLORS[k % len(COLORS)]
 
 
+def is_dashed(panel: Panel, k: int) -> bool:
+    """Whether its line is: as it asks for, or because its colour has come before."""
+    return panel.curves[k].dashed or k >= len(COLORS)
+
+
 def shown_range(panel: Panel) -> tuple[float, float] | None:
     """Range of y to be shown; None where all of it is."""
     if panel.y_range is not None or not panel.y_log:

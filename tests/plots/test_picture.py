@@ -3,6 +3,7 @@
 import json
 import re
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from railcosim.plots.chart import Chart, Curve, Map, Mark, Panel
 from railcosim.plots.picture import save_picture
 from railcosim.plots.screen import POINTS, interactive, thinned
-from railcosim.plots.style import shown_range
+from railcosim.plots.style import color_of, is_dashed, shown_range
 
 X = np.geomspace(1, 1000, 400)
 
@@ -104,3 +105,10 @@ def test_interactive_chart_holds_all_curves(chart) -> None:
     assert "here" in html
     assert "n = 1" in html
     assert len(html) < 2_000_000
+
+
+def test_of_more_curves_than_colours_no_two_look_alike() -> None:
+    """Eight wheelsets of a train: the first and the eighth have one colour."""
+    many = panel()
+    many = replace(many, curves=tuple(Curve(name=f"{k}", x=X, y=X) for k in range(8)))
+    assert len({(color_of(many, k), is_dashed(many, k)) for k in range(8)}) == 8
