@@ -30,7 +30,8 @@ Annotations = dict[str, dict[str, str]]
 ROUNDING = 1e-9
 """Of loads: the static ones of like wheels are solved for, to some 1e-14."""
 PASSIVE_TO = 8
-"""Elements a bay of rails that move aside; of 12 and more see docs/track.md."""
+"""Elements a bay of rails that move aside: with 16 of the default track, power is given to wheels
+over railseats near 4.6 kHz (docs/track.md); what is between was not looked at."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,8 +238,8 @@ def track_under(
     directions, bay = DIMENSIONS[dimension], track.mesh.elements_per_bay
     if moves_aside(directions) and bay > PASSIVE_TO:
         warnings.warn(
-            f"[mesh] elements_per_bay = {bay}: met aside, this track may give power to wheels over "
-            f"railseats near 4.6 kHz; it does not with {PASSIVE_TO}",
+            f"[mesh] elements_per_bay = {bay}: met aside, such a track may give power to wheels "
+            f"over railseats, and a stiff contact grow; none was seen to with {PASSIVE_TO} or less",
             UnusualWarning,
             stacklevel=3,
         )

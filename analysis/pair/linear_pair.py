@@ -29,7 +29,7 @@ from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 from .contact import Stiffness, layout_of
 from .numbering import Vehicles, files_of, names_through, places_of
 from .ring import check_ring_of
-from .standing import Position, each_position, standing
+from .standing import Position, each_position, standing, track_at
 
 CONDENSED = 1e-6
 """Of the largest Hankel singular value, where modes of the track are left out. With 1e-4 some
@@ -123,9 +123,7 @@ def linear_parts(
     cars = _of_contacts(whole, first, layout, WHEEL.motion)
     places = places_of(first, whole.standing, layout)
     check_ring_of(track, places)
-    at = dict(zip(layout.of_axles("position"), places.tolist(), strict=True))
-    rolls = {v.name for v in taken}  # a track of others may know one place only
-    under = linear_model(track, name="track", at={n: x for n, x in at.items() if n in rolls})
+    under = linear_model(track, name="track", at=track_at(places, layout, taken))
     rails = _of_contacts(under, track, layout, RAIL.motion)
     progress(0.2, 1.0)
     one = np.eye(layout.wheelsets)

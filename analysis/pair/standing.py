@@ -1,4 +1,4 @@
-"""Where wheelsets stand while an FMU is linearised."""
+"""Where wheelsets are to stand, and how FMUs are told."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias, TypedDict
 
+from railcosim.master.component import FloatArray, Variable
 from railcosim.master.fmi.description import describe_file
 from railcosim.mechanics.ports import MOST_WHEELSETS, Layout
 from railcosim.parameters import ArgumentError
@@ -60,6 +61,13 @@ def start_positions(vehicle: Vehicles, position: Position) -> dict[str, float]:
         for number, own in enumerate(starts, start=1)
         for name, x in own.items()
     }
+
+
+def track_at(places: FloatArray, layout: Layout, inputs: Sequence[Variable]) -> dict[str, float]:
+    """Inputs of a track under wheelsets at places (m); others' tracks may know one place only."""
+    known = {v.name for v in inputs}
+    at = zip(layout.of_axles("position"), places.tolist(), strict=True)
+    return {name: x for name, x in at if name in known}
 
 
 def standing(fmu: Path, position: float | None) -> Standing:

@@ -12,7 +12,13 @@ from railcosim.analysis.pair.contact import layout_of
 from railcosim.analysis.pair.numbering import Vehicles, files_of, names_through, places_of
 from railcosim.analysis.pair.ring import check_ring_of
 from railcosim.analysis.pair.several import load_vehicles
-from railcosim.analysis.pair.standing import Position, each_position, standing, start_positions
+from railcosim.analysis.pair.standing import (
+    Position,
+    each_position,
+    standing,
+    start_positions,
+    track_at,
+)
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.description import FmuDescription, describe_file
@@ -22,6 +28,9 @@ from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.linearise import values_of
 from railcosim.master.linear.side_by_side import SideBySide
 from railcosim.mechanics.ports import FORCE, RAIL, Layout
+
+VEHICLE_SHARE = 0.2  # of the time that both take
+Progress = Callable[[float, float], None]
 
 
 def pulses(wheelsets: int) -> Pulses:
@@ -35,10 +44,6 @@ def pulses(wheelsets: int) -> Pulses:
     """
     ways = np.kron([[1, 1], [1, -1]], np.eye(wheelsets))
     return Pulses(amplitude=1e4, step=1e-4, steps=13_500, directions=ways)
-
-
-VEHICLE_SHARE = 0.2  # of the time that both take
-Progress = Callable[[float, float], None]
 
 
 @dataclass(frozen=True)
@@ -163,11 +168,7 @@ def linear_track(fmu: Path, positions: FloatArray, progress: Progress) -> tuple[
     wanted = Wanted(
         inputs=layout.names(FORCE),
         outputs=[v.name for v in about.outputs if v.name in rails],
-        at={
-            name: float(x)
-            for name, x in zip(layout.of_axles("position"), positions, strict=True)
-            if name in {v.name for v in about.inputs}
-        },
+        at=track_at(positions, layout, about.inputs),
     )
     return best_way(fmu, pulses(layout.wheelsets))(fmu, "track", wanted, progress), about.sha256
 

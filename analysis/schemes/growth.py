@@ -131,7 +131,7 @@ class Bench:
             Communication step, s.
         motion : Motion
             As predicted for that step; only its frequency and heights are used, and its growth
-            for the strength of driving.
+            for the strength of driving and for how long a run must be to see it.
         """
         driven, last = int(np.clip(DRIVEN / h, FEWEST, MANY)), math.nan
         grown = motion.rate.real * ALONE * LONG
