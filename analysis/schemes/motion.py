@@ -14,7 +14,9 @@ from railcosim.master.system import System
 from .stability import Coupling
 
 NEAR = 1e-6, 1e-8, 1e-10
-"""Distances to an eigenvalue, of itself, at one of which nothing is seen but its own motion ..."""
+"""Distances to an eigenvalue, of itself, at one of which nothing is seen but its own motion. What
+grows is looked for at all, however little heights do to it; what dies away at the first: driven
+hard enough to be seen, it would drown in others. ..."""
 POLE = 1.9
 """... and at twice of it half as much."""
 
@@ -69,7 +71,7 @@ def _motion(step: Amplification, part: Part, system: System, z: complex) -> Moti
         omega = np.full(len(one), np.log(beside) / (1j * step.h))
         return step.response(omega, one, forces).T
 
-    for distance in NEAR:
+    for distance in NEAR if abs(z) > 1.0 else NEAR[:1]:
         near, far = (receptance((1.0 + n * distance) * z) for n in (1, 2))
         if np.linalg.norm(near) > POLE * np.linalg.norm(far):
             break
