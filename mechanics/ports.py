@@ -53,11 +53,17 @@ X = Direction("x", "force_x", "m", "N", 1, "forward")
 ROLL = Direction(
     "roll", "moment_x", "rad", "N.m", -1, "about the forward axis, the right side down"
 )
-DIRECTIONS = (Z, Y, X, ROLL)
+YAW = Direction(
+    "yaw", "moment_z", "rad", "N.m", -1, "about the downward axis, the front to the right"
+)
+DIRECTIONS = (Z, Y, ROLL, X, YAW)
 """All that have a name, the vertical one first."""
 
 DIMENSIONS = {"vertical": (Z,), "spatial": (Z, Y, ROLL)}
-"""In what directions a model moves, by the name of the choice."""
+"""In what directions rails are met, by the name of the choice."""
+OF_WHEELS = DIMENSIONS | {"spatial": (*DIMENSIONS["spatial"], X, YAW)}
+"""Likewise wheels, which are pushed and turned along the track as well: a rail gives no way there.
+The directions of the rail come first."""
 
 
 @dataclass(frozen=True)
@@ -218,7 +224,8 @@ class Layout:
     @property
     def dimension(self) -> str:
         """What users call such directions; their names where they call them nothing."""
-        named = {directions: name for name, directions in DIMENSIONS.items()}
+        known = (DIMENSIONS, OF_WHEELS)
+        named = {directions: name for of in known for name, directions in of.items()}
         return named.get(self.directions, ", ".join(d.name for d in self.directions))
 
     @property

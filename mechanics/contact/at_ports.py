@@ -1,0 +1,105 @@
+"""The law of rolling contact at the ports of wheel and rail, as two bodies exchange it.
+
+Needs numpy only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ports import DIMENSIONS, OF_WHEELS, RAIL, WHEEL, Direction, Face
+from .geometry import COORDINATES
+from .numbers import Numbers
+from .rolling import RollingContact
+
+FloatArray = NDArray[np.float64]
+
+PORTS: tuple[tuple[Face, Direction], ...] = (
+    *((WHEEL, direction) for direction in OF_WHEELS["spatial"]),
+    *((RAIL, direction) for direction in DIMENSIONS["spatial"]),
+)
+"""Of a contact, in the order of its motions and forces: the wheel's, then the rail's."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtPorts:
+    """A rolling contact by motions at a datum of each wheel and each rail.
+
+    A wheel's datum is the point of its material that is designed to lie on the rail's: r0 below
+    the axle and b beside the wheelset's middle. It moves as the wheelset does, to first order:
+    down by z + s b roll, to the right by y - r0 roll, forward by r0 spin - s b yaw, with s = 1 on
+    the right and -1 on the left. All that is left out is geometry of the second order between two
+    bodies that hardly turn; the contact's own, which decides how wheelsets centre, is in the law.
+
+    Attributes
+    ----------
+    contact : RollingContact
+        The law.
+    half_distance : float
+        b, of the data from the wheelset's middle, m.
+    """
+
+    contact: RollingContact
+    half_distance: float
+
+    @property
+    def directions(self) -> int:
+        """Motions of a contact, and forces: those of `PORTS`."""
+        return len(PORTS)
+
+    @cached_property
+    def coordinates(self) -> FloatArray:
+        """`COORDINATES` of each contact by its port motions, shape (n, 8, 8)."""
+        side, r0 = self.contact.side, self.contact.geometry.radius
+        at = {(face.name, d.name): k for k, (face, d) in enumerate(PORTS)}
+        T = np.zeros((side.size, len(COORDINATES), len(PORTS)))
+        rows = {name: T[:, k] for k, name in enumerate(COORDINATES)}
+        z, y, roll, x, yaw = (at["wheel", d.name] for d in OF_WHEELS["spatial"])
+        out = side * self.half_distance
+        rows["z"][:, z], rows["z"][:, roll] = 1.0, -out
+        rows["y"][:, y], rows["y"][:, roll] = 1.0, r0
+        rows["roll"][:, roll] = rows["yaw"][:, yaw] = 1.0
+        rows["spin"][:, x], rows["spin"][:, yaw] = 1 / r0, out / r0
+        for direction in DIMENSIONS["spatial"]:
+            rows[f"rail_{direction.name}"][:, at["rail", direction.name]] = 1.0
+        return T
+
+    @cached_property
+    def signs(self) -> FloatArray:
+        """Of the force numbers: what a wheel does to its rail, shape (8,)."""
+        return np.array([float(face.push) for face, _ in PORTS])
+
+    def force(self, q: Numbers, v: Numbers) -> Numbers:
+        """What wheels do to rails.
+
+        Parameters
+        ----------
+        q, v : array, shape (..., n, 8)
+            Motions at `PORTS`, m and rad, and their rates. An irregularity of the rail is added to
+            the rail's motions, not to their rates.
+
+        Returns
+        -------
+        array, shape (..., n, 8)
+            N and N m. Those down and to the right are the same at wheel and rail; a moment about x
+            is about the datum of the one or of the other, which move.
+        """
+        f = self.contact.force(self._turned(q), self._turned(v))
+        found: Numbers = self.signs * np.einsum("nij,...ni->...nj", self.coordinates, f)
+        return found
+
+    def tangents(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of the forces by motions and by rates, each (n, 8, 8)."""
+        T = self.coordinates
+        by_q, by_v = self.contact.tangents(self._turned(q), self._turned(v))
+        signs = self.signs[:, None]
+        to_ports = np.swapaxes(T, 1, 2)
+        return signs * (to_ports @ by_q @ T), signs * (to_ports @ by_v @ T)
+
+    def _turned(self, at_ports: Numbers) -> Numbers:
+        turned: Numbers = np.einsum("nij,...nj->...ni", self.coordinates, at_ports)
+        return turned
