@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from railcosim.analysis.pair.contact import Stiffness, contact_of
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey
-from railcosim.analysis.pair.standing import start_positions
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.pair.verdict import DISAGREE, NotBelievedError
 from railcosim.analysis.response.frequency import coupled, response
@@ -131,7 +130,7 @@ def compare(
     """
     if not isinstance(irregularity, Profile):
         irregularity = named(irregularity, speed * time)
-    journey = Journey(speed=speed, held=True, profile=irregularity)
+    journey = Journey(speed=speed, held=True, profile=irregularity, position=position)
     chosen = scheme_of(choice_of(None, owner)[0]) if scheme is None else scheme
     course, k_H = Course(scheme=chosen, step=step, stop=time), contact_stiffness
     with stage("linearising") as update:
@@ -139,8 +138,7 @@ def compare(
     mono = assemble(vehicle, track, models.positions)
     with stage("coupled FMUs in time") as update:
         cars, rails = (fmus[name] for name in FMUS[owner])
-        parameters = {**contact_of(k_H), **start_positions(cars, position)}
-        run, stopped = run_pair(cars, rails, parameters, journey, course, update)
+        run, stopped = run_pair(cars, rails, contact_of(k_H), journey, course, update)
     if stopped is not None:
         raise stopped
     ours = np.stack([run[name].values for name in Layout(len(models.positions)).names(FORCE)], 1)

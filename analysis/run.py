@@ -12,7 +12,7 @@ from railcosim.analysis.pair.judged import judged
 from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.roles import owners
-from railcosim.analysis.pair.standing import Position, start_positions
+from railcosim.analysis.pair.standing import Position
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.schemes.choice import choice_of, usual_step
 from railcosim.analysis.schemes.choice import scheme as scheme_of
@@ -89,13 +89,12 @@ def run(
     chosen, owner = choice_of(name, None, owners(*pair))
     if not isinstance(irregularity, Profile):
         irregularity = named(irregularity, speed * time)
-    journey = Journey(speed=speed, held=held, profile=irregularity)
+    journey = Journey(speed=speed, held=held, profile=irregularity, position=position)
     course = Course(
         scheme=scheme_of(chosen) if scheme is None or isinstance(scheme, str) else scheme,
         step=usual_step(chosen, owner) if step is None else step,
         stop=time,
         tolerance=tolerance,
     )
-    parameters = {**contact_of(contact), **start_positions(pair[0], position)}
-    made = *pair, parameters, journey
+    made = *pair, contact_of(contact), journey
     return judged(lambda change: run_pair(*made, change(course), progress))

@@ -14,19 +14,17 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from railcosim.analysis.compare import compare
     from railcosim.analysis.pair.export_pair import export_pair as export
-    from railcosim.analysis.pair.kept_fmus import fmus_of_pair
     from railcosim.analysis.response.frf import frequency_response
     from railcosim.analysis.response.hunting import critical_speed
     from railcosim.analysis.response.map import response_map
     from railcosim.analysis.response.receptance import receptance, track_receptance
+    from railcosim.analysis.response.ride import ride
     from railcosim.analysis.response.vehicle_modes import vehicle_modes
     from railcosim.analysis.run import run
     from railcosim.analysis.schemes.advice import advise
-    from railcosim.analysis.schemes.catalogue import catalogue as schemes
     from railcosim.analysis.schemes.choice import scheme
     from railcosim.analysis.schemes.grid_run import study
     from railcosim.analysis.schemes.limits import stability
-    from railcosim.analysis.schemes.study import Grid
     from railcosim.master.component import Variable
     from railcosim.master.cosimulation import cosimulate
     from railcosim.master.coupling import couple
@@ -47,7 +45,6 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "Grid",
     "Profile",
     "Recorder",
     "Signal",
@@ -62,7 +59,6 @@ __all__ = [
     "couple",
     "critical_speed",
     "export",
-    "fmus_of_pair",
     "frequency_response",
     "irregularity",
     "load",
@@ -70,10 +66,10 @@ __all__ = [
     "read_vehicle",
     "receptance",
     "response_map",
+    "ride",
     "run",
     "save_result",
     "scheme",
-    "schemes",
     "stability",
     "study",
     "track_receptance",
@@ -81,7 +77,6 @@ __all__ = [
 ]
 
 _PLACES = {
-    "Grid": "analysis.schemes.study:Grid",
     "Profile": "track.irregularity:Profile",
     "Recorder": "master.recording:Recorder",
     "Signal": "master.signals:Signal",
@@ -95,7 +90,6 @@ _PLACES = {
     "couple": "master.coupling:couple",
     "critical_speed": "analysis.response.hunting:critical_speed",
     "export": "analysis.pair.export_pair:export_pair",
-    "fmus_of_pair": "analysis.pair.kept_fmus:fmus_of_pair",
     "frequency_response": "analysis.response.frf:frequency_response",
     "irregularity": "track.irregularity.named:irregularity",
     "load": "master.fmi.fmu:FmuComponent.load",
@@ -103,10 +97,10 @@ _PLACES = {
     "read_vehicle": "vehicle.files:read_stock",
     "receptance": "analysis.response.receptance:receptance",
     "response_map": "analysis.response.map:response_map",
+    "ride": "analysis.response.ride:ride",
     "run": "analysis.run:run",
     "save_result": "master.files:save",
     "scheme": "analysis.schemes.choice:scheme",
-    "schemes": "analysis.schemes.catalogue:catalogue",
     "stability": "analysis.schemes.limits:stability",
     "study": "analysis.schemes.grid_run:study",
     "track_receptance": "analysis.response.receptance:track_receptance",

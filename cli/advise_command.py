@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from railcosim.analysis.schemes.catalogue import PREDICTED
+from railcosim.analysis.schemes.usual import PREDICTED
 from railcosim.track.irregularity import QUALITIES
 
 from .fmus import FreshOption, fmus_of

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from railcosim.mechanics.ports import MOST_WHEELSETS
-
 from .fmus import tell_of_losses
 from .options import (
     TrackFile,
@@ -77,8 +75,8 @@ def export(
         int | None,
         typer.Option(
             "--wheelsets",
-            help=f"Tracks only, under so many wheelsets of a vehicle of yours, 1 to "
-            f"{MOST_WHEELSETS}. Static loads and contact are those of --vehicle.",
+            help="Tracks only, under so many wheelsets of a vehicle of yours. Static loads and "
+            "contact are those of --vehicle.",
         ),
     ] = None,
     positions: Annotated[
@@ -146,6 +144,7 @@ def positions_of(wheelsets: int, text: str | None) -> list[float]:
     UsageError
         Saying what is wrong with them.
     """
+    from railcosim.mechanics.ports import MOST_WHEELSETS
     from railcosim.track.parameters import Track
 
     if not 1 <= wheelsets <= MOST_WHEELSETS:

@@ -60,8 +60,6 @@ def ride_command(
     Both rails are alike, as the vertical vehicle does not roll. Comfort after ISO 2631-1 (W_k) and
     Sperling (Wz).
     """
-    from railcosim.analysis.pair.ring import check_frequencies_of
-    from railcosim.analysis.response.models import linear_models
     from railcosim.analysis.response.ride import ride
     from railcosim.track.irregularity.synthesis import quality
 
@@ -69,16 +67,16 @@ def ride_command(
     PICTURES.check(plot)
     k_H = stiffness_of(contact_stiffness)
     v = speed_of(speed)
-    frequency, track_quality = frequencies_of(frequencies), quality(name)
+    frequency, title = frequencies_of(frequencies), quality(name).vertical.title
     with (
         fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
         progress("linearising") as update,
     ):
-        models = linear_models(vehicle, track, update, positions_of(position))
-        check_frequencies_of(track, float(frequency[-1]))
-    result = ride(models, frequency, k_H, v, track_quality)
-    result.attrs = {"irregularity": name, "speed": v, "contact_stiffness": k_H, **models.attributes}
-    console.print(_table(result, f"{track_quality.vertical.title}, {speed:g} km/h"))
+        result = ride(
+            vehicle, track, frequency, irregularity=name, contact_stiffness=k_H, speed=v,
+            position=positions_of(position), progress=update,
+        )  # fmt: skip
+    console.print(_table(result, f"{title}, {speed:g} km/h"))
     chart = partial(_chart, title=f"{name}, {speed:g} km/h")
     keep(result, out, f"{frequency.size} frequencies", plot, chart)
 

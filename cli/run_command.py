@@ -87,7 +87,6 @@ def run(
         return
     from railcosim.analysis.pair.numbering import files_of
     from railcosim.analysis.pair.pair import Journey
-    from railcosim.analysis.pair.standing import start_positions
     from railcosim.analysis.pair.time_run import run_pair
 
     from .pair_charts import run_chart
@@ -99,12 +98,13 @@ def run(
     owner, taken = _taken(course, contact, kept, (vehicle_fmu or None, track_fmu))
     v = speed_of(speed)
     parameters = contact_parameters(contact_stiffness)
-    journey = Journey(speed=v, held=held, profile=rough.profile(v * taken.stop))
+    journey = Journey(
+        speed=v, held=held, profile=rough.profile(v * taken.stop), position=positions_of(position)
+    )
     with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh) as made:
         options = kept.checkpoints.options if kept.checkpoints else {}
         cars, rails = keep_fmus(keeping.checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1])
         vehicle, (track,) = files_of(cars), files_of(rails)
-        parameters |= start_positions(vehicle, positions_of(position))
         with told_how_to_resume(context, keeping.checkpoint):
             concluded(
                 lambda update, change: run_pair(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from railcosim.analysis.schemes.catalogue import PREDICTED
+from railcosim.analysis.schemes.usual import PREDICTED
 
 from .fmus import FreshOption, fmus_of
 from .options import (

@@ -17,6 +17,7 @@ from .fmus import FreshOption, made
 from .irregularity_options import IrregularityOptions
 from .options import (
     PlotFile,
+    PositionOption,
     Speed,
     TrackFile,
     UsageError,
@@ -63,6 +64,7 @@ def study(
     ] = "1e9",
     time: Annotated[float, typer.Option(help="How long each run is, s.")] = 0.05,
     speed: Speed = 250.0,
+    position: PositionOption = None,
     rough: IrregularityOptions,
     vehicle: VehicleFile = None,
     vehicles: Vehicles = 1,
@@ -97,7 +99,7 @@ def study(
     folder_of("--out", out)
     v = speed_of(speed)
     profile = rough.profile(v * positive("--time", time, "s"))
-    grid = Grid.of(
+    asked = (
         _parts("--schemes", schemes),
         _parts("--owners", owners),
         [
@@ -106,14 +108,15 @@ def study(
         ],
         [_step(text) for text in _parts("--steps", steps)],
     )
+    grid = Grid.of(*asked)
     grid.check(time)
     cars = vehicle_of(vehicle, vehicles)
     with made(cars, track_of(track, cars), fresh=fresh) as fmus:
         try:
             with progress("running points") as update:
                 found = studied(
-                    fmus, out, grid, time=time, speed=v, irregularity=profile,
-                    scheduler=scheduler, progress=update, tell=console.print,
+                    fmus, out, *asked, time=time, speed=v, irregularity=profile,
+                    position=position, scheduler=scheduler, progress=update, tell=console.print,
                 )  # fmt: skip
         except StudyError as error:
             raise UsageError(f"--out {error}") from error

@@ -36,6 +36,7 @@ from .contact import (
 from .numbering import Vehicles, places_of
 from .ring import check_ring_of
 from .several import Load, load_vehicles
+from .standing import Position, start_positions
 
 FIRST_COMPRESSION = 1e-4  # m, about the static one: where the search for equilibrium begins
 STILL = 1e-6  # m/s2, and 0.1 N: a thousandth of what a bump of 1e-6 m does
@@ -77,11 +78,14 @@ class Journey:
         True: wheels stay where they are and the irregularity moves; False: wheels roll.
     profile : Profile
         Irregularity.
+    position : float or sequence of float, optional
+        Where the last wheelset (of each vehicle) stands at first, m; as the FMU has it if None.
     """
 
     speed: float
     held: bool
     profile: Profile
+    position: Position = None
 
 
 @contextmanager
@@ -104,7 +108,7 @@ def open_pair(
         Of the contact, for whoever owns it, and others of the FMUs. ``contact.tangent`` asks for
         Hertz's law of that stiffness at the static load, which is found here.
     journey : Journey
-        Speed and irregularity.
+        Speed, irregularity and where it begins.
     load : callable, optional
         Loads an FMU.
     """
@@ -112,7 +116,8 @@ def open_pair(
         cars = stack.enter_context(load_vehicles(vehicle, load))
         rails = stack.enter_context(load(track, name="track"))
         layout = layout_of((cars.description.path, _variables(cars)), (track, _variables(rails)))
-        given = completed(parameters, (cars, rails), layout)
+        told = {**parameters, **start_positions(vehicle, journey.position)}
+        given = completed(told, (cars, rails), layout)
         first = given
         if TANGENT in given:  # the static load does not depend on the law: any does to find it
             first = {**given, NONLINEAR: False, STIFFNESS: given[TANGENT]}
@@ -122,8 +127,8 @@ def open_pair(
         for fmu in (cars, rails):
             fmu.enter_initialization(0.0)
         forces = layout.names(FORCE)
-        told = {v.name: y for v, y in zip(cars.outputs, cars.get_outputs(), strict=True)}
-        place = places_of(cars.description.path, told, layout)
+        outputs = {v.name: y for v, y in zip(cars.outputs, cars.get_outputs(), strict=True)}
+        place = places_of(cars.description.path, outputs, layout)
         check_ring_of(track, place)
         irregularity = _irregularity(journey, layout, place)
         owned = any(v.name == forces[0] for fmu in (cars, rails) for v in fmu.outputs)

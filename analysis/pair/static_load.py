@@ -9,7 +9,7 @@ from railcosim.track.irregularity import flat
 from .contact import NONLINEAR, STIFFNESS, Parameters, Stiffness, stiffness_at
 from .numbering import Vehicles
 from .pair import Journey, open_pair
-from .standing import Position, start_positions
+from .standing import Position
 
 
 def static_stiffness(
@@ -30,7 +30,6 @@ def static_stiffness(
         return float(contact)
     if not contact.get(NONLINEAR, True) and STIFFNESS in contact:
         return float(contact[STIFFNESS])
-    journey = Journey(speed=1.0, held=True, profile=flat())
-    parameters = {**contact, **start_positions(vehicle, position)}
-    with open_pair(vehicle, track, parameters, journey) as pair:
+    journey = Journey(speed=1.0, held=True, profile=flat(), position=position)
+    with open_pair(vehicle, track, contact, journey) as pair:
         return stiffness_at(pair.parameters, pair.static_loads, pair.layout)

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from railcosim.analysis.pair.numbering import files_of
+from railcosim.analysis.pair.ring import check_frequencies_of
+from railcosim.analysis.pair.standing import Position
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.linear.receptance import FrequencyResponse
 from railcosim.master.linear.substructuring import couple
 from railcosim.track.irregularity import Quality
+from railcosim.track.irregularity.synthesis import quality
 
 from .comfort import reaction, sperling, weighted_acceleration
 from .critical import bogie_distance
 from .frequency import joints, responses
-from .models import Models
+from .frf import SPEED, Progress
+from .models import Models, linear_models
 from .random import acceleration_psd, response_psd, standard_deviation
 
 FLOOR = ("floor above front bogie", "floor above rear bogie")
@@ -29,6 +36,57 @@ OTHERS = {
 
 
 def ride(
+    vehicle: str | Path | Sequence[str | Path],
+    track: str | Path,
+    frequency: FloatArray,
+    *,
+    irregularity: str = "german-low",
+    contact_stiffness: float = 1e9,
+    speed: float = SPEED,
+    position: Position = None,
+    progress: Progress = lambda done, total: None,
+) -> xr.Dataset:
+    """Random response of a vehicle on a track of a class, by pseudo-excitation, and its comfort.
+
+    Parameters
+    ----------
+    vehicle, track : str or Path
+        FMUs that take contact forces.
+    frequency : array, shape (n,)
+        Hz; their ends bound what the standard deviations count.
+    irregularity : str
+        Class of the track.
+    contact_stiffness : float
+        k_H, N/m.
+    speed : float
+        m/s.
+    position : float or sequence of float, optional
+        Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
+    progress : callable
+        Told what is done and the total.
+
+    Returns
+    -------
+    Dataset
+        See `densities`.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such class.
+    CouplingError
+        If an FMU cannot be what it is given as, or the vehicle is no car body on two bogies of two
+        wheelsets.
+    """
+    of, rails = quality(irregularity), Path(track)
+    models = linear_models(files_of(vehicle), rails, progress, position)
+    check_frequencies_of(rails, float(frequency.max()))
+    found = densities(models, frequency, contact_stiffness, speed, of)
+    told = {"irregularity": irregularity, "speed": speed, "contact_stiffness": contact_stiffness}
+    return found.assign_attrs({**told, **models.attributes})
+
+
+def densities(
     models: Models, frequency: FloatArray, k_H: float, speed: float, quality: Quality
 ) -> xr.Dataset:
     """One-sided densities over frequency, each with its standard deviation.

@@ -25,10 +25,11 @@ from railcosim.parameters import ArgumentError
 from railcosim.track.irregularity import Spectrum
 from railcosim.track.irregularity.synthesis import quality
 
-from .catalogue import PREDICTED, members
+from .catalogue import members
 from .force_error import Excitation, ForceError, excitation
 from .limits import LINEARISING, Progress, exact_growth, predictable
 from .stability import Coupling, SprungPair
+from .usual import PREDICTED
 
 FINEST = 1e-12  # accuracy: below it is rounding
 TOGETHER = 4

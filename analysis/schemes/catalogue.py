@@ -10,9 +10,6 @@ from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.catalogue import CATALOGUE
 from railcosim.master.schemes.family import Family
 
-PREDICTED = ("jacobi", "gauss-seidel-linear", "nepce", "interface-jacobian")
-"""Those that are predicted if nobody says which; all that can be would take twice as long."""
-
 
 def owners_of(family: Family) -> tuple[Owner, ...]:
     """Who may own the contact with schemes of a family, the usual owner first."""
@@ -53,8 +50,3 @@ def members() -> dict[str, Member]:
                     scheme=scheme, owners=owners_of(family), linear=family.linear
                 )
     return found
-
-
-def catalogue() -> dict[str, Scheme]:
-    """The schemes of `members`, by name."""
-    return {name: member.scheme for name, member in members().items()}

@@ -13,15 +13,7 @@ from railcosim.master.schemes.family import Family
 from railcosim.master.suggest import suggest
 from railcosim.parameters import ArgumentError
 
-USUAL = {
-    Owner.TRACK: "gauss-seidel",
-    Owner.VEHICLE: "jacobi",
-    Owner.MASTER: "interface-jacobian",
-}
-"""Scheme by the owner of the contact, the usual owner first."""
-# Stable up to 8 GN/m and, with the contact in the vehicle, up to Hertz at the static load.
-STEPS = {Owner.VEHICLE: 2e-5, Owner.TRACK: 1e-4, Owner.MASTER: 2e-5}
-SOLVED = 1e-4  # stable at any step: this one for accuracy
+from .usual import SOLVED, STEPS, USUAL
 
 
 def choice_of(

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import xarray as xr
 
+from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.pair import Journey
-from railcosim.analysis.schemes.study import Folder, Grid, settings_of
+from railcosim.analysis.pair.standing import Position, start_positions
+from railcosim.analysis.schemes.study import EVERY, STEPS, Folder, Grid, settings_of
 from railcosim.analysis.schemes.study_here import measured
-from railcosim.analysis.schemes.study_point import Fmus, Measurement, Point
+from railcosim.analysis.schemes.study_point import ContactCase, Fmus, Measurement, Point
 from railcosim.analysis.schemes.study_table import table_of
 from railcosim.track.irregularity import Profile
 from railcosim.track.irregularity.named import irregularity as named
@@ -42,16 +44,20 @@ class Studied:
 def study(
     fmus: Mapping[str, Path],
     folder: str | Path,
-    grid: Grid | None = None,
+    schemes: Sequence[str] = EVERY,
+    owners: Sequence[Owner | str] = tuple(Owner),
+    contacts: Sequence[float | ContactCase] = (1e9,),
+    steps: Sequence[float] = STEPS,
     *,
     time: float = 0.05,
     speed: float = 250 / 3.6,
     irregularity: Profile | str | Path = "german-low",
+    position: Position = None,
     scheduler: str | None = None,
     progress: Progress = lambda done, total: None,
     tell: Callable[[str], None] = lambda text: None,
 ) -> Studied:
-    """Compare schemes: run all points of a grid that are not finished yet, wheels held.
+    """Compare schemes with owners, contacts and steps, wheels held; what is finished is not rerun.
 
     Parameters
     ----------
@@ -59,14 +65,16 @@ def study(
         Our four, or others under their names.
     folder : str or Path
         Where each point is kept as soon as it is finished.
-    grid : Grid, optional
-        What is compared; `Grid.of` makes it from names, and all of it if not given.
+    schemes, owners, contacts, steps
+        What is compared; see `Grid.of`.
     time : float
         How long each run is, s.
     speed : float
         m/s.
     irregularity : Profile, str or Path
         Or the name of a class, or a CSV file.
+    position : float or sequence of float, optional
+        Where the last wheelset (of each vehicle) stands, m; as the FMU has it if None.
     scheduler : str, optional
         Address of a dask scheduler; the cores of this machine if not given.
     progress : callable
@@ -78,17 +86,20 @@ def study(
     ------
     StudyError
         If the folder holds points of another study.
+    ArgumentError
+        If there is no such scheme or owner, or nothing stands at such a position.
     ParameterError
         If the irregularity ends before the runs do.
     NoDaskError
         If there is a scheduler, and dask is not installed.
     """
-    grid = Grid.of() if grid is None else grid
+    grid = Grid.of(schemes, owners, contacts, steps)
     grid.check(time)
     if not isinstance(irregularity, Profile):
         irregularity = named(irregularity, speed * time)
     irregularity.check_covers(speed * time)
-    journey = Journey(speed=speed, held=True, profile=irregularity)
+    start_positions(fmus["Vehicle"], position)  # refused now, and not by every point
+    journey = Journey(speed=speed, held=True, profile=irregularity, position=position)
     settings = settings_of(journey, time, fmus)
     kept = Folder(Path(folder), settings)
     points = grid.points()

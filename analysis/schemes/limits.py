@@ -21,8 +21,9 @@ from railcosim.master.parallel import Task, Workers
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 
-from .catalogue import PREDICTED, members
+from .catalogue import members
 from .stability import Coupling, Limit, SprungPair, Window
+from .usual import PREDICTED
 
 Progress = Callable[[float, float], None]
 Found: TypeAlias = dict[tuple[str, Owner], list[Limit]]

@@ -25,6 +25,8 @@ from .catalogue import Member, members
 from .study_point import INTERNAL_STEP, ContactCase, Measurement, Point
 
 SETTINGS = "study.json"
+EVERY = ("*",)
+STEPS = (2e-4, 1e-4, 5e-5)  # s
 BYTES = 500  # that a step of a run takes: its forces, its report, and what holds them
 
 
@@ -56,10 +58,10 @@ class Grid:
     @classmethod
     def of(
         cls,
-        schemes: Sequence[str] = ("*",),
+        schemes: Sequence[str] = EVERY,
         owners: Sequence[Owner | str] = tuple(Owner),
         contacts: Sequence[float | ContactCase] = (1e9,),
-        steps: Sequence[float] = (2e-4, 1e-4, 5e-5),
+        steps: Sequence[float] = STEPS,
     ) -> Grid:
         """Choose by names.
 
@@ -184,10 +186,12 @@ class Folder:
 
 def settings_of(journey: Journey, stop: float, fmus: Mapping[str, Path]) -> dict[str, Any]:
     """What all points of a study have in common, for people and for telling studies apart."""
+    where = {} if journey.position is None else {"position": journey.position}
     return {
         "railcosim": version("railcosim"),
         "time": stop,
         "speed": journey.speed,
+        **where,
         "internal_step": INTERNAL_STEP,
         "irregularity": f"{journey.profile.name}, sha256 {journey.profile.digest[:16]}",
         **{f"{name}.fmu": f"sha256 {_digest(path.read_bytes())}" for name, path in fmus.items()},

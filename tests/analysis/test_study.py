@@ -205,6 +205,20 @@ def test_third_order_at_a_tenth_of_a_millisecond(ride, contents, forces) -> None
     assert measure(*ride, point, *bodies, forces).error < 1e-5
 
 
+def test_elsewhere_both_the_runs_and_what_they_are_held_to_stand_there(
+    ride, contents, forces
+) -> None:
+    """Between two railseats forces are others, and a good scheme is as good."""
+    journey, stop = ride
+    between = replace(journey, position=3.125)
+    theirs = reference(between, stop, STIFF, *(contents[name] for name in FMUS[Owner.MASTER]))
+    (point,) = grid(["jacobi-quadratic"], [1e-4]).points()
+    pair = [contents[name] for name in FMUS[point.owner]]
+    # Measured 1.3e-4, and 1.6e-2 where the run stands at the usual place.
+    assert measure(between, stop, point, *pair, theirs).error < 5e-4
+    assert measure(journey, stop, point, *pair, theirs).error > 1e-2
+
+
 def test_a_run_that_diverges_is_measured(ride, contents, forces) -> None:
     """Contact in the vehicle, 0.2 ms: it grows, and it is said that it stopped and why."""
     (point,) = grid(["jacobi-linear"], [2e-4], [Owner.VEHICLE]).points()
@@ -244,6 +258,8 @@ def test_settings_tell_models_apart(ride, exported, tmp_path) -> None:
     assert settings_of(*ride, same) == ours
     same["Track"].write_bytes(exported["Track"].read_bytes() + b" ")
     assert settings_of(*ride, same) != ours
+    there = settings_of(replace(ride[0], position=3.125), ride[1], exported)
+    assert there == {**ours, "position": 3.125}
 
 
 def test_table_and_its_files(tmp_path) -> None:

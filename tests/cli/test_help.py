@@ -37,8 +37,8 @@ def test_no_command_is_help(railcosim):
 HELP_OF_ALL = """
 import sys
 from railcosim.cli.commands import COMMANDS, loaded
-# These name schemes or ports, which are in files that compute.
-late = {"run", "run-system", "advise", "compare", "stability", "export", "demo"}
+# These name schemes, which are in files that compute.
+late = {"run", "run-system", "compare"}
 for name in sorted(COMMANDS, key=late.__contains__):
     loaded(name)
     heavy = {"scipy", "xarray", "matplotlib", "fmpy", "dask"} & set(sys.modules)

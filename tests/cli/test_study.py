@@ -120,6 +120,7 @@ def test_interrupted_study_goes_on(folder, scheduler) -> None:
         (["--contact-stiffness", "1e9,soft"], 2, "--contact-stiffness soft"),
         (["--schemes", "interface-jacobian", "--owners", "track"], 2, "none of the schemes"),
         (["--plot", "x.txt"], 2, ".png"),
+        (["--position", "1e9", *SMALL], 2, "--position 1e+09: must be from -1e+06 to 1e+06 m"),
         (["--scheduler", "tcp://127.0.0.1:9", *SMALL], 1, "dask scheduler"),
         (["--out", "other", *SMALL], 2, "points of another study: time was 1.0"),
     ],

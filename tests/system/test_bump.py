@@ -6,7 +6,7 @@ import pytest
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.frequency import coupled, response
-from railcosim.analysis.response.ride import ride
+from railcosim.analysis.response.ride import densities
 from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.mechanics.ports import FORCE, Layout
@@ -88,7 +88,7 @@ def test_frequency_response_has_the_lags_of_the_run(run, models) -> None:
 def test_ride_is_the_response_squared_and_knows_front_from_rear(models) -> None:
     frequency = np.geomspace(1.0, 50.0, 60)
     omega, quality = 2 * np.pi * frequency, QUALITIES["german-low"]
-    found = ride(models, frequency, K_H, SPEED, quality)
+    found = densities(models, frequency, K_H, SPEED, quality)
     system = coupled(models, omega, K_H)
     values = response(system, "irregularity_z", models.positions, SPEED)
     S = quality.vertical.density(omega / SPEED) * 2 * np.pi / SPEED
