@@ -7,11 +7,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from railcosim.track.irregularity import QUALITIES
+from railcosim.track.irregularity import QUALITIES, QUANTITIES
+from railcosim.track.irregularity.quantities import ALL
 from railcosim.track.irregularity.usual import BLEND, FADE_IN, SEED
 
 if TYPE_CHECKING:
     from railcosim.track.irregularity import Profile
+
+
+QUANTITIES_HELP = f"Of a class, with commas: {', '.join(QUANTITIES)}; or {ALL} that it has."
+
+
+def quantities_of(text: str) -> list[str]:
+    """Names from the command line, also with hyphens, as words have them."""
+    return [name.strip().replace("-", "_") for name in text.split(",")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,13 +31,22 @@ class IrregularityOptions:
         str,
         typer.Option(
             "--irregularity",
-            help=f"none, {', '.join(QUALITIES)}, or a CSV file with x,left,right in m.",
+            help=f"none, {', '.join(QUALITIES)}, or a CSV file with x,left,right in m, down, and "
+            "perhaps left_y,right_y, to the right; or with x and quantities.",
         ),
     ] = "german-low"
     seed: Annotated[
         int | None,
         typer.Option(
             "--seed", help=f"Of a class: which of its tracks; {SEED}.", min=0, metavar="N"
+        ),
+    ] = None
+    quantities: Annotated[
+        str | None,
+        typer.Option(
+            "--quantities",
+            help=QUANTITIES_HELP.removesuffix(".") + "; vertical if not given.",
+            metavar="NAMES",
         ),
     ] = None
     fade: Annotated[
@@ -53,5 +71,6 @@ class IrregularityOptions:
         from railcosim.track.irregularity.named import irregularity
 
         return irregularity(
-            self.irregularity, length, seed=self.seed, fade=self.fade, repeat=self.repeat
-        )
+            self.irregularity, length, seed=self.seed, fade=self.fade, repeat=self.repeat,
+            quantities=None if self.quantities is None else quantities_of(self.quantities),
+        )  # fmt: skip

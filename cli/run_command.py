@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 TIME = 1.0  # s
 OF_THE_PAIR = (
     "vehicle_fmu", "track_fmu", "contact", "contact_stiffness", "position", "speed",
-    "irregularity", "seed", "fade", "repeat", "held", "fresh",
+    "irregularity", "seed", "quantities", "fade", "repeat", "held", "fresh",
 )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ x forward, y to the right, z down, in one frame for both rails. Needs numpy only
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -64,6 +64,8 @@ DIMENSIONS = {"vertical": (Z,), "spatial": (Z, Y, ROLL)}
 OF_WHEELS = DIMENSIONS | {"spatial": (*DIMENSIONS["spatial"], X, YAW)}
 """Likewise wheels, which are pushed and turned along the track as well: a rail gives no way there.
 The directions of the rail come first."""
+ROUGH = (Z, Y)
+"""In what directions the surface of a rail can lie off its place."""
 
 
 @dataclass(frozen=True)
@@ -227,6 +229,11 @@ class Layout:
         known = (DIMENSIONS, OF_WHEELS)
         named = {directions: name for of in known for name, directions in of.items()}
         return named.get(self.directions, ", ".join(d.name for d in self.directions))
+
+    @property
+    def surface(self) -> Layout:
+        """The same wheels, in the directions in which there is irregularity."""
+        return replace(self, directions=tuple(d for d in self.directions if d in ROUGH))
 
     @property
     def numbers(self) -> range:

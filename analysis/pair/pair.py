@@ -184,17 +184,18 @@ def _static_loads(vehicle: LoadedFmu, layout: Layout, rest: System) -> FloatArra
 
 
 def _irregularity(journey: Journey, layout: Layout, place: FloatArray) -> Signal:
-    heights = journey.profile.under(place, journey.speed)
+    surface = layout.surface
+    lies = journey.profile.under(place, journey.speed, surface.directions)
     variables = [
         Variable(
-            name=name,
-            unit="m",
-            description="rail surface under the wheel below its nominal height",
+            name=port.name(IRREGULARITY),
+            unit=port.direction.motion,
+            description=f"rail surface under the wheel off its place, {port.direction.positive}",
             nominal=1e-3,
         )
-        for name in layout.names(IRREGULARITY)
+        for port in surface.ports
     ]
-    return Signal("irregularity", variables, heights, vectorised=True)
+    return Signal("irregularity", variables, lies, vectorised=True)
 
 
 def _settle(

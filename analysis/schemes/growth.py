@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -15,7 +15,7 @@ from railcosim.master.cosimulation import Divergence, cosimulate
 from railcosim.master.linear.state_space import ComplexArray
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.iteration import Iterated
-from railcosim.mechanics.ports import FORCE, SIDES
+from railcosim.mechanics.ports import FORCE, SIDES, Direction
 
 from .exponentials import fastest
 from .iteration_limit import BEFORE, contraction, longest_that_converges
@@ -74,9 +74,11 @@ class Disturbance:
     def __init__(self) -> None:
         self.heights: Callable[[float], FloatArray] = lambda t: np.zeros(1)
 
-    def under(self, place: FloatArray, speed: float) -> Callable[[float], FloatArray]:
+    def under(
+        self, place: FloatArray, speed: float, directions: Sequence[Direction]
+    ) -> Callable[[float], FloatArray]:
         """Heights under the wheels at a time."""
-        zero = np.zeros(len(SIDES) * len(place))
+        zero = np.zeros(len(SIDES) * len(place) * len(directions))
         return lambda t: zero + self.heights(t)
 
 

@@ -28,6 +28,14 @@ def test_seed_chooses_a_track_of_the_class() -> None:
     assert np.array_equal(irregularity("fra-5", 50.0).left, synthesise("fra-5", 50.0, 1).left)
 
 
+def test_a_class_is_vertical_unless_more_is_asked_for() -> None:
+    assert irregularity("german-low", 50.0).left_y is None
+    found = irregularity("german-low", 50.0, quantities=["vertical", "gauge"])
+    assert np.array_equal(found.left, irregularity("german-low", 50.0).left)
+    assert found.right_y.any()
+    assert np.array_equal(found.left_y, -found.right_y)
+
+
 def test_a_class_fades_in_and_a_file_does_not(short) -> None:
     assert irregularity("german-low", 2.0).fade == 10.0
     assert irregularity(str(short), 2.0).fade == 0.0
@@ -44,7 +52,7 @@ def test_a_file_is_repeated_on_request(short) -> None:
 @pytest.mark.parametrize(
     ("text", "options"),
     [("none", {"seed": 1}), ("none", {"fade": 1.0}), ("german-low", {"repeat": True}),
-     ("short.csv", {"seed": 1})],
+     ("short.csv", {"seed": 1}), ("short.csv", {"quantities": ["all"]})],
 )  # fmt: skip
 def test_options_that_say_nothing_are_refused(text, options) -> None:
     with pytest.raises(ArgumentError, match=f"{next(iter(options))}.*says nothing") as refused:

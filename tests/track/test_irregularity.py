@@ -8,6 +8,7 @@ from scipy import signal
 from scipy.integrate import quad
 
 from railcosim.analysis.response.estimate import band_difference, band_error
+from railcosim.mechanics.ports import DIMENSIONS, IRREGULARITY, ROLL, Layout, Y, Z
 from railcosim.parameters import ParameterError
 from railcosim.track.irregularity import (
     QUALITIES,
@@ -50,11 +51,12 @@ def test_lines_have_the_integral_of_the_density(name) -> None:
 
 
 def test_a_profile_is_a_sum_of_waves_written_out() -> None:
-    """Both rails, cosine by cosine, where blocks of 5 km overlap: mean height and cross-level.
+    """Both rails, cosine by cosine, where blocks of 5 km overlap: all four quantities.
 
-    Left less right is the cross-level: a left rail that lies lower (down) has it positive.
+    Left less right is the cross-level: a left rail that lies lower (down) has it positive. Right
+    less left, aside, is the gauge: wider where the right rail is farther to the right.
     """
-    profile = synthesise("german-low", 3000.0, seed=7, coherent=False)
+    profile = synthesise("german-low", 3000.0, seed=7, quantities=["all"])
     middle = 2 * np.pi / 5000 * np.arange(6252)
     at = np.array([0, 17, 12_345, 49_999, 50_000, 51_234, 60_000])
     x = 0.05 * at
@@ -75,6 +77,9 @@ def test_a_profile_is_a_sum_of_waves_written_out() -> None:
     # Phases up to 4e4 rad: rounding of 1e-11.
     assert (left + right) / 2 == pytest.approx(waves(quality.vertical, 0), abs=1e-12)
     assert left - right == pytest.approx(waves(quality.cross_level, 1), abs=1e-12)
+    left, right = profile.left_y[at], profile.right_y[at]
+    assert (left + right) / 2 == pytest.approx(waves(quality.alignment, 2), abs=1e-12)
+    assert right - left == pytest.approx(waves(quality.gauge, 3), abs=1e-12)
 
 
 def test_variance_of_a_long_profile() -> None:
@@ -102,24 +107,60 @@ def test_spectrum_of_a_profile_is_its_class(name) -> None:
     assert (np.abs(decibel[inside]) < 4 * scatter + 0.15).all()
 
 
-def test_left_and_right_are_as_coherent_as_the_class_says() -> None:
+@pytest.mark.parametrize(
+    ("direction", "least", "greatest"), [("z", 0.1, 0.7), ("y", 0.8, 0.95)]
+)
+def test_left_and_right_are_as_coherent_as_the_class_says(direction, least, greatest) -> None:
     """Against scipy's estimate from 255 segments of 250 m."""
-    profile = synthesise("german-low", 32_000.0, wavelengths=(1.6, 200.0), coherent=False)
+    profile = synthesise("german-low", 32_000.0, wavelengths=(1.6, 200.0), quantities=["all"])
     step = profile.x[1]
     segment = round(250 / step)
-    n, estimate = signal.coherence(profile.left, profile.right, fs=1 / step, nperseg=segment)
+    rails = [profile.rails[direction, side] for side in ("left", "right")]
+    n, estimate = signal.coherence(*rails, fs=1 / step, nperseg=segment)
     inside = (n > 0.012) & (n < 0.3)
-    expected = coherence("german-low", 2 * np.pi * n[inside])
-    assert expected.min() < 0.1
-    assert expected.max() > 0.7  # there is something to be seen
+    expected = coherence("german-low", 2 * np.pi * n[inside], direction)
+    assert expected.min() < least
+    assert expected.max() > greatest  # there is something to be seen
     # 128 independent segments: a standard error of 0.07 at most, a bias of 0.01.
     assert np.abs(estimate[inside] - expected).max() < 0.25
     assert np.abs(estimate[inside] - expected).mean() < 0.02
 
 
 def test_a_class_without_cross_level_says_which_have_one() -> None:
-    with pytest.raises(ParameterError, match=r"fra-3.*german-low"):
-        synthesise("fra-3", 100.0, coherent=False)
+    with pytest.raises(ParameterError, match=r"fra-3.*no cross_level, only vertical.*german-low"):
+        synthesise("fra-3", 100.0, quantities=["vertical", "cross_level"])
+    assert synthesise("fra-3", 100.0, quantities=["all"]).left_y is None  # all that it has
+    with pytest.raises(ParameterError, match=r"'twist'.*vertical, cross_level, alignment, gauge"):
+        synthesise("german-low", 100.0, quantities=["twist"])
+    with pytest.raises(ParameterError, match="of no quantity"):
+        synthesise("german-low", 100.0, quantities=[])
+
+
+def test_quantities_move_the_rails_to_their_sides() -> None:
+    """A wider gauge: the right rail to the right (+y), the left one to the left; and so on."""
+    half = {
+        "vertical": (1, 1, None, None), "cross_level": (0.5, -0.5, None, None),
+        "alignment": (0, 0, 1, 1), "gauge": (0, 0, -0.5, 0.5),
+    }  # fmt: skip
+    whole = synthesise("german-low", 100.0, quantities=["all"])
+    for name, shares in half.items():
+        profile = synthesise("german-low", 100.0, quantities=[name])
+        waves = whole.quantities[name]  # the same, whatever else acts
+        for share, rail in zip(
+            shares, (profile.left, profile.right, profile.left_y, profile.right_y), strict=True
+        ):
+            if share is None:
+                assert rail is None
+            else:
+                assert rail == pytest.approx(share * waves, abs=1e-17)  # rounding of the sum
+
+
+def test_quantities_are_independent() -> None:
+    """No two have phases in common: correlations of 40 km, of waves up to 50 m."""
+    found = synthesise("german-low", 40_000.0, quantities=["all"]).quantities
+    correlation = np.corrcoef(list(found.values())) - np.eye(4)
+    # As two signals of N independent waves: 1/sqrt(N), N of some hundreds; three of these.
+    assert np.abs(correlation).max() < 0.15
 
 
 @pytest.mark.parametrize("wavelengths", [(0.0, 50.0), (50.0, 0.8), (1e-9, 50.0), (1.0, np.inf)])
@@ -146,8 +187,11 @@ def test_seed_and_fade_make_another_profile() -> None:
     profile = synthesise("german-low", 80.0)
     other = synthesise("german-low", 80.0, seed=2)
     assert not np.array_equal(profile.left, other.left)
-    digests = {p.digest for p in (profile, other, replace(profile, fade=0.0), dip(2.0, 1e-3, 5.0))}
-    assert len(digests) == 4
+    all_four = synthesise("german-low", 80.0, quantities=["all"])
+    level = dip(2.0, 1e-3, 5.0)
+    aside = replace(level, left_y=level.left, right_y=level.right)
+    kinds = (profile, other, replace(profile, fade=0.0), all_four, level, aside)
+    assert len({kind.digest for kind in kinds}) == 6
 
 
 def test_a_profile_does_not_repeat() -> None:
@@ -159,7 +203,7 @@ def test_a_profile_does_not_repeat() -> None:
 
 
 def test_cross_level_leaves_the_mean_as_it_is() -> None:
-    alike, apart = (synthesise("ballastless", 100.0, coherent=c) for c in (True, False))
+    alike, apart = (synthesise("ballastless", 100.0, quantities=q) for q in (["vertical"], ["all"]))
     assert (apart.left + apart.right) / 2 == pytest.approx(alike.left, abs=1e-18)  # rounding
 
 
@@ -186,6 +230,39 @@ def test_every_wheelset_meets_the_same_profile_later() -> None:
         assert z[i] == pytest.approx(1e-3, rel=1e-6)  # cubic spline of a bump 20 samples wide
         assert z[4 + i] == 0
     assert np.abs(heights(0.0)).max() < 1e-12  # nothing under the wheels at the start
+
+
+def test_ports_of_a_surface_stand_as_those_of_a_layout() -> None:
+    """Left wheels, then right ones; of each down and aside, where a wheelset is 2.5 m behind."""
+    x = np.linspace(0, 10, 101)
+    rails = {key: (k + 1) * 1e-3 * x for k, key in enumerate(
+        [("z", "left"), ("y", "left"), ("z", "right"), ("y", "right")])}
+    profile = Profile(name="slopes", x=x, left=x, right=x).with_rails(x, rails)
+    layout = Layout(2, directions=DIMENSIONS["spatial"]).surface
+    assert [d.name for d in layout.directions] == ["z", "y"]
+    start = np.array([2.5, 0.0])
+    for t in (6.0, np.array([6.0, 7.0])):
+        surface = profile.under(start, 1.0, layout.directions)(t)
+        behind = np.array([0.0, 2.5, 0.0, 2.5])  # left 1, left 2, right 1, right 2
+        slope = 1e-3 * np.array([[1, 2], [1, 2], [3, 4], [3, 4]])
+        gone = np.asarray(t)[..., None] - behind
+        expected = (gone[..., None] * slope).reshape(*np.shape(t), 8)
+        assert surface == pytest.approx(expected, abs=1e-12)
+    names = layout.names(IRREGULARITY)
+    assert names[:2] == ("wheelset[1].left.irregularity_z", "wheelset[1].left.irregularity_y")
+    assert names[6:] == ("wheelset[2].right.irregularity_z", "wheelset[2].right.irregularity_y")
+
+
+def test_the_vertical_run_is_the_choice_of_one_direction() -> None:
+    """The same bits from a profile of all quantities as from its heights alone."""
+    whole = synthesise("german-low", 60.0, quantities=["all"])
+    heights = replace(whole, left_y=None, right_y=None)
+    start, t = np.array([18.2, 15.7, 2.5, 0.0]), np.linspace(0.0, 1.2, 33)
+    np.testing.assert_array_equal(whole.under(start, 50.0)(t), heights.under(start, 50.0)(t))
+    aside = heights.under(start, 50.0, (Y,))(t)
+    assert not aside.any()  # rails that lie straight
+    with pytest.raises(ValueError, match="roll"):
+        whole.under(start, 50.0, (Z, ROLL))
 
 
 def test_many_times_at_once_give_the_same_bits() -> None:
@@ -260,6 +337,19 @@ def test_a_period_repeats_as_it_is() -> None:
     # A cubic spline of 250 samples a wave.
     assert found[:, 0] == pytest.approx(1e-3 * np.sin(2 * np.pi * t / 2.5), abs=1e-9)
     assert found[:, 7] == pytest.approx(-found[:, 0], abs=1e-18)
+
+
+def test_rails_are_repeated_in_all_directions() -> None:
+    x = np.linspace(0.0, 60.0, 601)
+    ramp = Profile(
+        name="ramp", x=x, left=1e-4 * x, right=0 * x, left_y=2e-4 * x, right_y=-1e-4 * x
+    )
+    profile = repeated(ramp, 200.0)
+    assert profile.left_y == pytest.approx(2 * profile.left, abs=1e-17)
+    assert profile.right_y == pytest.approx(-profile.left, abs=1e-17)
+    wave = 1e-3 * np.sin(2 * np.pi * x / 6)
+    closed = Profile(name="wave", x=x, left=wave, right=wave, left_y=1e-4 * x, right_y=0 * x)
+    assert "blended" in repeated(closed, 200.0).name  # of one rail's ends that do not meet
 
 
 def test_ends_that_do_not_meet_are_blended() -> None:

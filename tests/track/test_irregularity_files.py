@@ -61,11 +61,47 @@ def test_without_right_both_rails_are_alike(tmp_path) -> None:
 
 
 def test_a_written_profile_is_read_back(tmp_path) -> None:
-    profile = synthesise("ballastless", 50.0, coherent=False)
+    profile = synthesise("ballastless", 50.0, quantities=["all"])
     write_profile(profile, tmp_path / "p.csv")
     again = read_profile(tmp_path / "p.csv")
-    for name in ("x", "left", "right"):
+    for name in ("x", "left", "right", "left_y", "right_y"):
         assert np.array_equal(getattr(profile, name), getattr(again, name))
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "rails"),
+    [
+        ("x,left_z,right_z", "1,2", (1, 2, None, None)),
+        ("x,left,right,left_y,right_y", "1,2,3,4", (1, 2, 3, 4)),
+        ("x,right_y,left_y", "4,3", (0, 0, 3, 4)),
+        ("x,left_y", "3", (0, 0, 3, 3)),
+        ("x,vertical", "1", (1, 1, None, None)),
+        ("x,Cross-level,vertical", "2,5", (6, 4, None, None)),
+        ("x,gauge", "2", (0, 0, -1, 1)),
+        ("x,vertical,cross level,alignment,gauge", "1,2,3,4", (2, 0, 1, 5)),
+    ],
+)
+def test_rails_or_geometry_by_their_columns(tmp_path, header, row, rails) -> None:
+    """In mm, by hand: gauge 2 wider has the right rail 1 to the right, the left one to the left."""
+    units = ",".join(f"{name} (mm)" if name != "x" else name for name in header.split(","))
+    ends = ["0" + ",0" * row.count(",") + ",0", f"1,{row}"]
+    rows = [ends[0], ends[1], ends[0].replace("0", "2", 1), ends[0].replace("0", "3", 1)]
+    profile = read(tmp_path, "\n".join([units, *rows]))
+    found = (profile.left, profile.right, profile.left_y, profile.right_y)
+    for rail, expected in zip(found, rails, strict=True):
+        if expected is None:
+            assert rail is None
+        else:
+            assert rail == pytest.approx([0.0, 1e-3 * expected, 0.0, 0.0], abs=1e-15)
+
+
+def test_geometry_and_rails_are_one_profile(tmp_path) -> None:
+    """What is read of quantities has these quantities."""
+    profile = read(tmp_path, "x,vertical,cross_level,alignment,gauge\n" + "\n".join(
+        f"{k},{1e-3 * k},{2e-3 * k},{-3e-3 * k},{4e-3 * k}" for k in range(4)
+    ))  # fmt: skip
+    for name, slope in zip(profile.quantities, (1e-3, 2e-3, -3e-3, 4e-3), strict=True):
+        assert profile.quantities[name] == pytest.approx(slope * np.arange(4), abs=1e-17)
 
 
 @pytest.mark.parametrize(
@@ -75,6 +111,12 @@ def test_a_written_profile_is_read_back(tmp_path) -> None:
         ("x,z\n0,0\n", r"line 1: the header is 'x,z'; wanted: x,left,right or x,left"),
         ("x,left,left\n0,0,0\n", "header"),
         ("x,left,right,gauge\n0,0,0,0\n", "header is 'x,left,right,gauge'"),
+        ("x,right\n0,0\n", "header is 'x,right'"),
+        ("x,left,right_y\n0,0,0\n", "header is 'x,left,right_y'"),
+        ("x,left,left_z\n0,0,0\n", "header"),
+        ("vertical,gauge\n0,0\n", "header"),
+        ("x\n0\n", "header"),
+        ("x,gauge (mm)\n0,1435\n1,1436\n2,1434\n3,1435\n", "0.718 m off their places aside"),
         ("x,left (inch)\n0,0\n", "header"),
         ("0,0\n1,0\n2,0\n3,0\n", "header is '0,0'"),
         ("x left\n0 0\n", "header"),

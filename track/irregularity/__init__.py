@@ -1,4 +1,4 @@
-"""Vertical track irregularity: classes, random profiles, measured ones, single defects."""
+"""Track irregularity: classes, random profiles, measured ones, single defects."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -7,14 +7,17 @@ if TYPE_CHECKING:
     from .defects import dip, joint, wheel_flat
     from .files import read_profile, write_profile
     from .profile import Profile, flat
+    from .quantities import QUANTITIES, Quantity
     from .repetition import repeated
     from .spectra import QUALITIES, Quality, Spectrum
     from .synthesis import coherence, estimated_density, synthesise
 
 __all__ = [
     "QUALITIES",
+    "QUANTITIES",
     "Profile",
     "Quality",
+    "Quantity",
     "Spectrum",
     "coherence",
     "dip",
@@ -32,6 +35,7 @@ _PLACES = {
     "defects": ("dip", "joint", "wheel_flat"),
     "files": ("read_profile", "write_profile"),
     "profile": ("Profile", "flat"),
+    "quantities": ("QUANTITIES", "Quantity"),
     "repetition": ("repeated",),
     "spectra": ("QUALITIES", "Quality", "Spectrum"),
     "synthesis": ("coherence", "estimated_density", "synthesise"),

@@ -15,25 +15,37 @@ from railcosim.parameters import ParameterError
 from railcosim.storage.whole import write_whole
 
 from .profile import MAX_ROWS, FloatArray, Profile
+from .quantities import ASIDE, DOWN, QUANTITIES, SIDES, rails_of
 
 MAX_LINES = 2 * MAX_ROWS  # with comments
 LONGEST_LINE = 1000  # characters
 MARK = "\xef\xbb\xbf"  # byte order, of UTF-8, as spreadsheets write it
-COLUMNS = ("x", "left", "right")
-WANTED = "x,left,right or x,left, each in m or mm (as in 'left (mm)')"
-NAME = re.compile(r"(x|left|right)\s*(?:[(\[]\s*(m|mm)\s*[)\]])?")
+RAILS = {f"{side}_{direction}": (direction, side) for direction in (DOWN, ASIDE) for side in SIDES}
+SHORT = {side: f"{side}_{DOWN}" for side in SIDES}  # "left" is "left_z"
+WANTED = (
+    "x,left,right or x,left, perhaps with left_y,right_y; or x and some of "
+    f"{','.join(QUANTITIES)}; each in m or mm (as in 'left (mm)')"
+)
+NAME = re.compile(
+    rf"({'|'.join(['x', *SHORT, *RAILS, *QUANTITIES])})\s*(?:[(\[]\s*(m|mm)\s*[)\]])?"
+)
 UNITS = {None: 1.0, "m": 1.0, "mm": 1e-3}
 FARTHEST = 1e8  # m, of x: beyond, a micrometre is lost in rounding
 CLOSEST = 1e-6  # m, of neighbours
-HIGHEST, PLAUSIBLE = 1.0, 0.1  # m, about the mean: no track is so rough; it may be one in mm
+HIGHEST, FARTHEST_ASIDE, PLAUSIBLE = 1.0, 0.5, 0.1  # m: no track is so rough; it may be one in mm
 
 
 def read_profile(path: Path) -> Profile:
-    """A measured profile: a CSV file with the columns x, left and (optional) right.
+    """A measured profile: a CSV file with the column x and where rails lie, or track geometry.
+
+    Of the rails ``left`` and ``right`` (or ``left_z``, ``right_z``), down, and ``left_y``,
+    ``right_y``, to the right; without one on the right both rails are alike. Or of the geometry
+    ``vertical``, ``cross_level``, ``alignment`` and ``gauge`` as deviations with the signs of
+    `QUANTITIES`; those that are missing are 0.
 
     Columns in any order, in m, or in mm where the header says ``(mm)``; between them commas,
     semicolons or tabs, and but for commas numbers may have a decimal comma. Lines that begin with
-    ``#`` are comments. Without `right` both rails are alike.
+    ``#`` are comments.
 
     Raises
     ------
@@ -55,10 +67,26 @@ def read_profile(path: Path) -> Profile:
             raise ParameterError(f"{path}: over {MAX_ROWS} rows")
     table = np.array(numbers).reshape(-1, len(names)) * units
     at = {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)}
-    x, left = at["x"], at["left"]
-    right = at.get("right", left)
-    _check(path, x, np.concatenate([left, right]))
-    return Profile(name=path.name, x=x, left=left, right=right)
+    x = at.pop("x")
+    rails = _rails(at, np.zeros_like(x))
+    _check(path, x, rails)
+    level = rails[DOWN, "left"]
+    return Profile(name=path.name, x=x, left=level, right=level).with_rails(x, rails)
+
+
+def _rails(
+    given: dict[str, FloatArray], nothing: FloatArray
+) -> dict[tuple[str, str], FloatArray]:
+    """Rails by direction and side, from columns of either kind."""
+    if not given.keys() <= RAILS.keys():
+        return rails_of(given, nothing)
+    found = {(DOWN, side): nothing for side in SIDES}
+    for direction in (DOWN, ASIDE):
+        left, right = (f"{side}_{direction}" for side in SIDES)
+        if left in given:
+            both = given[left], given.get(right, given[left])
+            found |= {(direction, side): at for side, at in zip(SIDES, both, strict=True)}
+    return found
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
@@ -83,13 +111,26 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
 def _columns(path: Path, number: int, header: str) -> tuple[str, list[str], FloatArray]:
     """What is between columns, their names and their units in m."""
     between = next((mark for mark in ";\t" if mark in header), ",")
-    found = [NAME.fullmatch(_bare(cell).lower()) for cell in header.split(between)]
-    names = [match[1] for match in found if match]
-    if len(names) < len(found) or sorted(names) not in (["left", "x"], sorted(COLUMNS)):
+    cells = [re.sub(r"(?<=s)[- ](?=l)", "_", _bare(cell).lower()) for cell in header.split(between)]
+    found = [NAME.fullmatch(cell) for cell in cells]
+    names = [SHORT.get(match[1], match[1]) for match in found if match]
+    if len(names) < len(found) or not _wanted(names):
         raise ParameterError(
             f"{path}, line {number}: the header is {header[:60]!a}; wanted: {WANTED}"
         )
     return between, names, np.array([UNITS[match[2]] for match in found if match])
+
+
+def _wanted(names: list[str]) -> bool:
+    """Whether a profile can have these columns."""
+    rest = set(names) - {"x"}
+    if len(rest) + 1 != len(names) or not rest:  # x is missing, or something is there twice
+        return False
+    lonely = any(right in rest and left not in rest for left, right in _PAIRS)
+    return rest <= QUANTITIES.keys() or (rest <= RAILS.keys() and not lonely)
+
+
+_PAIRS = [tuple(f"{side}_{direction}" for side in SIDES) for direction in (DOWN, ASIDE)]
 
 
 def _numbers(path: Path, number: int, line: str, between: str, count: int) -> list[float]:
@@ -114,25 +155,41 @@ def _bare(cell: str) -> str:
     return cell[1:-1].strip() if len(cell) > 1 and cell[0] == cell[-1] == '"' else cell
 
 
-def _check(path: Path, x: FloatArray, heights: FloatArray) -> None:
+def _check(path: Path, x: FloatArray, rails: dict[tuple[str, str], FloatArray]) -> None:
     """Raise ParameterError if this cannot be a track, warn if it hardly can."""
     if x.size < 4 or np.abs(x).max() > FARTHEST or np.diff(x).min() < CLOSEST:
         raise ParameterError(
             f"{path}: x must increase, over four rows at least, by {CLOSEST:g} m or more, and stay "
             f"within +-{FARTHEST:g} m"
         )
+    heights, aside = (
+        np.array([z for (which, _), z in rails.items() if which == direction])
+        for direction in (DOWN, ASIDE)
+    )
     with np.errstate(over="ignore", invalid="ignore"):
         highest = float(np.abs(heights - heights.mean()).max())
-    slip = f"{path}: heights of {highest:.3g} m about their mean"
-    if not highest <= HIGHEST:
-        raise ParameterError(f"{slip}; {HIGHEST:g} m is allowed. Are they in mm? Write 'left (mm)'")
-    if highest > PLAUSIBLE:
-        warnings.warn(f"{slip}: meant mm? Then write 'left (mm)' in the header", stacklevel=3)
+    farthest = float(np.abs(aside).max(initial=0.0))  # half of 1435 mm is no deviation
+    for size, most, slip, hint in (
+        (highest, HIGHEST, f"heights of {highest:.3g} m about their mean", "left (mm)"),
+        (farthest, FARTHEST_ASIDE, f"rails {farthest:.3g} m off their places aside", "gauge (mm)"),
+    ):
+        if not size <= most:
+            raise ParameterError(
+                f"{path}: {slip}; {most:g} m is allowed. Are they in mm? Write '{hint}'"
+            )
+        if size > PLAUSIBLE:
+            warnings.warn(
+                f"{path}: {slip}: meant mm? Then write '{hint}' in the header", stacklevel=3
+            )
 
 
 def write_profile(profile: Profile, path: Path) -> None:
     """Write a profile as `read_profile` reads it, in full precision."""
-    rows = np.stack([profile.x, profile.left, profile.right], axis=1)
+    names = {place: name for name, place in RAILS.items()}
+    names |= {(DOWN, side): side for side in SIDES}
+    columns = ["x", *(names[place] for place in profile.rails)]
+    rows = np.stack([profile.x, *profile.rails.values()], axis=1)
     lines = [",".join(repr(float(value)) for value in row) for row in rows]
-    head = [f"# {profile.name}; m, down positive", "x,left,right"]
+    signs = "down positive" if len(columns) == 3 else "down and to the right positive"
+    head = [f"# {profile.name}; m, {signs}", ",".join(columns)]
     write_whole(path, "\n".join([*head, *lines]) + "\n")

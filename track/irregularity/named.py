@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,6 +23,7 @@ def irregularity(
     length: float,
     *,
     seed: int | None = None,
+    quantities: Sequence[str] | None = None,
     fade: float | None = None,
     repeat: bool = False,
 ) -> Profile:
@@ -35,6 +37,9 @@ def irregularity(
         m.
     seed : int, optional
         Which track of a class; 1 if not given.
+    quantities : sequence of str, optional
+        Of a class: which of vertical, cross_level, alignment and gauge act, or ``all`` that it has;
+        the vertical one alone if not given.
     fade : float, optional
         Length over which it fades in ahead of the first wheelset, m; the usual one of a class, 0
         for a file if not given.
@@ -56,6 +61,7 @@ def irregularity(
     kind = "a file" if text.lower().endswith(".csv") else NONE if text == NONE else "a class"
     for argument, value, given, kinds in (
         ("seed", seed, seed is not None, ("a class",)),
+        ("quantities", None, quantities is not None, ("a class",)),
         ("fade", fade, fade is not None, ("a class", "a file")),
         ("repeat", None, repeat, ("a file",)),
     ):
@@ -70,7 +76,8 @@ def irregularity(
         must = f"must be {NONE}, {classes}, or a file that ends in .csv"
         raise ArgumentError("irregularity", text, must)
     else:
-        profile = synthesise(text, length, SEED if seed is None else seed)
+        acting = ("vertical",) if quantities is None else quantities
+        profile = synthesise(text, length, SEED if seed is None else seed, quantities=acting)
     if repeat:
         profile = repeated(profile, length)
     profile.check_covers(length)

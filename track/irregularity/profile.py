@@ -1,16 +1,19 @@
-"""Heights of both rails along the track, and how a run meets them."""
+"""Where both rails lie along the track, and how a run meets them."""
 
 from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from railcosim.mechanics.ports import ROUGH, Direction, Z
 from railcosim.parameters import ParameterError
+
+from .quantities import ASIDE, DOWN, SIDES
 
 FloatArray = NDArray[np.float64]
 
@@ -20,7 +23,7 @@ SLACK = 1e-6  # m beyond the end: rounding of a step's end
 
 @dataclass(frozen=True, kw_only=True)
 class Profile:
-    """Height of both rails along the track, below nominal (down positive).
+    """By how much both rails lie off their nominal places along the track.
 
     Attributes
     ----------
@@ -29,21 +32,26 @@ class Profile:
     x : array, shape (n,)
         Increasing, m.
     left, right : array, shape (n,)
-        m.
+        Down, m.
+    left_y, right_y : array, shape (n,), optional
+        To the right, both, m; rails lie straight if not given. A gauge that is wider has the right
+        rail farther to the right and the left one farther to the left.
     fade : float
-        m at the beginning over which it rises from nothing to its heights, as half a cosine, so
+        m at the beginning over which it rises from nothing to what it is, as half a cosine, so
         that a run starts from rest without a bump; 0: met as it is.
     level_beyond : bool
-        Whether the track is known to go on at the last height: that of a single defect is, a
-        measured or a random one is not, and a run must not get there.
+        Whether the track is known to go on as it ends: that of a single defect is, a measured or a
+        random one is not, and a run must not get there.
     recipe : str
-        What its heights follow from whatever its length; empty if from nothing but themselves.
+        What it follows from whatever its length; empty if from nothing but itself.
     """
 
     name: str
     x: FloatArray
     left: FloatArray
     right: FloatArray
+    left_y: FloatArray | None = None
+    right_y: FloatArray | None = None
     fade: float = 0.0
     level_beyond: bool = False
     recipe: str = ""
@@ -53,18 +61,44 @@ class Profile:
             raise ParameterError(f"irregularity {self.name}: fade {self.fade:g} m must be >= 0")
 
     @property
+    def rails(self) -> dict[tuple[str, str], FloatArray]:
+        """What is given of it, by direction and side: down first, left first."""
+        given = {
+            (DOWN, "left"): self.left,
+            (DOWN, "right"): self.right,
+            (ASIDE, "left"): self.left_y,
+            (ASIDE, "right"): self.right_y,
+        }
+        return {key: value for key, value in given.items() if value is not None}
+
+    def with_rails(self, x: FloatArray, rails: dict[tuple[str, str], FloatArray]) -> Profile:
+        """The same of other samples, by the keys of `rails`."""
+        return replace(
+            self, x=x, left=rails[DOWN, "left"], right=rails[DOWN, "right"],
+            left_y=rails.get((ASIDE, "left")), right_y=rails.get((ASIDE, "right")),
+        )  # fmt: skip
+
+    @property
+    def quantities(self) -> dict[str, FloatArray]:
+        """`QUANTITIES` by name, those down, and those aside if the rails do not lie straight."""
+        found = {"vertical": (self.left + self.right) / 2, "cross_level": self.left - self.right}
+        if self.left_y is not None and self.right_y is not None:
+            found["alignment"] = (self.left_y + self.right_y) / 2
+            found["gauge"] = self.right_y - self.left_y
+        return found
+
+    @property
     def length(self) -> float:
         """From end to end, m."""
         return float(self.x[-1] - self.x[0])
 
     @property
     def digest(self) -> str:
-        """Of what decides the heights that a run meets: the same for a run that is longer.
+        """Of what decides the rails that a run meets: the same for a run that is longer.
 
         One name may stand for several profiles, such as those of an edited file.
         """
-        heights = np.stack([self.x, self.left, self.right]).tobytes()
-        decides = self.recipe.encode() or heights
+        decides = self.recipe.encode() or np.stack([self.x, *self.rails.values()]).tobytes()
         return hashlib.sha256(decides + f" fade {self.fade!r}".encode()).hexdigest()
 
     def check_covers(self, distance: float) -> None:
@@ -75,20 +109,41 @@ class Profile:
                 f"{distance:.10g} m: shorten the run, or repeat the profile (--repeat)"
             )
 
-    def under(self, start: FloatArray, speed: float) -> Callable[[ArrayLike], FloatArray]:
-        """Irregularity under four wheelsets that start at `start` (m) with `speed` (m/s).
+    def under(
+        self, start: FloatArray, speed: float, directions: Sequence[Direction] = (Z,)
+    ) -> Callable[[ArrayLike], FloatArray]:
+        """Irregularity under wheelsets that start at `start` (m) with `speed` (m/s).
 
-        The first wheelset starts at the beginning of the profile. Behind it the track is level, at
-        the height with which the profile begins.
+        The first wheelset starts at the beginning of the profile. Behind it the track is level and
+        straight, as the profile begins.
+
+        Parameters
+        ----------
+        start : array, shape (wheelsets,)
+            m.
+        speed : float
+            m/s.
+        directions : sequence of Direction
+            Of `ROUGH`: in which the rails' surfaces are asked for.
 
         Returns
         -------
         callable
-            Time (s) to heights, left 1..4, right 1..4, m; times, shape (n,), to heights (n, 8).
-            It raises ParameterError where the profile has ended, unless it is `level_beyond`.
+            Time (s) to a surface, m: all wheels on the left, then all on the right, as the ports of
+            a `Layout` of these directions. Times, shape (n,), to an array (n, ports). It raises
+            ParameterError where the profile has ended, unless it is `level_beyond`.
+
+        Raises
+        ------
+        ValueError
+            If there is no irregularity in a direction.
         """
-        front = float(start.max())
-        z = np.stack([self.left, self.right], axis=1) * self._window()[:, None]
+        if not set(directions) <= set(ROUGH):
+            raise ValueError(f"directions {[d.name for d in directions]}: no surface lies off there")
+        front, rails = float(start.max()), self.rails
+        straight = np.zeros_like(self.x)
+        sides = [rails.get((d.name, side), straight) for side in SIDES for d in directions]
+        z = np.stack(sides, axis=1) * self._window()[:, None]
         from scipy.interpolate import CubicSpline  # noqa: PLC0415 - heavy
 
         spline = CubicSpline(self.x - self.x[0] + front, z)
@@ -100,13 +155,14 @@ class Profile:
             if gone.max(initial=0.0) > until:
                 self.check_covers(float(gone.max()))
             place = np.minimum(np.maximum(start + gone[..., None], first), last)
-            at: FloatArray = spline(place).swapaxes(-1, -2).reshape(*gone.shape, -1)
-            return at
+            at = spline(place).reshape(*place.shape, len(SIDES), -1)  # wheelsets, sides, directions
+            surface: FloatArray = at.swapaxes(-3, -2).reshape(*gone.shape, -1)
+            return surface
 
         return heights
 
     def _window(self) -> FloatArray:
-        """What the fade leaves of the heights."""
+        """What the fade leaves of it."""
         if self.fade == 0:
             return np.ones_like(self.x)
         ahead = np.clip((self.x - self.x[0]) / self.fade, 0, 1)

@@ -14,7 +14,7 @@ from .usual import BLEND
 
 SHARE = 0.25  # of a profile that is blended, at most
 ROUNDING = 1e-9  # of a profile: a sample so near the end of the blend is there
-MEETS = 1e-3  # of the range of heights: ends no farther apart meet
+MEETS = 1e-3  # of the range: ends no farther apart meet
 
 
 def repeated(profile: Profile, length: float) -> Profile:
@@ -48,7 +48,7 @@ def repeated(profile: Profile, length: float) -> Profile:
             f"{length:g} m; at most {MAX_ROWS} rows"
         )
     at = profile.x - profile.x[0]
-    z = np.stack([profile.left, profile.right])
+    z = np.stack(list(profile.rails.values()))
     from scipy.interpolate import CubicSpline  # noqa: PLC0415 - heavy
 
     begin = CubicSpline(at, z, axis=1)(np.maximum(at - period, 0))
@@ -62,15 +62,15 @@ def repeated(profile: Profile, length: float) -> Profile:
     x = np.concatenate([at[first], places, [blend + times * period]])
     ends = np.concatenate([z[:, first], np.tile(turn[:, once], times), turn[:, -1:]], axis=1)
     note = f"repeated every {period:g} m" + (f", blended over {blend:g} m" if blend else "")
+    longer = profile.with_rails(x, dict(zip(profile.rails, ends, strict=True)))
     return replace(
-        profile, name=f"{profile.name}, {note}", x=x, left=ends[0], right=ends[1],
-        recipe=f"{profile.digest}, {note}",
-    )  # fmt: skip
+        longer, name=f"{profile.name}, {note}", recipe=f"{profile.digest}, {note}"
+    )
 
 
 def _closed(profile: Profile) -> bool:
     """Whether the end is where the beginning is, and no bend there is the sharpest."""
-    z = np.stack([profile.left, profile.right])
+    z = np.stack(list(profile.rails.values()))
     if np.abs(z[:, -1] - z[:, 0]).max() > MEETS * np.ptp(z):
         return False
     slope = np.diff(z) / np.diff(profile.x)

@@ -12,6 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from .quantities import QUANTITIES
+
 if TYPE_CHECKING:  # the classes are named by commands that never look into them
     from .profile import FloatArray
 
@@ -75,22 +77,26 @@ class Spectrum:
 
 @dataclass(frozen=True, kw_only=True)
 class Quality:
-    """A class of track: what its irregularities are.
+    """A class of track: what its irregularities are, each independent of the others.
 
     Attributes
     ----------
     vertical : Spectrum
         Mean height of both rails.
-    cross_level : Spectrum or None
-        Height of the left rail less that of the right one.
-    alignment, gauge : Spectrum or None
-        Lateral; the vertical model has no use for them yet.
+    cross_level, alignment, gauge : Spectrum or None
+        As in `quantities.QUANTITIES`.
     """
 
     vertical: Spectrum
     cross_level: Spectrum | None = None
     alignment: Spectrum | None = None
     gauge: Spectrum | None = None
+
+    @property
+    def spectra(self) -> dict[str, Spectrum]:
+        """Those that it has, by the name of the quantity."""
+        given = {name: getattr(self, name) for name in QUANTITIES}
+        return {name: spectrum for name, spectrum in given.items() if spectrum is not None}
 
 
 def _german(name: str, A_v: float, A_a: float, A_g: float) -> Quality:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from railcosim.parameters import ParameterError
 
 from .profile import MAX_ROWS, FloatArray, Profile
+from .quantities import ALL, DOWN, QUANTITIES, rails_of
 from .spectra import QUALITIES, Quality, Spectrum
 from .usual import FADE_IN
 
@@ -18,6 +20,7 @@ SAMPLES_PER_WAVE = 16  # of the shortest wave: a cubic spline is then within 1e-
 MAX_RATIO = 1e4  # of the longest to the shortest wave: 16 million samples in a block
 BEYOND = 64  # samples behind the end: the end of a spline is felt by 0.27 of it a sample
 LEAST = 16  # samples of a profile whose spectrum is estimated
+STREAMS = {name: k for k, name in enumerate(QUANTITIES)}  # of random numbers, one a quantity
 
 
 def quality(name: str) -> Quality:
@@ -33,12 +36,12 @@ def synthesise(
     seed: int = 1,
     *,
     wavelengths: tuple[float, float] = USUAL,
-    coherent: bool = True,
+    quantities: Sequence[str] = ("vertical",),
 ) -> Profile:
     """A random profile with the spectrum of that name.
 
-    Class, seed and wavelengths alone decide it: a longer one begins with the same numbers, to the
-    last bit, and never repeats.
+    Class, seed and wavelengths alone decide each quantity: a longer profile begins with the same
+    numbers, to the last bit, and never repeats; one of more quantities has the same of each.
 
     Parameters
     ----------
@@ -51,15 +54,15 @@ def synthesise(
         Of the random phases.
     wavelengths : tuple of float
         Shortest and longest that the profile contains, m.
-    coherent : bool
-        Both rails alike; otherwise they differ by the cross-level of the class, half of it on
-        each, and are as coherent as `coherence` says. Their mean is the same profile.
+    quantities : sequence of str
+        Of `QUANTITIES`, independent of each other, or ``all`` that the class has. With the mean
+        height alone both rails are alike; with others they are as coherent as `coherence` says.
 
     Raises
     ------
     ParameterError
-        If there is no such class, it has no cross-level, the wavelengths make no sense or have
-        nothing of it, or the profile were too long.
+        If there is no such class, it does not have a quantity, the wavelengths make no sense or
+        have nothing of it, or the profile were too long.
 
     Notes
     -----
@@ -81,7 +84,7 @@ def synthesise(
         )
     if seed < 0:
         raise ParameterError(f"seed {seed}: must be >= 0")
-    vertical, cross_level = quality(name).vertical, None if coherent else _cross_level(name)
+    spectra = spectra_of(name, quantities)
     from scipy.fft import next_fast_len  # noqa: PLC0415 - heavy
 
     half = next_fast_len(math.ceil(BLOCK * longest * SAMPLES_PER_WAVE / shortest / 2), real=True)
@@ -92,16 +95,17 @@ def synthesise(
             f"{MAX_ROWS * step:g} m"
         )
     n = math.ceil(length / step) + 1 + BEYOND
-    mean = _waves(_amplitudes(vertical, wavelengths), n, half, (seed, 0))
-    apart: FloatArray | float = 0.0
-    if cross_level is not None:
-        apart = _waves(_amplitudes(cross_level, wavelengths), n, half, (seed, 1)) / 2
     x: FloatArray = step * np.arange(n, dtype=np.float64)
-    rails = "alike" if coherent else "apart"
+    found = {
+        what: _waves(_amplitudes(spectrum, wavelengths), n, half, (seed, STREAMS[what]))
+        for what, spectrum in spectra.items()
+    }
+    level = np.zeros_like(x)
+    named = ", ".join(spectra)
     return Profile(
-        name=f"{name}, seed {seed}", x=x, left=mean + apart, right=mean - apart, fade=FADE_IN,
-        recipe=f"{name}, seed {seed}, {shortest!r} to {longest!r} m, rails {rails}, {step!r} m",
-    )  # fmt: skip
+        name=f"{name}, seed {seed}", x=x, left=level, right=level, fade=FADE_IN,
+        recipe=f"{name}, seed {seed}, {shortest!r} to {longest!r} m, {named}, {step!r} m",
+    ).with_rails(x, rails_of(found, level))  # fmt: skip
 
 
 def _amplitudes(spectrum: Spectrum, wavelengths: tuple[float, float]) -> FloatArray:
@@ -142,22 +146,45 @@ def _waves(amplitudes: FloatArray, n: int, half: int, seed: tuple[int, ...]) -> 
     return z[half : half + n]
 
 
-def _cross_level(name: str) -> Spectrum:
-    spectrum = quality(name).cross_level
-    if spectrum is None:
-        have = [key for key, q in QUALITIES.items() if q.cross_level is not None]
-        raise ParameterError(
-            f"irregularity {name!r} has no cross-level, so both rails are alike; {', '.join(have)} "
-            "have one"
-        )
-    return spectrum
+def spectra_of(name: str, quantities: Sequence[str] = (ALL,)) -> dict[str, Spectrum]:
+    """Spectra of a class by quantity, in the order of `QUANTITIES`.
+
+    Parameters
+    ----------
+    name : str
+        A key of `QUALITIES`.
+    quantities : sequence of str
+        Of `QUANTITIES`, or ``all`` that it has.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such class or quantity, or the class does not have it.
+    """
+    have = quality(name).spectra
+    if list(quantities) == [ALL]:
+        return have
+    for what in quantities:
+        if what not in QUANTITIES:
+            raise ParameterError(
+                f"no quantity {what!r} of irregularity: there are {', '.join(QUANTITIES)}, or {ALL}"
+            )
+        if what not in have:
+            others = [key for key, one in QUALITIES.items() if what in one.spectra]
+            raise ParameterError(
+                f"irregularity {name!r} has no {what}, only {', '.join(have)}; "
+                f"{', '.join(others)} have one"
+            )
+    if not quantities:
+        raise ParameterError(f"irregularity {name!r}: of no quantity; it has {', '.join(have)}")
+    return {what: spectrum for what, spectrum in have.items() if what in quantities}
 
 
-def coherence(name: str, Omega: FloatArray) -> FloatArray:
-    """Coherence of the left and the right rail of a class with cross-level.
+def coherence(name: str, Omega: FloatArray, direction: str = DOWN) -> FloatArray:
+    """Coherence of the left and the right rail of a class in a direction.
 
-    With mean height and cross-level independent, both rails have the density S_v + S_c / 4 and the
-    cross density S_v - S_c / 4.
+    With quantities independent, the rails have the density S_m + S_d / 4 each, of their mean and of
+    their difference, and the cross density S_m - S_d / 4.
 
     Parameters
     ----------
@@ -165,19 +192,32 @@ def coherence(name: str, Omega: FloatArray) -> FloatArray:
         A key of `QUALITIES`.
     Omega : array
         rad/m.
+    direction : str
+        `DOWN`, of mean height and cross-level, or `ASIDE`, of alignment and gauge.
 
     Returns
     -------
     array
         Squared magnitude, 0 to 1.
+
+    Raises
+    ------
+    ParameterError
+        If the class does not have both quantities.
     """
-    S_v, S_c = quality(name).vertical.density(Omega), _cross_level(name).density(Omega)
-    squared: FloatArray = ((S_v - S_c / 4) / (S_v + S_c / 4)) ** 2
+    both = [what for what, quantity in QUANTITIES.items() if quantity.direction == direction]
+    acting = [(QUANTITIES[what], S.density(Omega)) for what, S in spectra_of(name, both).items()]
+    left = np.sum([q.left**2 * S for q, S in acting], axis=0)
+    right = np.sum([q.right**2 * S for q, S in acting], axis=0)
+    across = np.sum([q.left * q.right * S for q, S in acting], axis=0)
+    squared: FloatArray = across**2 / (left * right)
     return squared
 
 
-def estimated_density(profile: Profile, segment: float) -> tuple[FloatArray, FloatArray]:
-    """Density of a profile's left rail by Welch's method: the check of a profile.
+def estimated_density(
+    profile: Profile, segment: float, quantity: str = "vertical"
+) -> tuple[FloatArray, FloatArray]:
+    """Density of a profile by Welch's method: its check.
 
     Parameters
     ----------
@@ -185,6 +225,8 @@ def estimated_density(profile: Profile, segment: float) -> tuple[FloatArray, Flo
         Synthesised or measured; one of uneven spacing is interpolated linearly.
     segment : float
         m; the longest wave that is still told apart is a third of it.
+    quantity : str
+        One of `Profile.quantities`.
 
     Returns
     -------
@@ -204,7 +246,7 @@ def estimated_density(profile: Profile, segment: float) -> tuple[FloatArray, Flo
         raise ParameterError(
             f"irregularity {profile.name}: {x.size} samples are too few for a spectrum"
         )
-    z = np.interp(x, profile.x, profile.left)
+    z = np.interp(x, profile.x, profile.quantities[quantity])
     from scipy.signal import welch  # noqa: PLC0415 - heavy
 
     n, density = welch(z, fs=1 / step, nperseg=min(round(segment / step), z.size))
