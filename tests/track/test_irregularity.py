@@ -107,9 +107,7 @@ def test_spectrum_of_a_profile_is_its_class(name) -> None:
     assert (np.abs(decibel[inside]) < 4 * scatter + 0.15).all()
 
 
-@pytest.mark.parametrize(
-    ("direction", "least", "greatest"), [("z", 0.1, 0.7), ("y", 0.8, 0.95)]
-)
+@pytest.mark.parametrize(("direction", "least", "greatest"), [("z", 0.1, 0.7), ("y", 0.8, 0.95)])
 def test_left_and_right_are_as_coherent_as_the_class_says(direction, least, greatest) -> None:
     """Against scipy's estimate from 255 segments of 250 m."""
     profile = synthesise("german-low", 32_000.0, wavelengths=(1.6, 200.0), quantities=["all"])
@@ -235,8 +233,10 @@ def test_every_wheelset_meets_the_same_profile_later() -> None:
 def test_ports_of_a_surface_stand_as_those_of_a_layout() -> None:
     """Left wheels, then right ones; of each down and aside, where a wheelset is 2.5 m behind."""
     x = np.linspace(0, 10, 101)
-    rails = {key: (k + 1) * 1e-3 * x for k, key in enumerate(
-        [("z", "left"), ("y", "left"), ("z", "right"), ("y", "right")])}
+    rails = {
+        key: (k + 1) * 1e-3 * x
+        for k, key in enumerate([("z", "left"), ("y", "left"), ("z", "right"), ("y", "right")])
+    }
     profile = Profile(name="slopes", x=x, left=x, right=x).with_rails(x, rails)
     layout = Layout(2, directions=DIMENSIONS["spatial"]).surface
     assert [d.name for d in layout.directions] == ["z", "y"]
@@ -341,9 +341,7 @@ def test_a_period_repeats_as_it_is() -> None:
 
 def test_rails_are_repeated_in_all_directions() -> None:
     x = np.linspace(0.0, 60.0, 601)
-    ramp = Profile(
-        name="ramp", x=x, left=1e-4 * x, right=0 * x, left_y=2e-4 * x, right_y=-1e-4 * x
-    )
+    ramp = Profile(name="ramp", x=x, left=1e-4 * x, right=0 * x, left_y=2e-4 * x, right_y=-1e-4 * x)
     profile = repeated(ramp, 200.0)
     assert profile.left_y == pytest.approx(2 * profile.left, abs=1e-17)
     assert profile.right_y == pytest.approx(-profile.left, abs=1e-17)

@@ -74,9 +74,7 @@ def read_profile(path: Path) -> Profile:
     return Profile(name=path.name, x=x, left=level, right=level).with_rails(x, rails)
 
 
-def _rails(
-    given: dict[str, FloatArray], nothing: FloatArray
-) -> dict[tuple[str, str], FloatArray]:
+def _rails(given: dict[str, FloatArray], nothing: FloatArray) -> dict[tuple[str, str], FloatArray]:
     """Rails by direction and side, from columns of either kind."""
     if not given.keys() <= RAILS.keys():
         return rails_of(given, nothing)

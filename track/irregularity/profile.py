@@ -139,7 +139,9 @@ class Profile:
             If there is no irregularity in a direction.
         """
         if not set(directions) <= set(ROUGH):
-            raise ValueError(f"directions {[d.name for d in directions]}: no surface lies off there")
+            raise ValueError(
+                f"directions {[d.name for d in directions]}: no surface lies off there"
+            )
         front, rails = float(start.max()), self.rails
         straight = np.zeros_like(self.x)
         sides = [rails.get((d.name, side), straight) for side in SIDES for d in directions]

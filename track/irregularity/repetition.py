@@ -63,9 +63,7 @@ def repeated(profile: Profile, length: float) -> Profile:
     ends = np.concatenate([z[:, first], np.tile(turn[:, once], times), turn[:, -1:]], axis=1)
     note = f"repeated every {period:g} m" + (f", blended over {blend:g} m" if blend else "")
     longer = profile.with_rails(x, dict(zip(profile.rails, ends, strict=True)))
-    return replace(
-        longer, name=f"{profile.name}, {note}", recipe=f"{profile.digest}, {note}"
-    )
+    return replace(longer, name=f"{profile.name}, {note}", recipe=f"{profile.digest}, {note}")
 
 
 def _closed(profile: Profile) -> bool:
