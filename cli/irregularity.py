@@ -82,7 +82,8 @@ def _chart(profile: Profile, spectra: dict[str, Spectrum]) -> Chart:
     x_range = float(profile.x[0]), float(profile.x[-1])
     lies = tuple(
         Panel(
-            x_label="along the track (m)", y_label=f"{'down' if way == DOWN else 'to the right'} (mm)",
+            x_label="along the track (m)",
+            y_label="down (mm)" if way == DOWN else "to the right (mm)",
             curves=_rails(profile, way), x_range=x_range,
         )
         for way in ways
