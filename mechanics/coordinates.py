@@ -25,7 +25,10 @@ class Coordinates:
     bodies : tuple of str
         Names of the bodies.
     names : tuple of str
-        Of the coordinates: a body's name and its direction, ``carbody.z``.
+        Of the coordinates: a body's name and its direction, ``carbody.z``; those first that even
+        modes move.
+    even : int
+        How many these are.
     wheelsets : array of int, shape (wheelsets,)
         Places of the wheelsets' vertical ones.
     modes : array, shape (c, n)
@@ -33,7 +36,7 @@ class Coordinates:
     rigid : array, shape (c, n_rigid)
         Mass-normalised rigid-body modes.
     through : array, shape (c, rows)
-        Acceleration at once per force.
+        Acceleration at once per force, even or odd as the coordinate is.
     start_s, start_r : array, shape (n, wheelsets) and (n_rigid, wheelsets)
         The state at rest per height.
     wheelset_x : array, shape (wheelsets,)
@@ -42,6 +45,7 @@ class Coordinates:
 
     bodies: tuple[str, ...]
     names: tuple[str, ...]
+    even: int
     wheelsets: NDArray[np.intp]
     modes: ComplexArray
     rigid: FloatArray

@@ -39,11 +39,13 @@ class ModalBody:
     poles : array, shape (n_modes,)
         rad/s, one of each conjugate pair: even modes, odd ones, then a local one a port.
     even : int
-        How many are even, moving as their own mirror image; rigid-body coordinates all are.
+        How many are even, moving as their own mirror image.
     shapes : AlongRing or Everywhere
         Of even and odd modes.
     rigid_out, rigid_into : array, shape (rows, n_rigid)
-        Motion by rigid-body coordinates, and how forces drive these.
+        Motion by rigid-body coordinates, even ones first, and how forces drive these.
+    even_rigid : int
+        How many of them are even.
     preload : array, shape (ports,)
         Contact forces that load nothing: a vehicle's own weight, N.
     coordinates : Coordinates or None
@@ -57,6 +59,7 @@ class ModalBody:
     shapes: AlongRing | Everywhere
     rigid_out: FloatArray
     rigid_into: FloatArray
+    even_rigid: int
     preload: FloatArray
     coordinates: Coordinates | None = None
 
@@ -79,7 +82,7 @@ class ModalBody:
         """The body as it is met by wheelsets at positions, shape (wheelsets,), m."""
         rows = self.layout.wheelsets * len(self.layout.directions)
         out, into, local = self.shapes.at(position, rows)
-        return Met(self, out, into, self.layout.both_sides(local))
+        return Met(self, out, into, self.layout.both_sides(local) if local.size else local)
 
     # --- of a free vehicle ----------------------------------------------------------------------
 
@@ -104,9 +107,10 @@ class ModalBody:
     def accelerations(self, state: State, force: FloatArray) -> FloatArray:
         """Of all coordinates; a force acts at once only on its own body."""
         known = self._coordinates
-        both, _ = self.layout.halves(force - self.preload)
+        even, odd = self.layout.halves(force - self.preload)
+        at_once = [known.through[: known.even] @ even, known.through[known.even :] @ odd]
         a: FloatArray = (known.modes @ (self.poles**2 * state.s)).real
-        return a + known.through @ both
+        return a + np.concatenate(at_once)
 
     @property
     def _coordinates(self) -> Coordinates:
@@ -125,6 +129,7 @@ class ModalBody:
         return own | {
             "layout": np.array(layout),
             "even": np.array(self.even),
+            "even_rigid": np.array(self.even_rigid),
             "is_rail": np.array(self.face is RAIL),
             **{
                 f"{part}.{name}": np.asarray(value)
@@ -149,6 +154,7 @@ class ModalBody:
             shapes=AlongRing(**shapes) if "table" in shapes else Everywhere(**shapes),
             coordinates=Coordinates(**known) if known else None,
             even=int(arrays["even"]),
+            even_rigid=int(arrays["even_rigid"]),
             **{name: arrays[name] for name in OWN},
         )
 
@@ -192,7 +198,10 @@ class Met:
         if self.local.size:
             loads = force.reshape(-1, 1, self.local.shape[1])
             driven.append((loads @ self.local).ravel())
-        return Drive(np.concatenate(driven), even @ self.body.rigid_into)
+        n, into = self.body.even_rigid, self.body.rigid_into
+        return Drive(
+            np.concatenate(driven), np.concatenate([even @ into[:, :n], odd @ into[:, n:]])
+        )
 
     def motion(self, state: State) -> FloatArray:
         """Displacements at the ports, shape (ports,), m."""
@@ -200,7 +209,9 @@ class Met:
 
     def velocity(self, state: State, force: FloatArray) -> FloatArray:
         """Velocities of the material there; modes left out let a little force through."""
-        return self._seen(self.body.poles * state.s, state.v) + self._through @ force
+        seen = self._seen(self.body.poles * state.s, state.v)
+        # Of a vehicle no modes are left out: what force would come through is rounding.
+        return seen + self._through @ force if self.body.coordinates is None else seen
 
     @cached_property
     def _through(self) -> FloatArray:
@@ -216,8 +227,9 @@ class Met:
             at_ports = at_ports + (self.local @ own).ravel()
         if not r.size:
             return at_ports.real
-        rigid = self.body.rigid_out @ r
-        return at_ports.real + self.body.layout.joined(rigid, np.zeros_like(rigid))
+        n, rigid = self.body.even_rigid, self.body.rigid_out
+        moved = self.body.layout.joined(rigid[:, :n] @ r[:n], rigid[:, n:] @ r[n:])
+        return at_ports.real + moved
 
     def compliance(self, weight: ComplexArray, rigid_weight: float) -> FloatArray:
         """Sum over modes and rigid-body coordinates of out x weight x into, (ports, ports)."""
@@ -225,7 +237,9 @@ class Met:
         weighted = self.out * weight[:shared]
         even = (weighted[:, :n] @ self.into[:, :n].T).real
         odd = (weighted[:, n:] @ self.into[:, n:].T).real
-        even += (rigid_weight * self.body.rigid_out) @ self.body.rigid_into.T
+        k, rigid, into = self.body.even_rigid, self.body.rigid_out, self.body.rigid_into
+        even += (rigid_weight * rigid[:, :k]) @ into[:, :k].T
+        odd += (rigid_weight * rigid[:, k:]) @ into[:, k:].T
         forces = np.eye(self.body.ports)
         loads = layout.halves(forces)  # of a unit force at each port
         G: FloatArray = layout.joined(loads[0] @ even.T, loads[1] @ odd.T).T

@@ -313,7 +313,10 @@ class Layout:
         signs = np.array([float(d.mirror) for d in self.directions]).reshape(-1, 1)
         return np.concatenate([left, signs * left][: len(self.sides)])
 
-    def at_wheelsets(self, of_wheelsets: Iterable[float]) -> FloatArray:
-        """Repeat values of wheelsets for their ports, in order."""
+    def at_wheelsets(
+        self, of_wheelsets: Iterable[float], along: Direction | None = None
+    ) -> FloatArray:
+        """Repeat values of wheelsets for their ports, in order; 0 but `along` a given direction."""
         values = np.array(list(of_wheelsets), dtype=np.float64)
-        return np.tile(np.repeat(values, len(self.directions)), len(self.sides))
+        there = [float(along in (None, direction)) for direction in self.directions]
+        return np.tile(np.kron(values, there), len(self.sides))

@@ -101,6 +101,7 @@ class ReducedTrack:
             ),
             rigid_out=np.zeros((layout.wheelsets * len(layout.directions), 0)),
             rigid_into=np.zeros((layout.wheelsets * len(layout.directions), 0)),
+            even_rigid=0,
             preload=np.zeros(len(layout.ports)),
         )
 

@@ -25,6 +25,9 @@ DOWN: Vector = (0.0, 0.0, 1.0)
 
 MOVES = {"y": ALONG_Y, "z": DOWN}
 TURNS = {"roll": ALONG_X, "pitch": ALONG_Y, "yaw": DOWN}
+ODD = ("y", "roll", "yaw")
+"""What the mirror between the rails turns round: a body that moves as its own mirror image has none
+of it."""
 SPIN = "spin"
 """An axle's turning about y. It turns in its boxes, so no spring knows of it."""
 

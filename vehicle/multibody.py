@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.mechanics.contact.geometry import Cone
+from railcosim.mechanics.ports import OF_WHEELS, Direction
 
 from .assembly import assemble
-from .bodies import DOWN, MOVES, SPIN, TURNS, WHEELSET, Body, Spring, Vector, names_of
+from .bodies import DOWN, MOVES, ODD, SPIN, TURNS, WHEELSET, Body, Spring, Vector, names_of
 from .parameters import Vehicle
 from .statics import at_rest
 from .train import Train, train_of
@@ -75,6 +76,8 @@ class Multibody:
         C of F = C delta^1.5 of each of its wheels, N/m^1.5.
     wheels : tuple of Cone
         Wheels of each on their rails, as cylinders.
+    directions : tuple of Direction
+        In which the model's wheels are met.
     """
 
     names: tuple[str, ...]
@@ -87,6 +90,7 @@ class Multibody:
     wheel_load: FloatArray
     hertz_coefficient: FloatArray
     wheels: tuple[Cone, ...]
+    directions: tuple[Direction, ...]
 
     def at(self, body: str, direction: str) -> int:
         """Place of a body's coordinate among all."""
@@ -109,12 +113,18 @@ class Multibody:
         return slice(0, [name.startswith(first) for name in self.coordinates].index(True))
 
     @property
+    def even(self) -> NDArray[np.bool_]:
+        """Which coordinates move a body as its own mirror image between the rails."""
+        return np.array([name.rpartition(".")[2] not in ODD for name in self.coordinates])
+
+    @property
     def following(self) -> FloatArray:
         """Where everything rests on wheelsets held, each at unit height, (n, n_wheelsets)."""
         follow = np.zeros((len(self.coordinates), self.wheelset_x.size))
         follow[self.wheelsets] = np.eye(self.wheelset_x.size)
-        K = self.K[self.above, self.above]
-        follow[self.above] = -np.linalg.solve(K, self.K[self.above, self.wheelsets])
+        above = np.flatnonzero(self.even[self.above])  # the mirror image of this stands as it does
+        K, by_wheelsets = (self.K[np.ix_(above, of)] for of in (above, self.wheelsets))
+        follow[above] = -np.linalg.solve(K, by_wheelsets)
         return follow
 
 
@@ -157,6 +167,7 @@ def build_multibody(stock: Vehicle | Train, dimension: Dimension = VERTICAL) -> 
         wheel_load=rest.wheel_load,
         hertz_coefficient=np.array([axle.hertz_coefficient for axle in wheelsets]),
         wheels=tuple(axle.wheels for axle in wheelsets if axle.wheels),
+        directions=OF_WHEELS[dimension.name],
     )
 
 
