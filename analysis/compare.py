@@ -27,7 +27,9 @@ from railcosim.master.schemes import Scheme
 from railcosim.mechanics.law import LinearContact, NormalLaw
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.reference.agreement import near, relative_rms
-from railcosim.reference.monolithic import Monolithic, assemble, frequency_response
+from railcosim.reference.contacts import Pressing
+from railcosim.reference.frequency import frequency_response, linearised
+from railcosim.reference.monolithic import Monolithic, assemble
 from railcosim.reference.newmark import newmark
 from railcosim.track.irregularity import Profile
 from railcosim.track.irregularity.named import irregularity as named
@@ -162,7 +164,8 @@ def newmark_forces(
     heights = journey.profile.under(positions, journey.speed)
     steps = round(course.stop / course.step) * REFINEMENT
     forces = []
-    march = newmark(mono, law, lambda t: positions, heights, course.step / REFINEMENT, steps)
+    springs, step = Pressing(law), course.step / REFINEMENT
+    march = newmark(mono, springs, lambda t: positions, heights, step, steps)
     for k, instant in enumerate(march):
         if k % REFINEMENT == 0:
             forces.append(instant.force)
@@ -183,8 +186,7 @@ def frequency_errors(
     solved = frequency_response(
         mono,
         2 * np.pi * frequency,
-        stiffness,
-        positions,
+        linearised(mono, Pressing(LinearContact(k_H=stiffness)), positions),
         np.hstack([on_wheelset, on_rails]),
         progress,
     )
@@ -217,7 +219,8 @@ def frequency_errors(
 
 def _observed(mono: Monolithic, last: int) -> dict[str, str]:
     """Outputs of the coupled FMUs, and the monolithic coordinates that are the same."""
-    bodies = [c for c in mono.coordinates if c.endswith(".z") and not c.startswith("wheelset")]
+    names = mono.body.coordinates
+    bodies = [c for c in names if c.endswith(".z") and not c.startswith("wheelset")]
     wheels = {f"vehicle.wheelset[{i}].left.wheel_z": f"wheelset[{i}].z" for i in (1, last)}
     return {**{f"vehicle.{name}": name for name in bodies}, **wheels}
 

@@ -37,7 +37,10 @@ from railcosim.master.recording import Recorder
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.jacobi import jacobi
-from railcosim.reference.monolithic import assemble, frequency_response
+from railcosim.mechanics.law import LinearContact
+from railcosim.reference.contacts import Pressing
+from railcosim.reference.frequency import frequency_response, linearised
+from railcosim.reference.monolithic import assemble
 from railcosim.track.irregularity import synthesise
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, direct_receptance
@@ -149,10 +152,11 @@ def frequency_domain(folder: Path) -> Rows:
     omega = 2 * np.pi * np.geomspace(1, 1500, 320)
     rails = [Point(x=0.3125), Point(x=0.3125, side=1)]
     mono = assemble(Vehicle(), Track(), models.positions)
+    springs = linearised(mono, Pressing(LinearContact(k_H=K_H)), models.positions)
     load, few = mono.wheels[[3]].toarray().T, omega[::32]
     coupling = seconds(lambda: coupled(models, omega, K_H))
     direct = seconds(lambda: direct_receptance(Track(), omega, rails, rails[:1]))
-    solving = seconds(lambda: frequency_response(mono, few, K_H, models.positions, load))
+    solving = seconds(lambda: frequency_response(mono, few, springs, load))
     return [
         ("linearise Vehicle.fmu", vehicle),
         ("linearise Track.fmu", whole - vehicle),

@@ -31,8 +31,11 @@ from railcosim.analysis.response.frequency import coupled, response
 from railcosim.analysis.response.models import Models, linear_models
 from railcosim.analysis.response.plane import plane, transfer
 from railcosim.fmus.export import export
+from railcosim.mechanics.law import LinearContact
 from railcosim.paper.maps import OUTPUTS
-from railcosim.reference.monolithic import assemble, frequency_response
+from railcosim.reference.contacts import Pressing
+from railcosim.reference.frequency import frequency_response, linearised
+from railcosim.reference.monolithic import assemble
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, direct_receptance
 from railcosim.vehicle.parameters import Vehicle
@@ -51,11 +54,10 @@ def frequency_domain(models: Models, memory: Memory) -> Rows:
     one /= omega.size
     every_input = seconds(lambda: coupled(models, omega, K_H).values, 9) / omega.size
     mono = assemble(Vehicle(), Track(), models.positions)
+    springs = linearised(mono, Pressing(LinearContact(k_H=K_H)), models.positions)
     load = mono.wheels[[3]].toarray().T
     few = omega[:: omega.size // SAMPLE]
-    solve = (
-        seconds(lambda: frequency_response(mono, few, K_H, models.positions, load), 1) / few.size
-    )
+    solve = seconds(lambda: frequency_response(mono, few, springs, load), 1) / few.size
     wavelength, speed = np.linspace(0.1, 20, GRID), np.linspace(10, 400, GRID) / 3.6
     outputs = [*OUTPUTS, *VEHICLE]
     ends = float(speed[0] / wavelength[-1]), float(speed[-1] / wavelength[0])

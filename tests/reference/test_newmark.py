@@ -7,8 +7,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from railcosim.mechanics.law import HertzContact, LinearContact
-from railcosim.reference.monolithic import assemble, frequency_response
-from railcosim.reference.newmark import equilibrium, newmark
+from railcosim.reference.contacts import Pressing
+from railcosim.reference.frequency import frequency_response, linearised
+from railcosim.reference.monolithic import assemble
+from railcosim.reference.newmark import newmark
+from railcosim.reference.rest import equilibrium
 from railcosim.track.parameters import Fastening, Foundation, Mesh, Rail, Slab, Track
 from railcosim.vehicle.parameters import PrimarySuspension, SecondarySuspension, Vehicle
 
@@ -28,6 +31,10 @@ def held(t):
     return POSITION
 
 
+def springs(mono, k_H, position):
+    return linearised(mono, Pressing(LinearContact(k_H=k_H)), position)
+
+
 def smooth(t):
     return np.zeros(8)
 
@@ -36,7 +43,8 @@ def test_equilibrium_carries_the_weight():
     """Contact forces are the wheel loads; so are the fastenings' and the foundation's."""
     vehicle = Vehicle()
     mono = assemble(vehicle, TRACK, POSITION)
-    x, force = equilibrium(mono, HERTZ, mono.rails(POSITION), np.zeros(8))
+    rest = equilibrium(mono, Pressing(HERTZ), POSITION, np.zeros(8))
+    x, force = rest.x, rest.force
     # Wheels are alike and so are the suspensions: rounding of Newton's method.
     assert force == pytest.approx(np.full(8, vehicle.wheel_load), rel=1e-9)
     residual = mono.K @ x - mono.rails(POSITION).T @ force
@@ -53,7 +61,8 @@ def test_equilibrium_on_an_uneven_rail():
     mono = assemble(vehicle, TRACK, POSITION)
     left = 1e-5 * np.array([1.0, -1.0, 2.0, 0.0])
     dip = np.concatenate([left, -left])
-    x, force = equilibrium(mono, HERTZ, mono.rails(POSITION), dip)
+    rest = equilibrium(mono, Pressing(HERTZ), POSITION, dip)
+    x, force = rest.x, rest.force
     # Rounding of the solve, of 1e-16 x the contacts' stiffness over the suspensions'.
     assert force[:4] + force[4:] == pytest.approx(np.full(4, 2 * vehicle.wheel_load), rel=1e-8)
     across = mono.wheels @ x - mono.rails(POSITION) @ x - dip
@@ -63,7 +72,7 @@ def test_equilibrium_on_an_uneven_rail():
 
 def test_at_rest_nothing_moves():
     mono = assemble(Vehicle(), TRACK, POSITION)
-    instants = list(newmark(mono, HERTZ, held, smooth, 1e-4, 50))
+    instants = list(newmark(mono, Pressing(HERTZ), held, smooth, 1e-4, 50))
     assert [i.time for i in instants] == pytest.approx(np.arange(51) * 1e-4)
     for instant in instants:
         assert instant.x == pytest.approx(instants[0].x, rel=1e-7, abs=1e-12)
@@ -100,7 +109,7 @@ def test_a_wheelset_is_one_mass_on_two_contacts(law, dip):
     exact = solve_ivp(fall, (0, duration), [static, 0.0], rtol=1e-9, atol=1e-14, max_step=1e-4)
     found = {}
     for steps in (400, 800):
-        last = list(newmark(mono, law, held, rough, duration / steps, steps))[-1]
+        last = list(newmark(mono, Pressing(law), held, rough, duration / steps, steps))[-1]
         found[steps] = last.x[mono.coordinate("wheelset[2].z")]
     errors = [abs(found[n] - exact.y[0, -1]) for n in (400, 800)]
     scale = np.abs(exact.y[0] - static).max()
@@ -126,7 +135,7 @@ def test_second_order_on_the_track():
         return 2e-5 * np.tile(waves, 2) * (t / duration) ** 3
 
     def final(steps):
-        return list(newmark(mono, HERTZ, held, rough, duration / steps, steps))[-1].force
+        return list(newmark(mono, Pressing(HERTZ), held, rough, duration / steps, steps))[-1].force
 
     exact = final(1920)
     errors = [np.abs(final(n) - exact).max() for n in (120, 240, 480)]
@@ -147,7 +156,9 @@ def test_no_numerical_damping():
     at_rest = vehicle.wheel_load / law.k_H
     energy = [
         m * i.v[j] ** 2 / 2 + law.k_H * (i.x[j] - at_rest) ** 2
-        for i in newmark(mono, law, held, lambda t: np.full(8, 2e-5 * (t == 0)), 2e-4, 2000)
+        for i in newmark(
+            mono, Pressing(law), held, lambda t: np.full(8, 2e-5 * (t == 0)), 2e-4, 2000
+        )
     ]
     assert energy[0] == pytest.approx(law.k_H * 2e-5**2, rel=1e-4)  # rails give 1e-6 of it
     # From the second instant on: at the first the acceleration is that of the rail before its jump.
@@ -176,7 +187,9 @@ def test_loss_factors_are_those_of_the_frequency_domain_at_their_frequency():
         return np.full(8, r * np.sin(omega * t))
 
     step = 1 / f / per_period
-    instants = list(newmark(mono, LinearContact(k_H=k_H), held, rough, step, 9 * per_period))
+    instants = list(
+        newmark(mono, Pressing(LinearContact(k_H=k_H)), held, rough, step, 9 * per_period)
+    )
     # What began with the run has decayed by exp(-loss omega t / 2) nearly: 1e-5 after 8 periods.
     last = instants[-per_period:]
     beyond = np.array([i.force - vehicle.wheel_load for i in last])
@@ -193,7 +206,7 @@ def test_coupled_receptance_of_one_wheel_on_rigid_rails():
     load = np.zeros((mono.K.shape[0], 1))
     j = mono.coordinate("wheelset[4].z")
     load[j] = 1.0
-    found = frequency_response(mono, omega, k_H, POSITION, load)[:, j, 0]
+    found = frequency_response(mono, omega, springs(mono, k_H, POSITION), load)[:, j, 0]
     # Rails give 1e-6 of the contacts.
     assert found == pytest.approx(1 / (2 * k_H - omega**2 * 1680.0), rel=1e-4)
 
@@ -205,7 +218,7 @@ def test_wheel_resonance_on_rigid_rails_is_the_papers():
     load = np.zeros((mono.K.shape[0], 1))
     j = mono.coordinate("wheelset[4].z")
     load[j] = 1.0
-    x = frequency_response(mono, 2 * np.pi * f, 0.3e9, POSITION, load)[:, j, 0]
+    x = frequency_response(mono, 2 * np.pi * f, springs(mono, 0.3e9, POSITION), load)[:, j, 0]
     # By hand: wheelset and the bogie above it, whose damper adds and whose spring hardly does.
     K_p, c_p, m, m_t, J_t, L_t = 2.54e6, 1.3e5, 1680.0, 4420.0, 4902.0, 1.25
     omega = 2 * np.pi * f
@@ -233,9 +246,9 @@ def test_static_stiffness_with_everything_in_series():
     # Wheels at the ring's quarters: by symmetry all rails and slabs sink alike.
     quarters = np.array([0.3125, 5.3125, 10.3125, 15.3125])
     rails = mono.rails(quarters).toarray()
-    x = frequency_response(mono, np.zeros(1) + 1e-3, 0.0, quarters, rails.T.sum(axis=1)[:, None])[
-        0, :, 0
-    ]
+    x = frequency_response(
+        mono, np.zeros(1) + 1e-3, springs(mono, 0.0, quarters), rails.T.sum(axis=1)[:, None]
+    )[0, :, 0]
     fastenings = 2 * 32 * 3e7
     foundation = 4 * 4.95 * 2.4 * 6e7
     # 1e-6 for what rails of 1e6 times the stiffness bend.
