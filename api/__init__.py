@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from railcosim.analysis.response.map import response_map
     from railcosim.analysis.response.receptance import receptance, track_receptance
     from railcosim.analysis.response.ride import ride
+    from railcosim.analysis.response.safety import running_safety
     from railcosim.analysis.response.vehicle_modes import vehicle_modes
     from railcosim.analysis.run import run
     from railcosim.analysis.schemes.advice import advise
@@ -68,6 +69,7 @@ __all__ = [
     "response_map",
     "ride",
     "run",
+    "running_safety",
     "save_result",
     "scheme",
     "stability",
@@ -99,6 +101,7 @@ _PLACES = {
     "response_map": "analysis.response.map:response_map",
     "ride": "analysis.response.ride:ride",
     "run": "analysis.run:run",
+    "running_safety": "analysis.response.safety:running_safety",
     "save_result": "master.files:save",
     "scheme": "analysis.schemes.choice:scheme",
     "stability": "analysis.schemes.limits:stability",

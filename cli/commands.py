@@ -92,6 +92,11 @@ COMMANDS = {
         "ride_command",
         "Random response by pseudo-excitation: densities, standard deviations, ride comfort.",
     ),
+    "safety": Place(
+        "safety_command",
+        "safety",
+        "Running safety of a run: Y/Q, sum of guiding forces, wheel unloading, per EN 14363.",
+    ),
     "advise": Place(
         "advise_command",
         "advise",
