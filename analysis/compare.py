@@ -205,7 +205,7 @@ def frequency_errors(
         force = stiffness * (direct @ compression.T)
         for i in sorted({1, last}):
             references[f"track.wheelset[{i}].left.rail_z"] = rail_z[:, i - 1]
-            references[f"wheelset[{i}].left.force"] = force[:, i - 1]
+            references[f"wheelset[{i}].left.force_z"] = force[:, i - 1]
         found[excitation] = {}
         for output, expected in references.items():
             row = system.rows([output])[0]
@@ -227,4 +227,4 @@ def _observed(mono: Monolithic, last: int) -> dict[str, str]:
 
 def is_force(output: str) -> bool:
     """Whether an output is a contact force."""
-    return output.endswith(".force")
+    return output.endswith(".force_z")

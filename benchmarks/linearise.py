@@ -148,10 +148,10 @@ def coupled_errors(models: Models, true: Models, k_H: float) -> dict[str, FloatA
     few = slice(None, None, 4)
     exact = monolithic(true.vehicle, true.track, k_H, OMEGA[few])
     ours = coupled(models, OMEGA[few], k_H)
-    columns = ours.columns([f"{w}.gap" for w in WHEELS])
+    columns = ours.columns([f"{w}.irregularity_z" for w in WHEELS])
     found = {}
     for k, (name, output) in enumerate(
-        {"wheels": "Vehicle.{}.wheel_z", "rails": "Track.{}.rail_z", "forces": "{}.force"}.items()
+        {"wheels": "Vehicle.{}.wheel_z", "rails": "Track.{}.rail_z", "forces": "{}.force_z"}.items()
     ):
         rows = ours.rows([output.format(w) for w in WHEELS])
         theirs = exact[:, 8 * k : 8 * k + 8]

@@ -53,7 +53,7 @@ def frf(
     plot: PlotFile = None,
 ) -> None:
     """Linearise a vehicle FMU and a track FMU and couple them in the frequency domain."""
-    from railcosim.analysis.response.frequency import check_excitation
+    from railcosim.analysis.response.excitation import check_excitation
     from railcosim.analysis.response.frf import Assembly, frequency_response
     from railcosim.mechanics.ports import Layout
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from railcosim.analysis.response.excitation import is_irregularity
 from railcosim.mechanics.ports import IRREGULARITY, RAIL, SIDES, WHEEL, Port, wheelset_of
 from railcosim.plots.chart import Chart
 from railcosim.plots.results import Group, size_chart, time_chart
@@ -29,7 +30,7 @@ def run_chart(run: xr.Dataset) -> Chart:
 
 def response_chart(frf: xr.Dataset) -> Chart:
     """Magnitude of displacements and of contact forces over frequency."""
-    per = "m" if str(frf.attrs["excitation"]).endswith("irregularity_z") else "N"
+    per = "m" if is_irregularity(str(frf.attrs["excitation"])) else "N"
     last = _left(frf)[-1]
     moved = [f"{last}.{what.format('z')}" for what in (WHEEL.motion, RAIL.motion)]
     cars, others = _bodies(frf, "z")

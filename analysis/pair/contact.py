@@ -27,7 +27,7 @@ from railcosim.mechanics.law import (
     coefficient_for,
     tangent_stiffness,
 )
-from railcosim.mechanics.ports import FORCE, MOST_WHEELSETS, Layout
+from railcosim.mechanics.ports import FORCE, IRREGULARITY, MOST_WHEELSETS, SIDES, Layout
 
 Parameters = Mapping[str, float | bool]
 """Of FMUs, by name; of the contact, also `TANGENT`."""
@@ -76,9 +76,10 @@ def layout_of(
 
 
 def standing_in(gaps: Collection[str]) -> Layout:
-    """The wheels of a coupled response, by its inputs ``wheelset[i].side.gap`` among others."""
+    """The wheels of a coupled response, by its inputs ``wheelset[i].left.irregularity_z``."""
     known = set(gaps)
-    there = [f"{wheel}.gap" in known for wheel in Layout(MOST_WHEELSETS).wheels[:MOST_WHEELSETS]]
+    names = Layout(MOST_WHEELSETS, SIDES[:1]).names(IRREGULARITY)
+    there = [name in known for name in names]
     return Layout(sum(there))
 
 

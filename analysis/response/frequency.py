@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -11,42 +12,49 @@ import xarray as xr
 from railcosim.analysis.pair.contact import Stiffness
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
+from railcosim.master.linear.joint import Joint, spring
 from railcosim.master.linear.realisation import ComplexArray
-from railcosim.master.linear.receptance import FrequencyResponse, Response, frequency_response, lag
-from railcosim.master.linear.substructuring import Joint, couple
+from railcosim.master.linear.receptance import FrequencyResponse, Response, frequency_response
+from railcosim.master.linear.substructuring import couple
 from railcosim.master.memory import afford
-from railcosim.mechanics.ports import MOST_WHEELSETS, Layout
 
+from .excitation import is_irregularity, loads_of
 from .models import Models
+from .rolling import RAIL_MOMENT, Running
 
-WHATS = ("force_z", "rail_force_z", "irregularity_z")
 COPIES = 3
 """Of all responses at once: those of both parts, and at the joints while these are solved."""
 
 
-def joints(k_H: Stiffness, wheels: Sequence[str]) -> list[Joint]:
-    """Contacts of wheels by their names, all of one stiffness or those of each wheelset."""
+Contact: TypeAlias = Stiffness | Running
+"""Springs between wheels and rails, of one stiffness or of one a wheelset (N/m); or wheels that
+roll at a speed."""
+
+
+def joints(contact: Contact, wheels: Sequence[str]) -> list[Joint]:
+    """Contacts of wheels by their names."""
+    if isinstance(contact, Running):
+        return contact.joints()
     return [
-        Joint(
-            name=wheel,
-            first_input=f"{wheel}.force_z",
-            first_output=f"{wheel}.wheel_z",
-            second_input=f"{wheel}.force_z",
-            second_output=f"{wheel}.rail_z",
+        spring(
+            f"{wheel}.force_z",
+            f"{wheel}.irregularity_z",
+            first=(f"{wheel}.force_z", f"{wheel}.wheel_z"),
+            second=(f"{wheel}.force_z", f"{wheel}.rail_z"),
             stiffness=float(k),
         )
-        for wheel, k in zip(wheels, np.resize(k_H, len(wheels)), strict=True)
+        for wheel, k in zip(wheels, np.resize(contact, len(wheels)), strict=True)
     ]
 
 
-def coupled(models: Models, omega: FloatArray, k_H: Stiffness) -> Response:
+def coupled(models: Models, omega: FloatArray, contact: Contact) -> Response:
     """Vehicle on the track."""
-    return couple(*responses(models, omega), joints(k_H, models.wheels))
+    return couple(*responses(models, omega), joints(contact, models.wheels))
 
 
-def on_rigid_track(models: Models, omega: FloatArray, k_H: Stiffness) -> Response:
+def on_rigid_track(models: Models, omega: FloatArray, contact: Contact) -> Response:
     """Vehicle on its contact springs alone."""
-    return couple(frequency_response(models.vehicle, omega), None, joints(k_H, models.wheels))
+    return couple(frequency_response(models.vehicle, omega), None, joints(contact, models.wheels))
 
 
 def apart(models: Models, omega: FloatArray) -> Response:
@@ -68,16 +76,6 @@ def responses(models: Models, omega: FloatArray) -> tuple[FrequencyResponse, Fre
     return frequency_response(models.vehicle, omega), frequency_response(models.track, omega)
 
 
-def check_excitation(excitation: str, wheelsets: int = MOST_WHEELSETS) -> None:
-    """Raise CouplingError if nothing on so many wheelsets is excited so; see `response`."""
-    axles = Layout(wheelsets).axles
-    if excitation not in {"irregularity_z", *(f"{w}.{what}" for w in axles for what in WHATS)}:
-        raise CouplingError(
-            f"excitation {excitation}: must be irregularity_z, or one of {axles[0]} to {axles[-1]} "
-            "with .force_z, .rail_force_z or .irregularity_z"
-        )
-
-
 def response(
     system: Response, excitation: str, positions: FloatArray, speed: float
 ) -> ComplexArray:
@@ -89,34 +87,29 @@ def response(
         Coupled, on rigid track, or apart.
     excitation : str
         ``wheelset[i].force_z``: a unit force down on a wheelset. ``wheelset[i].rail_force_z``: a
-        unit force down on EACH rail under it, the paper's. ``irregularity_z``: unit irregularity,
-        which every wheelset meets later by its distance behind the first over the speed.
+        unit force down on EACH rail under it, the paper's; ``wheelset[i].rail_force_y`` to the
+        right. ``wheelset[i].`` with ``irregularity_z`` (``vertical``), ``cross_level``,
+        ``alignment`` or ``gauge``: unit irregularity under it. One of these alone: every wheelset
+        meets it later, by its distance behind the first over the speed.
     positions : array, shape (n_wheelsets,)
         Wheelsets, m.
     speed : float
         m/s, for the irregularity.
+
+    Raises
+    ------
+    CouplingError
+        If there is no such excitation.
     """
-    check_excitation(excitation)
-    inputs = set(system.inputs)
-    wanted: dict[str, complex | ComplexArray] = {}
-    layout = Layout(len(positions))
-    for w in layout.axles:
-        both = [f"{w}.left", f"{w}.right"]
-        if excitation == f"{w}.force_z":
-            # The FMU's contact forces lift; half of a force down goes to each wheel.
-            wanted = {f"vehicle.{s}.force_z": -0.5 for s in both}
-        elif excitation == f"{w}.rail_force_z":
-            wanted = {f"track.{s}.force_z": 1.0 for s in both}
-        elif excitation == f"{w}.irregularity_z":
-            wanted = {f"{s}.gap": 1.0 for s in both}
-    if excitation == "irregularity_z":
-        delays = (positions.max() - positions) / speed
-        phases = lag(system.omega, np.tile(delays, 2))
-        wanted = {f"{wheel}.gap": phases[:, k] for k, wheel in enumerate(layout.wheels)}
-    if not wanted or not set(wanted) <= inputs:
-        raise CouplingError(f"excitation {excitation}: there is no such input in {system.name}")
-    amplitudes = [np.broadcast_to(v, system.omega.shape) for v in wanted.values()]
-    return system.combined(list(wanted), np.stack(amplitudes, axis=1))
+    return system.combined(*loads_of(system, excitation, positions, speed))
+
+
+def told_of_force(name: str) -> tuple[str, str]:
+    """Unit and description of a contact's force by its name."""
+    if "moment" not in name:
+        return "N", "contact force"
+    datum = "rail" if name.endswith(RAIL_MOMENT) else "wheel"
+    return "N.m", f"moment of the contact about the datum of the {datum}"
 
 
 def dataset(
@@ -127,16 +120,19 @@ def dataset(
     **attrs: object,
 ) -> xr.Dataset:
     """Responses under the FMUs' variable names, with units per unit of the excitation."""
-    per = "m" if excitation.endswith("irregularity_z") else "N"
+    per = "m" if is_irregularity(excitation) else "N"
     rails = () if models.track is None else models.track.outputs
-    known = {v.name: v for v in (*models.vehicle.outputs, *rails)}
+    known = {
+        f"{part}.{v.name}": v
+        for part, of in (("vehicle", models.vehicle.outputs), ("track", rails))
+        for v in of
+    }
     variables = {}
     for k, output in enumerate(system.outputs):
-        if output.endswith(".force"):
-            name, unit, text = output.removesuffix(".force") + ".force_z", "N", "contact force"
+        if output in known:
+            name, unit, text = known[output].name, known[output].unit, known[output].description
         else:
-            name = output.partition(".")[2]
-            unit, text = known[name].unit, known[name].description
+            name, unit, text = output, *told_of_force(output)
         units = {"units": f"({unit})/{per}" if "/" in unit else f"{unit}/{per}", "long_name": text}
         variables[name] = ("frequency", values[:, k], units)
     frequency = ("frequency", system.omega / (2 * np.pi), {"units": "Hz", "long_name": "frequency"})

@@ -12,9 +12,9 @@ import xarray as xr
 from railcosim.analysis.pair.numbering import files_of, layouts_of
 from railcosim.analysis.pair.ring import check_frequencies_of
 from railcosim.analysis.pair.standing import Position
+from railcosim.analysis.response.excitation import check_excitation
 from railcosim.analysis.response.frequency import (
     apart,
-    check_excitation,
     coupled,
     dataset,
     on_rigid_track,

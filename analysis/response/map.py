@@ -182,7 +182,7 @@ def _critical(models: Models, kind: str, k_H: float) -> list[Critical]:
     omega = 2 * np.pi * frequency
     rigid = kind == "rigid"
     system = on_rigid_track(models, omega, k_H) if rigid else coupled(models, omega, k_H)
-    values = system.combined([f"{LEFT[-1]}.gap"], [1.0])
+    values = system.combined([f"{LEFT[-1]}.irregularity_z"], [1.0])
     for name in MODES.values():
         found.append(resonance(frequency, np.abs(values[:, system.rows([f"vehicle.{name}"])[0]])))
         if found[-1] in frequency[[0, -1]]:

@@ -104,7 +104,7 @@ def _gaps(system: System, outputs: Sequence[str], log_frequency: FloatArray) -> 
     sides = ("left", "right")
     axles = standing_in(solved.inputs).axles
     both = np.tile(np.eye(len(axles)), (len(sides), 1))
-    values = solved.to([f"{w}.{side}.gap" for side in sides for w in axles], both[None])
+    values = solved.to([f"{w}.{side}.irregularity_z" for side in sides for w in axles], both[None])
     wanted: ComplexArray = values[:, solved.rows(outputs)]
     return wanted
 

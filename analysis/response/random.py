@@ -26,7 +26,7 @@ def response_psd(
     Parameters
     ----------
     system : Response
-        With an input ``wheelset[i].side.gap`` for every wheel.
+        With an input ``wheelset[i].side.irregularity_z`` for every wheel.
     positions : array, shape (n_wheelsets,)
         Wheelsets, m.
     speed : float
@@ -63,7 +63,7 @@ def response_psd(
     for density, share in sources:
         amplitude = np.sqrt(density(system.omega / speed) * 2 * np.pi / speed)
         weights = amplitude[:, None] * phases * share
-        total += np.abs(system.combined([f"{w}.gap" for w in wheels], weights)) ** 2
+        total += np.abs(system.combined([f"{w}.irregularity_z" for w in wheels], weights)) ** 2
     return total
 
 

@@ -18,7 +18,7 @@ VEHICLE = {
     "car body": "vehicle.carbody.z",
     "front bogie": "vehicle.bogie[1].z",
     "wheelset 1": "vehicle.wheelset[1].left.wheel_z",
-    "contact force 1": "wheelset[1].left.force",
+    "contact force 1": "wheelset[1].left.force_z",
 }
 RAIL = {"rail under wheelset 1": "track.wheelset[1].left.rail_z"}
 HIGHEST = 200.0  # Hz; above, what is largest is one of many waves between wheels and fastenings
@@ -115,7 +115,7 @@ def changes(models: Models, frequency: FloatArray, k_H: float, speed: float) -> 
                 np.abs(values[:, full.rows([output])[0]]),
                 np.abs(other[:, system.rows([output])[0]]),
             )
-            unit = f"{'N' if output.endswith('force') else 'm'}/{per}"
+            unit = f"{'N' if output.endswith('force_z') else 'm'}/{per}"
             found.append(_change(part, name, unit, frequency, *pair))
     return found
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import block_diag
 
 from railcosim.master.component import FloatArray
+from railcosim.master.linear.joint import End, Joint
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import FrequencyResponse, Response
 
@@ -16,41 +19,10 @@ FREQUENCIES = 64
 """Solved for at once: what is between the components and the results stays in the cache."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Joint:
-    """A spring between two components, or between one and the ground.
-
-    Its force ``stiffness * (first_output - second_output - gap)`` is the same number at the inputs
-    of both components; their own signs make it a push on one and a counter-push on the other.
-
-    Attributes
-    ----------
-    name : str
-        The coupled response calls the force ``name.force`` and the irregularity ``name.gap``.
-    first_input, first_output : str
-        Force and displacement of the first component.
-    second_input, second_output : str
-        Of the second component; unused if there is none.
-    stiffness : float
-        In N/m, positive; infinite for a rigid joint.
-    """
-
-    name: str
-    first_input: str
-    first_output: str
-    second_input: str = ""
-    second_output: str = ""
-    stiffness: float
-
-    def __post_init__(self) -> None:
-        if not self.stiffness > 0.0:
-            raise ValueError(f"joint {self.name}: stiffness is {self.stiffness}, must be positive")
-
-
 def couple(
     first: FrequencyResponse, second: FrequencyResponse | None, joints: Sequence[Joint]
 ) -> Coupled:
-    """Join two free components by springs, frequency by frequency.
+    """Join two free components, frequency by frequency.
 
     Parameters
     ----------
@@ -59,40 +31,42 @@ def couple(
     second : FrequencyResponse or None
         The other one, at the same frequencies; None for the ground (a rigid track).
     joints : sequence of Joint
-        At most one at an input. Without any the components stay apart.
+        All of one shape; at most one at an input. Without any the components stay apart.
 
     Returns
     -------
     Coupled
-        Outputs and inputs are those of both components, as ``component.variable``, the outputs
-        ``joint.force`` (N) and the inputs ``joint.gap`` (m).
+        Outputs and inputs are those of both components, as ``component.variable``, then the joints'
+        forces and gaps.
 
     Raises
     ------
     ValueError
         If a name is unknown or comes twice, or the frequencies differ.
     """
-    sides = [_side(first, 1.0, [(j.first_input, j.first_output) for j in joints])]
+    sides = [_side(first, [j.first for j in joints], joints)]
     if second is not None:
-        sides.append(_side(second, -1.0, [(j.second_input, j.second_output) for j in joints]))
+        sides.append(_side(second, [j.second for j in joints], joints))
         if not np.array_equal(first.omega, second.omega):
             raise ValueError(f"{first.name} and {second.name} are given at different frequencies")
     name = f"{first.name}+{'ground' if second is None else second.name}"
-    names = [joint.name for joint in joints]
+    forces = [name for joint in joints for name in joint.forces]
+    gaps = [name for joint in joints for name in joint.gaps]
     free = [first] if second is None else [first, second]
     outputs = [label for f in free for label in _labels(f.name, f.outputs)]
     inputs = [label for f in free for label in _labels(f.name, f.inputs)]
     joined: list[Sequence[object]] = [side.joined for side in sides]
-    for labels in (*joined, names, outputs, inputs):
+    for labels in (*joined, forces, gaps, outputs, inputs):
         if len(set(labels)) < len(labels):
             raise ValueError(f"{name}: not all different: {labels}")
     return Coupled(
         name=name,
         omega=first.omega,
-        outputs=(*outputs, *_labels("force", names, after=True)),
-        inputs=(*inputs, *_labels("gap", names, after=True)),
+        outputs=(*outputs, *forces),
+        inputs=(*inputs, *gaps),
         sides=tuple(sides),
-        flexibility=np.diag([1.0 / joint.stiffness for joint in joints]),
+        flexibility=_diagonal([joint.flexibility for joint in joints]),
+        by_gap=_diagonal([joint.by_gap for joint in joints]),
     )
 
 
@@ -104,48 +78,116 @@ class _Side:
     ----------
     values : array of complex, shape (n_omega, n_outputs, n_inputs)
         Its responses without joints.
-    joined : list of int, length n_joints
-        The inputs that joints push on.
-    compressing : array of complex, shape (n_omega, n_joints, n_inputs)
-        What its inputs add to the compression of the joints.
+    omega : array, shape (n_omega,)
+        rad/s.
+    joined, takes : list of int, length n_joined
+        The inputs that joints push on, and with which of all forces.
+    motions : list of int, length n_motions
+        The outputs that joints feel.
+    stiffness, damping, beside : array, shape (n_joints, n_forces, n_motions), of one joint
+        See `End`.
     """
 
     values: ComplexArray
+    omega: FloatArray
     joined: list[int]
-    compressing: ComplexArray
+    takes: list[int]
+    motions: list[int]
+    stiffness: FloatArray
+    damping: FloatArray
+    beside: FloatArray
 
     def at(self, part: slice) -> _Side:
         """At some frequencies."""
-        return _Side(self.values[part], self.joined, self.compressing[part])
+        return replace(self, values=self.values[part], omega=self.omega[part])
+
+    @cached_property
+    def forcing(self) -> ComplexArray:
+        """What its inputs, by its motions, do to all forces, (n_omega, n_all_forces, n_inputs)."""
+        return self._law(self.stiffness, self.damping + self.beside, self.values)
+
+    def untold(self, outputs: ComplexArray) -> ComplexArray:
+        """What acts beside the forces that are told, by all outputs (n_omega, n_outputs, n)."""
+        return self._law(np.zeros_like(self.beside), self.beside, outputs)
+
+    def _law(
+        self, stiffness: FloatArray, damping: FloatArray, outputs: ComplexArray
+    ) -> ComplexArray:
+        motion: ComplexArray = outputs[:, self.motions]
+        law: FloatArray | ComplexArray = stiffness
+        if damping.any():
+            law = stiffness + 1j * self.omega[:, None, None, None] * damping
+        elif stiffness.shape[1:] == (1, 1):
+            product: ComplexArray = stiffness[:, 0] * motion
+            return product
+        count, forces, motions = stiffness.shape
+        each = motion.reshape(len(motion), count, motions, motion.shape[2])
+        return np.asarray(law @ each).reshape(len(motion), count * forces, motion.shape[2])
+
+    def to_forces(self, at_inputs: ComplexArray, forces: int) -> ComplexArray:
+        """Loads on the joined inputs as if they were forces of the joints, all of these."""
+        if self.takes == list(range(forces)):
+            return at_inputs
+        found = np.zeros((len(at_inputs), forces, at_inputs.shape[2]), dtype=at_inputs.dtype)
+        found[:, self.takes] = at_inputs
+        return found
+
+    def by_forces(self, forces: int) -> ComplexArray:
+        """What the forces of the joints do to each other through it, (n_omega, n, n_forces)."""
+        through = self.forcing[:, :, self.joined]
+        if self.takes == list(range(forces)):
+            return through
+        found = np.zeros((len(through), forces, forces), dtype=complex)
+        found[:, :, self.takes] = through
+        return found
 
 
-def _side(free: FrequencyResponse, sign: float, ends: Sequence[tuple[str, str]]) -> _Side:
-    motion = free.values[:, free.rows(output for _, output in ends)]
-    return _Side(free.values, free.columns(input_ for input_, _ in ends), sign * motion)
+def _side(free: FrequencyResponse, ends: Sequence[End], joints: Sequence[Joint]) -> _Side:
+    first = np.cumsum([0, *(len(joint.forces) for joint in joints)]).tolist()
+    laws = [
+        np.array([_or_none(law, end) for end, law in zip(ends, each, strict=True)])
+        for each in zip(*((e.stiffness, e.damping, e.beside) for e in ends), strict=True)
+    ]
+    return _Side(
+        free.values,
+        free.omega,
+        free.columns(input_ for end in ends for input_ in end.inputs),
+        [first[k] + t for k, end in enumerate(ends) for t in end.takes],
+        free.rows(output for end in ends for output in end.outputs),
+        *(laws or [np.zeros((0, 1, 1))] * 3),
+    )
+
+
+def _or_none(matrix: FloatArray | None, end: End) -> FloatArray:
+    return np.zeros_like(end.stiffness) if matrix is None else matrix
 
 
 @dataclass(frozen=True, kw_only=True)
 class Coupled(Response):
-    """Components joined by springs; what is solved for is what is asked for.
+    """Components that are joined; what is solved for is what is asked for.
 
     Attributes
     ----------
     sides : tuple
         The components.
-    flexibility : ndarray, shape (n_joints, n_joints)
-        Of the joints, m/N.
+    flexibility : ndarray, shape (n_forces, n_forces)
+        Of the joints.
+    by_gap : ndarray, shape (n_forces, n_gaps)
+        What gaps do to forces.
 
     Notes
     -----
-    With the receptances `H1` and `H2` between the joints, as the components have their signs
-    (a vehicle lifted by a positive contact force has a negative one), the forces follow from
+    With the receptances `H1` and `H2` between the joints' inputs and motions, as the components
+    have their signs (a vehicle lifted by a positive contact force has a negative one), and the laws
+    `A1` and `A2` of the joints, the forces follow from
 
-        (1/k - H1 + H2) f = z1 - z2 - gap
+        (D - A1 H1 P1 - A2 H2 P2) f = A1 y1 + A2 y2 + G gap
 
-    with the motions of the free components. Flexibilities are added, not stiffnesses, so stiff
-    joints do no harm. A force at a joint's own input is not superposed on the joint's force, from
-    which it may differ in the fifth digit where the component is free to move: their sum is
-    solved for instead. See [1]_ for the method.
+    with the motions y of the free components; P tells which of the forces act at which inputs. Of
+    springs A is 1 and -1 and D the flexibility 1/k. Then flexibilities are added, not stiffnesses,
+    so stiff joints do no harm. A force at a joint's own input is not superposed on the joint's
+    force, from which it may differ in the fifth digit where the component is free to move: their
+    sum is solved for instead. See [1]_ for the method.
 
     References
     ----------
@@ -155,6 +197,7 @@ class Coupled(Response):
 
     sides: tuple[_Side, ...]
     flexibility: FloatArray
+    by_gap: FloatArray
 
     @property
     def values(self) -> ComplexArray:
@@ -182,42 +225,51 @@ class Coupled(Response):
         for side, load, total in zip(sides, own, sums, strict=True):
             both = np.empty((len(out), *load.shape[1:]), dtype=complex)
             both[:] = load
-            both[:, side.joined] = total
+            both[:, side.joined] = total[:, side.takes]
             first, row = row, row + side.values.shape[1]
             np.matmul(side.values, both, out=out[:, first:row])
+            if side.beside.any():
+                force = force - side.untold(out[:, first:row])
         out[:, row:] = force
 
     def _forces(
         self, sides: Sequence[_Side], own: Sequence[ComplexArray], gap: ComplexArray
     ) -> tuple[ComplexArray, list[ComplexArray]]:
         """In the joints; and on each side with what else acts on the inputs they push on."""
-        at_joints = [side.compressing[:, :, side.joined] for side in sides]
-        beside = [load[:, side.joined] for side, load in zip(sides, own, strict=True)]
-        free: ComplexArray = -gap
+        count = len(self.flexibility)
+        at_joints = [side.by_forces(count) for side in sides]
+        beside = [
+            side.to_forces(load[:, side.joined], count)
+            for side, load in zip(sides, own, strict=True)
+        ]
+        free: ComplexArray = self.by_gap @ gap
         for side, load in zip(sides, own, strict=True):
             elsewhere = load.copy()
             elsewhere[:, side.joined] = 0.0
             if elsewhere.any():
-                moved: ComplexArray = side.compressing @ elsewhere
+                moved: ComplexArray = side.forcing @ elsewhere
                 free = free + moved
         right, wanted = [_plus(free, at_joints, beside)], []
         for k, load in enumerate(beside):
+            wanted.append(load.any(axis=(0, 1)))
+            if not wanted[-1].any():
+                continue
             # What this side leans on: the rest of the system, without the difference of the two.
             rest = at_joints.copy()
             others = at_joints[:k] + at_joints[k + 1 :]
             rest[k] = np.asarray(self.flexibility - sum(others), dtype=np.complex128)
-            wanted.append(load.any(axis=(0, 1)))
             right.append(_plus(free, rest, beside)[:, :, wanted[-1]])
         stacked = np.concatenate(
             [np.broadcast_to(r, (len(sides[0].values), *r.shape[1:])) for r in right], axis=2
         )
         solved = np.linalg.solve(self.flexibility - sum(at_joints), stacked)
-        ends = np.cumsum([r.shape[2] for r in right])[:-1]
-        force, *with_load = np.split(solved, ends, axis=2)
+        end = free.shape[2]
+        force = solved[:, :, :end].astype(np.complex128, copy=False)
         sums = []
-        for which, found in zip(wanted, with_load, strict=True):
+        for which in wanted:
+            begin, end = end, end + int(which.sum())
             total = force.copy()
-            total[:, :, which] = found
+            total[:, :, which] = solved[:, :, begin:end]
             sums.append(total)
         return force, sums
 
@@ -232,6 +284,12 @@ def _plus(
     return start
 
 
-def _labels(word: str, names: Iterable[str], after: bool = False) -> list[str]:
-    """``word.name`` for each name, or ``name.word``."""
-    return [f"{name}.{word}" if after else f"{word}.{name}" for name in names]
+def _diagonal(blocks: Sequence[FloatArray]) -> FloatArray:
+    """Blocks along the diagonal; none of no size without any."""
+    found: FloatArray = block_diag(*blocks) if blocks else np.zeros((0, 0))
+    return found
+
+
+def _labels(word: str, names: Iterable[str]) -> list[str]:
+    """``word.name`` for each name."""
+    return [f"{word}.{name}" for name in names]

@@ -42,7 +42,7 @@ def system(omega, rows) -> FrequencyResponse:
     """Outputs are combinations (n_omega, n, 8) of the eight gaps."""
     return FrequencyResponse(
         name="made up", omega=omega, outputs=tuple(f"y{k}" for k in range(rows.shape[1])),
-        inputs=tuple(f"{w}.gap" for w in WHEELS), values=rows + 0j,
+        inputs=tuple(f"{w}.irregularity_z" for w in WHEELS), values=rows + 0j,
     )  # fmt: skip
 
 

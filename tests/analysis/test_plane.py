@@ -22,7 +22,7 @@ def oscillators(omega):
     values = np.repeat((H / 8)[:, None, None], 8, axis=2)
     return FrequencyResponse(
         name="body", omega=omega, outputs=("body.z",), values=values,
-        inputs=tuple(f"{w}.gap" for w in WHEELS),
+        inputs=tuple(f"{w}.irregularity_z" for w in WHEELS),
     )  # fmt: skip
 
 

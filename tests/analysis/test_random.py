@@ -20,7 +20,7 @@ def system(omega, rows):
         name="made up",
         omega=omega,
         outputs=tuple(f"y{k}" for k in range(len(rows))),
-        inputs=tuple(f"{w}.gap" for w in WHEELS),
+        inputs=tuple(f"{w}.irregularity_z" for w in WHEELS),
         values=np.array(values),
     )
 

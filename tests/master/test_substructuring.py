@@ -10,8 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
+from railcosim.master.linear.joint import spring
 from railcosim.master.linear.receptance import FrequencyResponse
-from railcosim.master.linear.substructuring import Joint, couple
+from railcosim.master.linear.substructuring import couple
 
 OMEGA = np.geomspace(0.1, 30.0, 200)
 M1, M2 = np.diag([2.0, 1.0, 3.0]), np.diag([1.0, 0.5])
@@ -20,12 +21,11 @@ K1 = 5.0 * np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])  # free: a rigid bo
 K2 = np.array([[9.0, -4], [-4, 6]])
 STIFFNESS = (7.0, 20.0)
 JOINTS = [
-    Joint(
-        name=f"wheel{j}",
-        first_input=f"f{j}",
-        first_output=f"z{j}",
-        second_input=f"f{j}",
-        second_output=f"z{j}",
+    spring(
+        f"wheel{j}.force",
+        f"wheel{j}.gap",
+        first=(f"f{j}", f"z{j}"),
+        second=(f"f{j}", f"z{j}"),
         stiffness=STIFFNESS[j],
     )
     for j in (0, 1)
@@ -112,7 +112,9 @@ def test_no_joints_leave_them_apart() -> None:
 def test_mass_on_the_ground() -> None:
     """A free mass on a spring: z / gap = k / (k - m omega^2)."""
     mass = free("mass", np.diag([3.0]), np.zeros((1, 1)), np.zeros((1, 1)), -1.0)
-    joint = Joint(name="contact", first_input="f0", first_output="z0", stiffness=50.0)
+    joint = spring(
+        "contact.force", "contact.gap", first=("f0", "z0"), second=("", ""), stiffness=50.0
+    )
     coupled = couple(mass, None, [joint])
     assert coupled.outputs == ("mass.z0", "contact.force")
     assert coupled.inputs == ("mass.f0", "contact.gap")
@@ -140,14 +142,8 @@ def test_free_wheel_on_a_stiff_contact(stiffness: float) -> None:
         )
         for name, values in (("wheel", tonnes), ("track", rail))
     )
-    joint = Joint(
-        name="contact",
-        first_input="f",
-        first_output="z",
-        second_input="f",
-        second_output="z",
-        stiffness=stiffness,
-    )
+    ends = ("f", "z")
+    joint = spring("contact.force", "contact.gap", first=ends, second=ends, stiffness=stiffness)
     coupled = couple(wheel, track, [joint])
     flexibility = 1.0 / stiffness + rail
     lifted = tonnes * flexibility / (flexibility - tonnes)
@@ -161,6 +157,9 @@ def test_free_wheel_on_a_stiff_contact(stiffness: float) -> None:
     )
 
 
+END = ("f0", "z0")
+
+
 def test_refusals() -> None:
     shifted = replace(TRACK, omega=OMEGA + 1.0)
     with pytest.raises(ValueError, match="different frequencies"):
@@ -170,6 +169,6 @@ def test_refusals() -> None:
     with pytest.raises(ValueError, match="not all different"):
         couple(VEHICLE, VEHICLE, JOINTS)
     with pytest.raises(ValueError, match="no input"):
-        couple(VEHICLE, TRACK, [Joint(name="a", first_input="x", first_output="z0", stiffness=1.0)])
+        couple(VEHICLE, TRACK, [spring("a", "b", first=("x", "z0"), second=END, stiffness=1.0)])
     with pytest.raises(ValueError, match="must be positive"):
-        Joint(name="a", first_input="f0", first_output="z0", stiffness=0.0)
+        spring("a", "b", first=END, second=END, stiffness=0.0)

@@ -1,0 +1,82 @@
+"""What excites a coupled vehicle and track: forces, and irregularity that wheels meet."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from railcosim.master.component import FloatArray
+from railcosim.master.connections import CouplingError
+from railcosim.master.linear.realisation import ComplexArray
+from railcosim.master.linear.receptance import Response, lag
+from railcosim.mechanics.ports import IRREGULARITY, MOST_WHEELSETS, Layout, Port, Y
+from railcosim.track.irregularity.quantities import QUANTITIES, Quantity
+
+WHEELSET_FORCE, RAIL_FORCE = "force_z", "rail_force_"
+FORCES = (WHEELSET_FORCE, *(f"{RAIL_FORCE}{direction}" for direction in "zy"))
+IRREGULARITIES: dict[str, Quantity] = {"irregularity_z": QUANTITIES["vertical"], **QUANTITIES}
+"""By names of excitations: the vertical one by the name of the variables, too."""
+
+
+def check_excitation(excitation: str, wheelsets: int = MOST_WHEELSETS) -> None:
+    """Raise CouplingError if nothing on so many wheelsets is excited so; see `loads_of`."""
+    axles = Layout(wheelsets).axles
+    axle, _, what = excitation.rpartition(".")
+    known = {*IRREGULARITIES, *FORCES} if axle else set(IRREGULARITIES)
+    if what not in known or (axle and axle not in axles):
+        raise CouplingError(
+            f"excitation {excitation}: must be {', '.join(IRREGULARITIES)}, or one of {axles[0]} "
+            f"to {axles[-1]} with .{', .'.join((*FORCES, *IRREGULARITIES))}"
+        )
+
+
+def is_irregularity(excitation: str) -> bool:
+    """Whether an excitation is in m, not in N."""
+    return excitation.rpartition(".")[2] in IRREGULARITIES
+
+
+def loads_of(
+    system: Response, excitation: str, positions: FloatArray, speed: float
+) -> tuple[list[str], ComplexArray]:
+    """Inputs of a coupled response that are excited, and how much, (n_omega, n_inputs).
+
+    Parameters
+    ----------
+    system, excitation, positions, speed
+        See `railcosim.analysis.response.frequency.response`.
+
+    Raises
+    ------
+    CouplingError
+        If there is no such excitation, or the system does not know of it.
+    """
+    layout = Layout(len(positions))
+    check_excitation(excitation, layout.wheelsets)
+    axle, _, what = excitation.rpartition(".")
+    wheels = [port for port in layout.ports if not axle or port.wheel.startswith(f"{axle}.")]
+    if what in IRREGULARITIES:
+        quantity = IRREGULARITIES[what]
+        wanted = {_gap(port, quantity): getattr(quantity, port.side) for port in wheels}
+    elif what == WHEELSET_FORCE:
+        # Contact forces lift the vehicle's wheels; half of a force down goes to each.
+        wanted = {f"vehicle.{port.wheel}.force_z": -0.5 for port in wheels}
+    else:
+        along = what.removeprefix(RAIL_FORCE)
+        wanted = {f"track.{port.wheel}.force_{along}": 1.0 for port in wheels}
+    known = set(system.inputs)
+    # Wheels that the vertical model moves down alike would be given no roll.
+    rolls = f"{layout.wheels[0]}.{IRREGULARITY.format(Y.name)}" in known
+    alike = len(set(wanted.values())) == 1
+    if not set(wanted) <= known or not (alike or rolls):
+        raise CouplingError(
+            f"excitation {excitation}: there is no such input in {system.name}, or it takes the "
+            "spatial model"
+        )
+    delays = [
+        0.0 if axle else (positions.max() - positions[port.wheelset - 1]) / speed for port in wheels
+    ]
+    amplitudes = np.array(list(wanted.values())) * lag(system.omega, delays)
+    return list(wanted), amplitudes
+
+
+def _gap(port: Port, quantity: Quantity) -> str:
+    return f"{port.wheel}.{IRREGULARITY.format(quantity.direction)}"

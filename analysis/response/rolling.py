@@ -1,0 +1,171 @@
+"""Wheels that roll on rails at a speed, linear about straight running, as joints at the ports."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from railcosim.master.component import FloatArray
+from railcosim.master.linear.joint import End, Joint
+from railcosim.mechanics.contact.at_ports import PORTS, AtPorts
+from railcosim.mechanics.contact.creep import LINEAR, CreepLaw
+from railcosim.mechanics.contact.geometry import LEFT, RIGHT, Geometry
+from railcosim.mechanics.contact.rolling import RollingContact
+from railcosim.mechanics.contact.wheelset import at_rest
+from railcosim.mechanics.ports import (
+    DIMENSIONS,
+    FORCE,
+    IRREGULARITY,
+    OF_WHEELS,
+    RAIL,
+    ROLL,
+    WHEEL,
+    YAW,
+    Layout,
+)
+
+ON_WHEEL, ON_RAIL = OF_WHEELS["spatial"], DIMENSIONS["spatial"]
+RAIL_MOMENT = "rail_moment_x"
+"""About the rail's datum; that of the wheel's, `moment_x`, is about the wheel's."""
+FORCES = (*(d.effort for d in ON_WHEEL), RAIL_MOMENT)
+"""Of a contact, last parts of names: those down and to the right are the same at both bodies."""
+TOLD = [*range(len(ON_WHEEL)), PORTS.index((RAIL, ROLL))]
+"""Their places among all forces, `PORTS`."""
+ROUGH = ON_RAIL[:2]
+"""Directions in which a rail is irregular: down and aside."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearContacts:
+    """Contacts of all wheelsets about straight running at 1 m/s.
+
+    Creepages are velocities over the speed, so what they do to forces falls with it; the moments of
+    turning axles grow with it.
+
+    Attributes
+    ----------
+    K, C : array, shape (n_contacts, 8, 8)
+        What wheels do to rails by motions and by rates at `PORTS`, left contacts first.
+    turning : array, shape (n_wheelsets,)
+        Angular momentum of each axle, N m s per m/s.
+    """
+
+    K: FloatArray
+    C: FloatArray
+    turning: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        wheels: Sequence[Geometry],
+        loads: FloatArray,
+        spin_inertia: FloatArray,
+        half_distance: float,
+        creep: CreepLaw = LINEAR,
+    ) -> LinearContacts:
+        """Of wheels on their rails.
+
+        Parameters
+        ----------
+        wheels : sequence of Geometry, length n_wheelsets
+            From the front.
+        loads, spin_inertia : array, shape (n_wheelsets,)
+            Static load of one wheel of each (N), and moment of inertia about the axle (kg m2).
+        half_distance : float
+            Of the data from the wheelset's middle, m.
+        creep : CreepLaw
+            Kalker's linear one if not given.
+
+        Raises
+        ------
+        ValueError, ArithmeticError
+            If a wheelset cannot stand under its load.
+        """
+        each = list(zip(wheels, loads.tolist(), strict=True))
+        made = {one: _tangents(*one, half_distance, creep) for one in set(each)}
+        K, C = (
+            np.concatenate([[made[one][k][side] for one in each] for side in range(2)])
+            for k in range(2)
+        )
+        radius = np.array([one.radius for one in wheels])
+        return cls(K=K, C=C, turning=spin_inertia / radius)
+
+    def at(self, speed: float) -> Running:
+        """At a speed, m/s."""
+        turning = np.tile(self.turning, 2)
+        G = np.zeros_like(self.C)
+        roll, yaw = PORTS.index((WHEEL, ROLL)), PORTS.index((WHEEL, YAW))
+        # Half of the axle's moment at each wheel, turned round: what wheels do to rails.
+        G[:, roll, yaw], G[:, yaw, roll] = turning / 2, -turning / 2
+        return Running(K=self.K, C=self.C / speed, G=speed * G, speed=speed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Running:
+    """The same at a speed.
+
+    Attributes
+    ----------
+    K, C : array, shape (n_contacts, 8, 8)
+        See `LinearContacts`.
+    G : array, shape (n_contacts, 8, 8)
+        Moments of turning axles by rates, as if contacts gave them.
+    speed : float
+        m/s.
+    """
+
+    K: FloatArray
+    C: FloatArray
+    G: FloatArray
+    speed: float
+
+    def joints(self) -> list[Joint]:
+        """One a contact, left ones first; forces `FORCES`, irregularities down and to the right."""
+        layout = Layout(len(self.K) // 2, directions=ON_WHEEL)
+        split, m = len(ON_WHEEL), len(TOLD)
+        by_gap = [PORTS.index((RAIL, d)) for d in ROUGH]
+        # A wheel takes the first five; a rail those down, aside, and the moment about its datum.
+        on_wheel = tuple(range(split))
+        on_rail = (*(ON_WHEEL.index(d) for d in ROUGH), m - 1)
+        found = []
+        for k in range(layout.contacts):
+            ports = layout.ports[split * k : split * (k + 1)]
+            K, C, G = (A[k][TOLD] for A in (self.K, self.C, self.G))
+            rails = ports[: len(ON_RAIL)]
+            wheel = ports[0].wheel
+            found.append(
+                Joint(
+                    forces=tuple(f"{wheel}.{effort}" for effort in FORCES),
+                    gaps=tuple(p.name(IRREGULARITY) for p in ports[: len(ROUGH)]),
+                    first=End(
+                        inputs=tuple(p.name(FORCE) for p in ports),
+                        takes=on_wheel,
+                        outputs=tuple(p.name(WHEEL.motion) for p in ports),
+                        stiffness=K[:, :split],
+                        damping=C[:, :split],
+                        beside=G[:, :split],
+                    ),
+                    second=End(
+                        inputs=tuple(p.name(FORCE) for p in rails),
+                        takes=on_rail,
+                        outputs=tuple(p.name(RAIL.motion) for p in rails),
+                        stiffness=K[:, split:],
+                        damping=C[:, split:],
+                    ),
+                    flexibility=np.eye(m),
+                    by_gap=K[:, by_gap],
+                )
+            )
+        return found
+
+
+def _tangents(
+    wheels: Geometry, load: float, half_distance: float, creep: CreepLaw
+) -> tuple[FloatArray, FloatArray]:
+    """Of the left and the right contact of a wheelset at rest, (2, 8, 8), by motions and rates."""
+    law = RollingContact(geometry=wheels, side=np.array([LEFT, RIGHT]), speed=1.0, creep=creep)
+    ports = AtPorts(contact=law, half_distance=half_distance)
+    rest = np.linalg.solve(ports.coordinates, at_rest(law, load)[..., None])[..., 0].astype(float)
+    return ports.tangents(rest, np.zeros_like(rest))
