@@ -105,6 +105,11 @@ class Component(ABC):
         """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
         return np.ones((len(self.outputs), len(self.inputs)), dtype=bool)
 
+    @property
+    def states_dependence(self) -> NDArray[np.bool_]:
+        """Whether `feedthrough` is known of an output, and not only feared, shape (n_outputs,)."""
+        return np.ones(len(self.outputs), dtype=bool)
+
     def bind(self, u: FloatArray, y: FloatArray) -> None:
         """Exchange values through these contiguous arrays from now on, shaped as `u` and `y`."""
         self.u, self.y = u, y

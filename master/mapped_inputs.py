@@ -50,6 +50,11 @@ class MappedInputs(Component):
         return self.inner.feedthrough
 
     @property
+    def states_dependence(self) -> NDArray[np.bool_]:
+        """As the component's."""
+        return self.inner.states_dependence
+
+    @property
     def can_rollback(self) -> bool:  # type: ignore[override]
         """Whether `save_state` and `restore_state` work."""
         return self.inner.can_rollback

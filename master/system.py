@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -89,8 +90,19 @@ class System:
         for port in self._ports:
             port.component.bind(self._inputs[port.inputs], self._buffer[port.outputs])
         plan = exchange_plan(
-            [(p.outputs, p.sources, p.component.feedthrough) for p in self._ports], self.names
+            [
+                (p.outputs, p.sources, p.component.feedthrough, p.component.states_dependence)
+                for p in self._ports
+            ],
+            self.names,
         )
+        for loop in plan.open_loops:
+            warnings.warn(
+                f"{' -> '.join(self.names[i] for i in loop)}: a loop if each depended at once on "
+                "the one before, which the model descriptions do not state. Last values are "
+                "exchanged: if there is such a dependence, they come one step late",
+                stacklevel=2,
+            )
         self._visits = [(self._ports[k], needs_inputs) for k, needs_inputs in plan.visits]
         self._late = [self._ports[k] for k in plan.late]
 

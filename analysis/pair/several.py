@@ -95,6 +95,7 @@ class SeveralVehicles(LoadedFmu):
             input_references=(),
             output_references=(),
             feedthrough=block_diag(*(d.feedthrough for d in each)).astype(bool),
+            states_dependence=np.concatenate([d.states_dependence for d in each]),
             parameters=self._parameters(),
             other_names={},
             can_get_and_set_state=all(d.can_get_and_set_state for d in each),

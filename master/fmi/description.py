@@ -66,6 +66,8 @@ class FmuDescription:
         Their FMI value references.
     feedthrough : array of bool, shape (n_outputs, n_inputs)
         Direct dependence, from the model structure.
+    states_dependence : array of bool, shape (n_outputs,)
+        Whether it lists what an output depends on; if not, that may be everything.
     parameters : dict of str to Parameter
         All parameters by name.
     other_names : dict of str to str
@@ -90,6 +92,7 @@ class FmuDescription:
     input_references: tuple[int, ...]
     output_references: tuple[int, ...]
     feedthrough: NDArray[np.bool_]
+    states_dependence: NDArray[np.bool_]
     parameters: dict[str, Parameter]
     other_names: dict[str, str]
     can_get_and_set_state: bool
@@ -173,6 +176,7 @@ def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
     """What FMPy has read, for one kind of FMU: ``raw.coSimulation`` or ``raw.modelExchange``."""
     inputs = [v for v in raw.modelVariables if v.type == "Real" and v.causality == "input"]
     outputs = [v for v in raw.modelVariables if v.type == "Real" and v.causality == "output"]
+    feedthrough, stated = _feedthrough(raw.outputs, inputs, outputs)
     return FmuDescription(
         path=path,
         sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
@@ -185,7 +189,8 @@ def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
         outputs=tuple(coupling_variable(v) for v in outputs),
         input_references=tuple(v.valueReference for v in inputs),
         output_references=tuple(v.valueReference for v in outputs),
-        feedthrough=_feedthrough(raw.outputs, inputs, outputs),
+        feedthrough=feedthrough,
+        states_dependence=stated,
         parameters={
             v.name: _parameter(v) for v in raw.modelVariables if v.causality == "parameter"
         },
@@ -207,20 +212,21 @@ def _default_step(experiment: Any) -> float | None:
 
 def _feedthrough(
     unknowns: Iterable[Any], inputs: list[Any], outputs: list[Any]
-) -> NDArray[np.bool_]:
-    """Direct dependence of outputs on inputs, shape (n_outputs, n_inputs)."""
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Direct dependence of outputs on inputs, (n_outputs, n_inputs), and of which it is stated."""
     # FMI: a missing list of dependencies means "may depend on everything".
     matrix = np.ones((len(outputs), len(inputs)), dtype=bool)
+    stated = np.zeros(len(outputs), dtype=bool)
     column = {v.name: j for j, v in enumerate(inputs)}
     row = {v.name: i for i, v in enumerate(outputs)}
     for unknown in unknowns:
         i = row.get(unknown.variable.name)
         if i is None or unknown.dependencies is None:
             continue
-        matrix[i] = False
+        matrix[i], stated[i] = False, True
         matrix[i, [column[v.name] for v in unknown.dependencies if v.name in column]] = True
-    matrix.flags.writeable = False
-    return matrix
+    matrix.flags.writeable = stated.flags.writeable = False
+    return matrix, stated
 
 
 def _declared(variable: Any, attribute: str) -> str | None:

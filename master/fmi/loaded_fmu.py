@@ -40,6 +40,11 @@ class LoadedFmu(Component):
         return self.description.feedthrough
 
     @property
+    def states_dependence(self) -> NDArray[np.bool_]:
+        """Whether the model structure lists the dependencies of an output."""
+        return self.description.states_dependence
+
+    @property
     def max_input_derivative(self) -> int:  # type: ignore[override]
         """2 if the FMU can interpolate its inputs (FMI names no order), else 0."""
         return 2 if self.description.can_interpolate_inputs else 0

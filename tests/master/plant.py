@@ -43,8 +43,11 @@ def library() -> bytes:
         return out.read_bytes()
 
 
-def description(*, u: str = "", x: str = "", z: str = "", x0: str = "", units: str = UNITS) -> str:
-    """Its model description, with these units."""
+def description(
+    *, u: str = "", x: str = "", z: str = "", x0: str = "", units: str = UNITS, stated: bool = True
+) -> str:
+    """Its model description, with these units; perhaps not stating what outputs depend on."""
+    of_x, of_z = ('dependencies=""', 'dependencies="1"') if stated else ("", "")
 
     def real(name: str, reference: int, causality: str, unit: str, start: str = "") -> str:
         more = {"parameter": ' variability="fixed"'}.get(causality, "")
@@ -77,8 +80,8 @@ def description(*, u: str = "", x: str = "", z: str = "", x0: str = "", units: s
   </ModelVariables>
   <ModelStructure>
     <Outputs>
-      <Unknown index="2" dependencies=""/>
-      <Unknown index="3" dependencies="1"/>
+      <Unknown index="2" {of_x}/>
+      <Unknown index="3" {of_z}/>
       <Unknown index="8" dependencies=""/>
     </Outputs>
     <InitialUnknowns>
@@ -90,11 +93,11 @@ def description(*, u: str = "", x: str = "", z: str = "", x0: str = "", units: s
 </fmiModelDescription>"""
 
 
-def make_fmu(path: Path, **units: str) -> Path:
-    """Write an FMU."""
+def make_fmu(path: Path, **about: str | bool) -> Path:
+    """Write an FMU; what it says of itself as in `description`."""
     binary = f"binaries/{fmpy.platform}/plant{fmpy.sharedLibraryExtension}"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", description(**units))
+        archive.writestr("modelDescription.xml", description(**about))
         archive.writestr(binary, library())
     return path
 

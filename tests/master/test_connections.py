@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import re
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from railcosim.master.component import Variable
+from railcosim.master.component import Component, Variable
 from railcosim.master.connections import (
     Connection,
     CouplingError,
     connect_by_name,
 )
+from railcosim.master.cosimulation import cosimulate
+from railcosim.master.fmi.description import describe_file
+from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
 
 from .oscillator import LinearComponent, make_left, make_right
+from .plant import make_fmu
 
 
 class Spy(LinearComponent):
@@ -156,6 +163,71 @@ def test_algebraic_loop_is_named():
     b = algebra("b", [[1.0], [0.0]], ["x"], ["y", "other"])
     with pytest.raises(CouplingError, match=r"loop: (a\.x -> b\.y -> a\.x|b\.y -> a\.x -> b\.y);"):
         System([a, b], connect_by_name([a, b]))
+
+
+class Silent(LinearComponent):
+    """Does not say what its outputs depend on at once."""
+
+    feedthrough = Component.feedthrough  # it may be everything
+
+    @property
+    def states_dependence(self):
+        return np.zeros(len(self.outputs), dtype=bool)
+
+
+def lag(name, kind, output, input_):
+    """x' = -x + u, and its output is x."""
+    return kind(
+        name, A=[[-1.0]], B=[[1.0]], C=[[1.0]], D=[[0.0]], x0=[1.0],
+        inputs=[Variable(name=input_)], outputs=[Variable(name=output)],
+    )  # fmt: skip
+
+
+def test_what_is_not_stated_is_no_loop():
+    """Two lags that feed each other and say nothing: run as if they had said so, with a word."""
+    runs = []
+    for kind in (Silent, LinearComponent):
+        pair = [lag("a", kind, "x", "y"), lag("b", kind, "y", "x")]
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            system = System(pair, connect_by_name(pair))
+        words = [str(w.message) for w in told]
+        assert len(words) == (kind is Silent)
+        assert not words or re.search(r"a\.x -> b\.y -> a\.x|b\.y -> a\.x -> b\.y", words[0])
+        points = list(cosimulate(system, jacobi(degree=1), 0.1, 1.0))
+        runs.append(np.array([p.outputs.copy() for p in points]))
+    np.testing.assert_array_equal(*runs)
+
+
+def test_what_is_not_stated_counts_where_it_closes_no_loop():
+    """Behind a loop, an output that may depend on all its inputs is read after they were set."""
+    pair = [lag("a", Silent, "x", "y"), lag("b", Silent, "y", "x")]
+    behind = Silent(
+        "c", A=np.zeros((1, 1)), B=np.zeros((1, 1)), C=[[0.0]], D=[[3.0]], x0=[0.0],
+        inputs=[Variable(name="x")], outputs=[Variable(name="z")],
+    )  # fmt: skip
+    with pytest.warns(UserWarning, match="one step late"):
+        system = System([behind, *pair], connect_by_name([behind, *pair]))
+    system.begin(0.0)
+    assert system.outputs[system.names.index("c.z")] == 3.0
+
+
+def test_what_a_description_states(tmp_path):
+    """A list that is empty says something, none says nothing."""
+    known = describe_file(make_fmu(tmp_path / "a.fmu"))
+    assert (known.feedthrough.tolist(), known.states_dependence.all()) == ([[False], [True]], True)
+    silent = describe_file(make_fmu(tmp_path / "b.fmu", stated=False))
+    assert (silent.feedthrough.all(), silent.states_dependence.any()) == (True, False)
+
+
+def test_a_stated_dependence_in_a_loop_stays():
+    """y = 2 x at once, stated; x is silent: the loop is cut where nothing is known."""
+    gain = algebra("b", [[2.0]], ["x"], ["y"])
+    silent = lag("a", Silent, "x", "y")
+    with pytest.warns(UserWarning, match="one step late"):
+        system = System([silent, gain], connect_by_name([silent, gain]))
+    system.begin(0.0)
+    assert system.outputs.tolist() == [1.0, 2.0]
 
 
 @settings(max_examples=40, deadline=None)
