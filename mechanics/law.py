@@ -33,6 +33,75 @@ class ContactLaw(Protocol):
         """Their derivatives, shape (n_contacts, k, k), N/m."""
 
 
+class OwnLaw(Protocol):
+    """The law of the contacts that a body owns, in its own k directions.
+
+    Motions q of the body at its ports (m, rad) and their rates v are of shape (..., n, k), n
+    contacts; what the other one does, and irregularities, are g numbers a contact, (..., n, g).
+    """
+
+    @property
+    def directions(self) -> int:
+        """k."""
+
+    @property
+    def of_rates(self) -> bool:
+        """Whether forces depend on rates: then they act on what they depend on at once."""
+
+    def force(self, q: FloatArray, v: FloatArray, given: FloatArray) -> FloatArray:
+        """Forces at the body's ports, what wheels do to rails, shape (..., n, k), N and N m."""
+
+    def tangents(
+        self, q: FloatArray, v: FloatArray, given: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Their derivatives by q and by v, each of shape (..., n, k, k)."""
+
+    def on_other(self, q: FloatArray, v: FloatArray, given: FloatArray) -> FloatArray:
+        """Forces at the ports of what the body meets, shape (..., n, directions of that)."""
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """Contacts that are only pressed, each direction by itself: forces know no rates.
+
+    The given number of a direction is the height (m) of the surface that the body meets: of the
+    wheel less the irregularity, or of the rail with it.
+
+    Attributes
+    ----------
+    law : ContactLaw
+        Of compressions.
+    sign : int
+        Of a compression by the body's motion: 1 for wheels, -1 for rails.
+    """
+
+    law: ContactLaw
+    sign: int
+    of_rates: ClassVar[bool] = False
+
+    @property
+    def directions(self) -> int:
+        """See `OwnLaw`."""
+        return self.law.directions
+
+    def force(self, q: FloatArray, v: FloatArray, given: FloatArray) -> FloatArray:
+        """See `OwnLaw`."""
+        del v
+        return self.law.force(self.sign * (q - given))
+
+    def tangents(
+        self, q: FloatArray, v: FloatArray, given: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """See `OwnLaw`."""
+        del v
+        by_q = self.sign * self.law.tangent(self.sign * (q - given))
+        return by_q, np.zeros_like(by_q)
+
+    def on_other(self, q: FloatArray, v: FloatArray, given: FloatArray) -> FloatArray:
+        """See `OwnLaw`: action is reaction."""
+        return self.force(q, v, given)
+
+
 class NormalLaw:
     """A law of one direction, so of arrays of any shape, number by number.
 

@@ -210,11 +210,13 @@ class Met:
     def velocity(self, state: State, force: FloatArray) -> FloatArray:
         """Velocities of the material there; modes left out let a little force through."""
         seen = self._seen(self.body.poles * state.s, state.v)
-        # Of a vehicle no modes are left out: what force would come through is rounding.
-        return seen + self._through @ force if self.body.coordinates is None else seen
+        return seen + self.through @ force if self.body.coordinates is None else seen
 
     @cached_property
-    def _through(self) -> FloatArray:
+    def through(self) -> FloatArray:
+        """Velocity at once per force, (ports, ports), m/(N s)."""
+        if self.body.coordinates is not None:  # no modes are left out: it would be rounding
+            return np.zeros((self.body.ports, self.body.ports))
         return self.compliance(np.ones_like(self.body.poles), 0.0)
 
     def _seen(self, s: ComplexArray, r: FloatArray) -> FloatArray:

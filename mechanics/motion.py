@@ -13,9 +13,9 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .law import ContactLaw
+from .law import OwnLaw
 from .modal import Met, ModalBody
-from .solve import OverStep, forces, solve_compression
+from .solve import VALUES, AtOnce, AtRest, OverStep, forces, solve_compression
 from .stepping import (
     Coefficients,
     State,
@@ -37,9 +37,9 @@ class Inputs:
     ----------
     position : array, shape (wheelsets,)
         Of the wheelsets, m.
-    load : array, shape (ports,)
-        Contact forces (N) where they come from outside; else the height (m) of the surface that
-        the body's own contacts press against.
+    load : array, shape (ports,) or (contacts x g,)
+        Contact forces (N) where they come from outside; else what the law of the body's own
+        contacts is given, see `OwnLaw`.
     """
 
     position: FloatArray
@@ -61,7 +61,7 @@ class Forces(Protocol):
     """Where the contact forces come from."""
 
     def at(self, met: Met, state: State, load: FloatArray) -> FloatArray:
-        """Forces in a known state, shape (ports,), N."""
+        """Forces at the body's ports in a known state, shape (ports,), N."""
 
     def step(self, meet: Meet, c: Coefficients, state: State, inputs: Instants) -> State:
         """The state after an internal step, from inputs at its beginning, middle and end."""
@@ -85,14 +85,20 @@ class FromOutside:
 
 @dataclass(frozen=True)
 class OwnContact:
-    """The body owns the contact springs, of this law.
+    """The body owns the contacts, of this law.
 
     Over a step the body first goes on under the forces that its contacts have at the beginning,
     while the wheelsets roll. What the forces change by is a line in time, whose effects are those
     of wheelsets that stay where they are in the middle of the step. It is the line nearest to the
-    law along the parabola with the compressions at the beginning, at the end and on average over
-    the step. Where wheels do not roll these are exact for that line, so linear springs give up what
-    its work on the body is, whatever the step: nothing grows, however stiff they are.
+    law along the parabola with the motions at the beginning, at the end and on average over the
+    step, with the rates of that parabola; where wheels roll, with those of the one of the material
+    in the middle of their way. Where wheels do not roll all is exact for that line, so linear springs
+    give up what its work on the body is, and creep takes what it takes along the parabola, whatever
+    the step: nothing grows, however stiff they are.
+
+    A force that depends on rates jumps with them, and rates of a rail jump with the force, more
+    than once over: f22 / speed times the mobility is above 1. At an instant it is what agrees with
+    the rates that it makes, so it depends on the state and the inputs of that instant alone.
 
     References
     ----------
@@ -100,49 +106,77 @@ class OwnContact:
     free masses.
     """
 
-    law: ContactLaw
+    law: OwnLaw
 
     def at(self, met: Met, state: State, load: FloatArray) -> FloatArray:
         """See `Forces`."""
-        return forces(self.law, met.body.sign * (met.motion(state) - load))
+        contacts = met.body.layout.contacts
+        q, given = (x.reshape(contacts, -1) for x in (met.motion(state), load))
+        v = np.zeros_like(q)
+        if self.law.of_rates:
+            free = met.velocity(state, np.zeros(q.size))
+            law = AtOnce(self.law, q, given)
+            v = solve_compression(law, -met.through, free, guess=v.ravel()).reshape(q.shape)
+        return self.law.force(q, v, given).ravel()
+
+    def on_other(self, met: Met, state: State, load: FloatArray, force: FloatArray) -> FloatArray:
+        """Forces at the ports of what the body meets, where those at its own are known."""
+        known = (met.motion(state), met.velocity(state, force), load)
+        contacts = met.body.layout.contacts
+        return self.law.on_other(*(x.reshape(contacts, -1) for x in known)).ravel()
+
+    def rest(self, met: Met, load: FloatArray) -> FloatArray:
+        """Forces of a body at rest that has no rigid motions."""
+        law = AtRest(self.law, load.reshape(met.body.layout.contacts, -1))
+        none = np.zeros(met.body.ports)
+        return forces(law, solve_compression(law, -met.static_compliance(), none, guess=none))
 
     def step(self, meet: Meet, c: Coefficients, state: State, inputs: Instants) -> State:
         """See `Forces`."""
         first, middle, last = (meet(now.position) for now in inputs)
-        body, loads = first.body, [now.load for now in inputs]
-        z = first.motion(state)
-        begin = body.sign * (z - loads[0])
-        force = forces(self.law, begin)
+        body, loads = first.body, np.stack([now.load for now in inputs])
+        force = self.at(first, state, loads[0])
         drives = [met.drive(force - body.preload) for met in (first, middle, last)]
         after, mean = along(c, state, *drives), average(c, state, *drives)
-        end = last.motion(after)
+        # Where the wheels are, and in the middle of their way: at the beginning and at the end.
+        ends = np.stack([first.motion(state), last.motion(after)])
+        rolled = ends - np.stack([middle.motion(s) for s in (state, after)])
         # Exact where wheels do not roll; elsewhere Simpson's rule finds what the shapes change by.
-        ends = [middle.motion(s) for s in (state, after)]
-        rolled = (z + end - ends[0] - ends[1]) / 6
-        height = (loads[0] + 4 * loads[1] + loads[2]) / 6
-        free = body.sign * np.stack([middle.motion(mean) + rolled - height, end - loads[2]])
-        line = self._line(middle, c, begin, free, force)
+        rolled = np.insert(rolled, 1, rolled.sum(axis=0) / 6, axis=0)
+        loads[1] = (loads[0] + 4 * loads[1] + loads[2]) / 6
+        contacts = body.layout.contacts
+        law = OverStep(
+            self.law,
+            c.h,
+            begin=ends[0].reshape(contacts, -1),
+            rolled=rolled.reshape(3, contacts, -1),
+            given=(VALUES @ loads).reshape(3, contacts, -1),
+        )
+        free = np.stack([middle.motion(mean) + rolled[1], ends[1]])
+        line = _line(law, middle, c, free, force)
         add_line(c, after, middle.drive(line[0] - force), middle.drive(line[1]))
         return after
 
-    def _line(
-        self, met: Met, c: Coefficients, begin: FloatArray, free: FloatArray, force: FloatArray
-    ) -> FloatArray:
-        """Mean and slope of the forces, shape (2, ports), from compressions without changes."""
-        k, ports = self.law.directions, begin.size
-        P = [met.compliance(c.h * c.phi[j], rigid_weight(c, j)) for j in (1, 2, 3)]
-        # Opening on average and at the end by means and by slopes: directions stand together.
-        parts = [[P[1], 2 * P[2] - P[1]], [P[0], 2 * P[1] - P[0]]]
-        G = -met.body.sign * np.array(parts)  # (2, 2, ports, ports)
-        gap = free + G[:, 0] @ force
-        contacts = (2, 2, ports // k, k, ports // k, k)
-        matrix = G.reshape(contacts).transpose(2, 0, 3, 4, 1, 5).reshape(2 * ports, 2 * ports)
-        law = OverStep(self.law, begin.reshape(-1, k))
-        flat = gap.reshape(2, -1, k).transpose(1, 0, 2).ravel()
-        pressed = solve_compression(law, matrix, flat, guess=flat)
-        found = forces(law, pressed).reshape(-1, 2, k)
-        line: FloatArray = found.transpose(1, 0, 2).reshape(2, ports)
-        return line
+
+def _line(
+    law: OverStep, met: Met, c: Coefficients, free: FloatArray, force: FloatArray
+) -> FloatArray:
+    """Mean and slope of the forces, shape (2, ports), from motions under unchanged ones."""
+    contacts, ports = met.body.layout.contacts, force.size
+    P = [met.compliance(c.h * c.phi[j], rigid_weight(c, j)) for j in (1, 2, 3)]
+    # Motions on average and at the end by means and by slopes.
+    G = np.array([[P[1], 2 * P[2] - P[1]], [P[0], 2 * P[1] - P[0]]])  # (2, 2, ports, ports)
+
+    def together(by_part: FloatArray) -> FloatArray:
+        """What is of one contact, of both parts."""
+        return by_part.reshape(2, contacts, -1).transpose(1, 0, 2).ravel()
+
+    places = together(np.arange(2 * ports))
+    matrix = -G.transpose(0, 2, 1, 3).reshape(2 * ports, 2 * ports)[np.ix_(places, places)]
+    start, gap = together(free), together(free - G[:, 0] @ force)
+    line = np.empty(2 * ports)
+    line[places] = forces(law, solve_compression(law, matrix, gap, guess=start))
+    return line.reshape(2, ports)
 
 
 class Mover:

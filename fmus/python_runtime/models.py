@@ -8,11 +8,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ...mechanics.law import ContactLaw, HertzContact, LinearContact
+from ...mechanics.law import ContactLaw, HertzContact, LinearContact, Pressed
 from ...mechanics.modal import ModalBody
 from ...mechanics.motion import Forces, FromOutside, Inputs, Mover, OwnContact
-from ...mechanics.solve import forces as forces_of
-from ...mechanics.solve import solve_compression
 from ...mechanics.stepping import State
 from ..roles import Role, Slot
 
@@ -69,7 +67,8 @@ class Model:
         # Where nothing is solved for and no position is an input, a step of any length is exact.
         step = parameters.get((Role.INTERNAL_STEP, 0), np.inf)
         if own:
-            forces = OwnContact(contact_law(parameters, self.body.layout.contacts))
+            law = contact_law(parameters, self.body.layout.contacts)
+            forces = OwnContact(Pressed(law, self.body.sign))
         self.mover = Mover(self.body, forces, step)
         known = self.body.coordinates
         if known is not None:
@@ -98,8 +97,7 @@ class Model:
             return self.body.on(self._heights)
         met, force = self.mover.met(start.position), start.load
         if isinstance(self.mover.forces, OwnContact):
-            law, G = self.mover.forces.law, met.static_compliance()
-            force = forces_of(law, solve_compression(law, G, start.load, guess=start.load))
+            force = self.mover.forces.rest(met, start.load)
         return met.rest(force)
 
     def write(self, state: State, now: Inputs, time: float, y: FloatArray) -> None:

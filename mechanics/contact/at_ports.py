@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..ports import DIMENSIONS, OF_WHEELS, RAIL, WHEEL, Direction, Face
 from .geometry import COORDINATES
-from .numbers import Numbers
+from .numbers import Numbers, derivatives
 from .rolling import RollingContact
 
 FloatArray = NDArray[np.float64]
@@ -103,3 +104,57 @@ class AtPorts:
     def _turned(self, at_ports: Numbers) -> Numbers:
         turned: Numbers = np.einsum("nij,...nj->...ni", self.coordinates, at_ports)
         return turned
+
+
+@dataclass(frozen=True)
+class Rolls:
+    """The law as one of the motions of wheels or of rails, whose body owns it; an `OwnLaw`.
+
+    Given of a contact are 16 numbers: motions at `PORTS`, then their rates. They add to the body's
+    own, so at its own ports stand irregularities, which have no rates, or nothing.
+
+    Attributes
+    ----------
+    law : AtPorts
+        Of all contacts.
+    face : Face
+        WHEEL or RAIL: the body's.
+    """
+
+    law: AtPorts
+    face: Face
+    of_rates: ClassVar[bool] = True
+
+    @property
+    def directions(self) -> int:
+        """See `OwnLaw`."""
+        return len(_places(self.face))
+
+    def force(self, q: Numbers, v: Numbers, given: FloatArray) -> Numbers:
+        """See `OwnLaw`."""
+        return self._all(q, v, given)[..., _places(self.face)]
+
+    def tangents(
+        self, q: FloatArray, v: FloatArray, given: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """See `OwnLaw`."""
+        k = self.directions
+        by = derivatives(
+            lambda x: self.force(x[..., :k], x[..., k:], given), np.concatenate([q, v], axis=-1)
+        )
+        return by[..., :k], by[..., k:]
+
+    def on_other(self, q: FloatArray, v: FloatArray, given: FloatArray) -> FloatArray:
+        """See `OwnLaw`: a moment is about the other's datum."""
+        return self._all(q, v, given)[..., _places(self.face.other)]
+
+    def _all(self, q: Numbers, v: Numbers, given: FloatArray) -> Numbers:
+        """Forces at `PORTS`."""
+        own = np.eye(len(PORTS))[_places(self.face)]
+        motions, rates = np.split(given, 2, axis=-1)
+        return self.law.force(q @ own + motions, v @ own + rates)
+
+
+def _places(face: Face) -> list[int]:
+    """Of a face among `PORTS`."""
+    return [k for k, (of, _) in enumerate(PORTS) if of is face]

@@ -15,7 +15,7 @@ from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.export import NATIVE, PythonRuntime, export
 from railcosim.master.component import ComponentError, Hold
 from railcosim.master.fmi.fmu import FmuComponent
-from railcosim.mechanics.law import HertzContact, LinearContact
+from railcosim.mechanics.law import HertzContact, LinearContact, Pressed
 from railcosim.mechanics.motion import FromOutside, Inputs, Mover, OwnContact
 from railcosim.mechanics.ports import Layout
 from railcosim.vehicle.modal import vehicle_body
@@ -354,7 +354,7 @@ def test_track_with_contact_against_the_runtime(started, short_reduced, linear):
     )
     track.do_step(0.0, STEP)
     body = short_reduced.under(Layout())
-    mover = Mover(body, OwnContact(law), 2e-4)
+    mover = Mover(body, OwnContact(Pressed(law, -1)), 2e-4)
     # At rest first: the balance is checked by its residual.
     shapes = body.at(position)
     force = HERTZ.force(wheel) if not linear else 1e8 * wheel

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from railcosim.mechanics.law import HertzContact, LinearContact
+from railcosim.mechanics.law import HertzContact, LinearContact, Pressed
 from railcosim.mechanics.motion import FromOutside, Inputs, Mover, OwnContact
 from railcosim.mechanics.ports import Layout
 from railcosim.mechanics.solve import solve_compression
@@ -334,7 +334,7 @@ def test_vehicle_on_its_contacts_keeps_its_energy(drop):
         )  # fmt: skip
 
     def worst(step):
-        mover = Mover(body, OwnContact(HERTZ), step)
+        mover = Mover(body, OwnContact(Pressed(HERTZ, 1)), step)
         state = body.on(delta - drop * np.array([1.0, 0.6, 0.8, 0.9]))
         first, rail, drift, least = energy(state), Inputs(np.zeros(4), np.zeros(8)), 0.0, 1.0
         at_rest = energy(body.on(np.full(4, delta)))
@@ -363,7 +363,7 @@ def test_linear_contacts_neither_give_nor_take(h):
         springs = x @ multibody.K @ x + k_H * np.sum(np.tile(x[6:], 2) ** 2)
         return 0.5 * (v @ multibody.M @ v + springs) - 2 * LOAD * x[6:].sum()
 
-    mover = Mover(body, OwnContact(LinearContact(k_H=k_H)), h)
+    mover = Mover(body, OwnContact(Pressed(LinearContact(k_H=k_H), 1)), h)
     rail = Inputs(np.zeros(4), np.zeros(8))
     rest, state = LOAD / k_H, body.on(LOAD / k_H - 2e-5 * np.array([1.0, 0.6, 0.8, 0.9]))
     first = energy(state)
@@ -381,7 +381,7 @@ def test_vehicle_contact_is_fourth_order_in_the_internal_step(vehicle):
     begin, end = np.zeros(8), 2e-5 * np.array([1, -1, 2, 0.5, 1, -1, 2, 0.5])
 
     def after(step):
-        mover = Mover(vehicle, OwnContact(HERTZ), step)
+        mover = Mover(vehicle, OwnContact(Pressed(HERTZ, 1)), step)
         state = vehicle.on(np.full(4, delta))
         for k in range(4):
             low, high = (begin, end) if k % 2 == 0 else (end, begin)
@@ -403,7 +403,7 @@ def test_order_of_the_track_contact_in_the_internal_step(track, rolled, order):
     behind_nodes = np.round(WHEELS / track.shapes.cell_length * 64) / 64 * track.shapes.cell_length
     places = behind_nodes + 0.005
     begin, end = Inputs(places, np.full(8, 5e-4)), Inputs(places + rolled, np.full(8, 6e-4))
-    own, shapes = OwnContact(HERTZ), track.at(places)
+    own, shapes = OwnContact(Pressed(HERTZ, -1)), track.at(places)
     delta = solve_compression(HERTZ, shapes.static_compliance(), begin.load, begin.load)
     rest, arrived = shapes.rest(HERTZ.force(delta)), track.at(end.position)
 
@@ -424,7 +424,7 @@ def test_track_rests_under_its_own_contacts(track):
     for _ in range(400):
         force = 0.9 * force + 0.1 * HERTZ.force(height - G @ force)
     state = shapes.rest(force)
-    own = OwnContact(HERTZ)
+    own = OwnContact(Pressed(HERTZ, -1))
     assert own.at(shapes, state, height) == pytest.approx(force, rel=1e-9)
     same = Inputs(WHEELS, height)
     later = Mover(track, own, 1e-4).step(state, same, same, 0.02)
@@ -436,7 +436,7 @@ def test_linear_contact_of_the_track_in_frequency(track):
     """A sine of the wheel's height small enough, after the transient: R / (1 + k R) x k."""
     k_H, frequency = 1e9, 200.0
     law = LinearContact(k_H=k_H)
-    mover, shapes = Mover(track, OwnContact(law), 2e-5), track.at(WHEELS)
+    mover, shapes = Mover(track, OwnContact(Pressed(law, -1)), 2e-5), track.at(WHEELS)
     pattern = np.array([1.0, 0, 0, 0, 0, 0, 0, 0])
     state, omega, h = shapes.rest(np.zeros(8)), 2 * np.pi * frequency, 1e-4
     samples, times = [], []
