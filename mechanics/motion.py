@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -167,7 +167,7 @@ def _line(
     # Motions on average and at the end by means and by slopes.
     G = np.array([[P[1], 2 * P[2] - P[1]], [P[0], 2 * P[1] - P[0]]])  # (2, 2, ports, ports)
 
-    def together(by_part: FloatArray) -> FloatArray:
+    def together(by_part: NDArray[Any]) -> NDArray[Any]:
         """What is of one contact, of both parts."""
         return by_part.reshape(2, contacts, -1).transpose(1, 0, 2).ravel()
 

@@ -183,12 +183,13 @@ class OverStep:
     def force(self, motion: FloatArray) -> FloatArray:
         """Means, then slopes, shape (contacts, 2 k)."""
         f = self.law.force(*self._along(motion), self.given)
-        return np.einsum("jp,jck->cpk", LINE, f).reshape(motion.shape)
+        found: FloatArray = np.einsum("jp,jck->cpk", LINE, f).reshape(motion.shape)
+        return found
 
     def tangent(self, motion: FloatArray) -> FloatArray:
         """Their derivatives, shape (contacts, 2 k, 2 k)."""
         by_q, by_v = self.law.tangents(*self._along(motion), self.given)
-        parts = np.einsum("jp,ja,jcik->cpiak", LINE, VALUES[:, 1:], by_q)
+        parts: FloatArray = np.einsum("jp,ja,jcik->cpiak", LINE, VALUES[:, 1:], by_q)
         parts += np.einsum("jp,ja,jcik->cpiak", LINE, RATES[:, 1:] / self.h, by_v)
         return parts.reshape(len(motion), self.directions, self.directions)
 

@@ -49,7 +49,7 @@ def wheelset():
         shapes=Everywhere(
             out=SHAPES.T.astype(complex), into=WHEEL.push * SHAPES.T / (1j * MASS * OMEGA)
         ),
-        rigid_out=np.zeros((5, 0)), rigid_into=np.zeros((5, 0)),
+        rigid_out=np.zeros((5, 0)), rigid_into=np.zeros((5, 0)), even_rigid=0,
         preload=np.tile([LOAD, 0.0, 0.0, 0.0, 0.0], 2),
     )  # fmt: skip
 
@@ -59,9 +59,7 @@ def rolling(face, creep=LINEAR, speed=50.0, conicity=0.1):
         radius=R0, half_distance=B, conicity=conicity, head_radius=0.3, shear_modulus=7.9e10,
         poisson_ratio=0.3,
     )  # fmt: skip
-    contact = RollingContact(
-        geometry=cone, side=np.array([LEFT, RIGHT]), speed=speed, creep=creep
-    )
+    contact = RollingContact(geometry=cone, side=np.array([LEFT, RIGHT]), speed=speed, creep=creep)
     return Rolls(AtPorts(contact=contact, half_distance=B), face)
 
 
@@ -260,10 +258,14 @@ def test_mirrored(track):
     for g in (given, image):
         force = law.rest(met, g.ravel())
         moved = Mover(track, law, 1e-4)
-        state = moved.step(met.rest(force), Inputs(PLACE, g.ravel()), Inputs(PLACE + 0.1, 1.1 * g.ravel()), 1e-3)
+        state = moved.step(
+            met.rest(force), Inputs(PLACE, g.ravel()), Inputs(PLACE + 0.1, 1.1 * g.ravel()), 1e-3
+        )
         later = track.at(PLACE + 0.1)
         now = law.at(later, state, 1.1 * g.ravel())
         found.append([later.motion(state), now, law.on_other(later, state, 1.1 * g.ravel(), now)])
-    for one, other, mirror in zip(*found, ([1, -1, -1], [1, -1, -1], [1, -1, -1, 1, -1]), strict=True):
+    for one, other, mirror in zip(
+        *found, ([1, -1, -1], [1, -1, -1], [1, -1, -1, 1, -1]), strict=True
+    ):
         turned = (other.reshape(2, -1) * mirror)[::-1].ravel()
         assert one == pytest.approx(turned, rel=1e-9, abs=1e-9 * np.abs(one).max())
