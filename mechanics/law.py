@@ -42,7 +42,7 @@ class OwnLaw(Protocol):
 
     @property
     def directions(self) -> int:
-        """k."""
+        """How many, k."""
 
     @property
     def of_rates(self) -> bool:

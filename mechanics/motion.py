@@ -92,9 +92,9 @@ class OwnContact:
     of wheelsets that stay where they are in the middle of the step. It is the line nearest to the
     law along the parabola with the motions at the beginning, at the end and on average over the
     step, with the rates of that parabola; where wheels roll, with those of the one of the material
-    in the middle of their way. Where wheels do not roll all is exact for that line, so linear springs
-    give up what its work on the body is, and creep takes what it takes along the parabola, whatever
-    the step: nothing grows, however stiff they are.
+    in the middle of their way. Where wheels do not roll all is exact for that line, so linear
+    springs give up what its work on the body is, and creep takes what it takes along the parabola,
+    whatever the step: nothing grows, however stiff they are.
 
     A force that depends on rates jumps with them, and rates of a rail jump with the force, more
     than once over: f22 / speed times the mobility is above 1. At an instant it is what agrees with

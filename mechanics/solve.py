@@ -150,8 +150,8 @@ class OverStep:
 
     Motions of the body on average over the step and at its end, to mean and slope of the line in
     time that is nearest to the law's force along the parabola through them and those at the
-    beginning. Its rates are the parabola's own. So the line does as much work on the body as the law
-    does along the parabola at Gauss's nodes: creep, which takes energy there, takes it from the
+    beginning. Its rates are the parabola's own. So the line does as much work on the body as the
+    law does along the parabola at Gauss's nodes: creep, which takes energy there, takes it from the
     body, whatever the step.
 
     Attributes

@@ -144,7 +144,7 @@ def test_energy_falls_in_time(creep):
         for _ in range(count):
             now = mover.step(now, rails, rails, h)
             energies.append(total(now))
-        # Wheels bounce by a tenth of their compression: Gauss's rule errs by 1e-7 of what that stores.
+        # Wheels bounce by a tenth of their compression: Gauss's rule errs by 1e-7 of what is stored.
         assert np.diff(energies).max() < 1e-7 * (energies[0] - energies[-1])
         assert energies[0] - energies[-1] > 1.0
 
@@ -204,7 +204,7 @@ def test_order_of_the_track_contact(track, rolled, order):
 @CREEP
 @pytest.mark.parametrize("speed", [1.0, 70.0])
 def test_force_at_an_instant(track, creep, speed):
-    """It agrees with the rates that it makes, where by these it would change by more than itself."""
+    """It agrees with the rates that it makes, by which it would change by more than itself."""
     law, met = rolling(RAIL, creep, speed), track.at(PLACE)
     own, given = OwnContact(law), pressing(y=0.0)
     given[:, 8:] = 0.0
@@ -239,8 +239,8 @@ def test_track_rests_under_a_wheelset(track):
     assert force[[0, 3]] == pytest.approx(LOAD, rel=1e-9)
     moved = met.motion(met.rest(force)).reshape(2, 3)[:, [1, 0, 2]]
     assert moved == pytest.approx(1e-3 * x[1:].reshape(2, 3), rel=1e-8, abs=1e-14)
-    # Cones of 1:10 push rails apart by a tenth of the load; their spin drives rails together. What is
-    # left is the rate of nothing at rest, and rolls of 1e-4 that add to the cones' angle.
+    # Cones of 1:10 push rails apart by a tenth of the load; their spin drives rails together. The
+    # rest are rolls of rails, 1e-4, which move the contact on the cone.
     f23 = contact.geometry.patch.creep_coefficients(np.array(LOAD))[2]
     apart = 0.1 * LOAD - f23 * np.sin(contact.geometry.angle) / R0
     assert force[[1, 4]] == pytest.approx([-apart, apart], abs=2e-3 * 0.1 * LOAD)
@@ -253,7 +253,6 @@ def test_mirrored(track):
     given[1] *= 1.1
     given[0, 5:7] = 1e-5, 2e-5  # irregularities
     image = (given * MIRROR)[::-1]
-    signs = np.array([1, -1, -1] * 2)
     found = []
     for g in (given, image):
         force = law.rest(met, g.ravel())
