@@ -144,7 +144,7 @@ def test_energy_falls_in_time(creep):
         for _ in range(count):
             now = mover.step(now, rails, rails, h)
             energies.append(total(now))
-        # Wheels bounce by a tenth of their compression: Gauss's rule errs by 1e-7 of what is stored.
+        # Wheels bounce by a tenth of their compression: Gauss errs by 1e-7 of what that stores.
         assert np.diff(energies).max() < 1e-7 * (energies[0] - energies[-1])
         assert energies[0] - energies[-1] > 1.0
 
@@ -204,7 +204,7 @@ def test_order_of_the_track_contact(track, rolled, order):
 @CREEP
 @pytest.mark.parametrize("speed", [1.0, 70.0])
 def test_force_at_an_instant(track, creep, speed):
-    """It agrees with the rates that it makes, by which it would change by more than itself."""
+    """It agrees with the rates that it makes, by which it would change more than by itself."""
     law, met = rolling(RAIL, creep, speed), track.at(PLACE)
     own, given = OwnContact(law), pressing(y=0.0)
     given[:, 8:] = 0.0
