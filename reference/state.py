@@ -120,3 +120,18 @@ def together(orders: Sequence[FloatArray], k: int) -> FloatArray:
 def apart(motion: FloatArray, orders: int) -> list[FloatArray]:
     """The same back again."""
     return [part.ravel() for part in np.split(motion, orders, axis=-1)]
+
+
+def met(
+    mono: Monolithic,
+    contacts: Contacts,
+    state: State,
+    position: FloatArray,
+    irregularity: FloatArray,
+) -> State:
+    """A state with the forces of its contacts where wheelsets and irregularities are."""
+    rows, law = contacts.rows(mono, position), contacts.law
+    orders = [rows @ state.x - contacts.lowered(mono) @ np.ravel(irregularity), rows @ state.v]
+    motion = together(orders[: contacts.orders], law.directions).reshape(state.motion.shape)
+    force = contacts.pushes(mono) @ law.force(motion).ravel()
+    return replace(state, motion=motion, force=force)
