@@ -95,7 +95,8 @@ def export(
         DimensionName,
         typer.Option(
             "--dimension",
-            help="With --wheelsets: spatial rails move to the right and roll as well; Track only.",
+            help="In spatial FMUs wheels and rails move aside and turn as well; so far Vehicle and "
+            "Track only, without the contact inside.",
         ),
     ] = DimensionName.VERTICAL,
     separate: Annotated[
@@ -113,11 +114,6 @@ def export(
     chosen = runtime_of(runtime, fmi, platforms)
     if wheelsets is None and (positions is not None or one_rail):
         raise UsageError("--positions and --one-rail: need --wheelsets, how many there are")
-    if wheelsets is None and dimension is not DimensionName.VERTICAL:
-        raise UsageError(
-            f"--dimension {dimension}: needs --wheelsets, for it is of tracks; vehicle FMUs are "
-            "vertical"
-        )
     if wheelsets is not None and separate:
         raise UsageError("--separate: is of vehicles, and --wheelsets exports tracks only")
     cars = vehicle_of(vehicle, vehicles)
@@ -128,10 +124,11 @@ def export(
         files = exported_tracks(cars, rails, places, one_rail, out, chosen, dimension=dimension)
     else:
         folder_of("--out", out)
-        files = exported(cars, track_of(track, cars), out, chosen, separate=separate)
+        rails = track_of(track, cars)
+        files = exported(cars, rails, out, chosen, separate=separate, dimension=dimension)
     for path in files.values():
         console.print(f"{path}  {path.stat().st_size / 1e6:.1f} MB")
-    if wheelsets is None and chosen.fmi == 2:
+    if wheelsets is None and chosen.fmi == 2 and "TrackWithContact" in files:
         which = "all vehicles" if separate else "Vehicle"
         console.print(f"{out / PAIR}  wires {which} and TrackWithContact")
 
@@ -179,14 +176,21 @@ def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:
 
 
 def exported(
-    vehicle: Vehicle | Train, track: Track, out: Path, runtime: Runtime, *, separate: bool = False
+    vehicle: Vehicle | Train,
+    track: Track,
+    out: Path,
+    runtime: Runtime,
+    *,
+    separate: bool = False,
+    dimension: str = "vertical",
 ) -> dict[str, Path]:
     """Export into a folder, with a status line."""
     from railcosim.analysis.pair.export_pair import export_pair
 
-    return _told(
-        track, out, partial(export_pair, vehicle, track, out, runtime=runtime, separate=separate)
+    make = partial(
+        export_pair, vehicle, track, out, runtime=runtime, separate=separate, dimension=dimension
     )
+    return _told(track, out, make)
 
 
 def exported_tracks(

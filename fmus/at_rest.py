@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import root
 
 from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.ports import Layout, Z
 
 from .content import Content
 from .roles import Role
@@ -38,7 +39,8 @@ def heights_at_rest(vehicles: Sequence[Content], track: Content) -> list[dict[st
     start = {(v.role, v.index): float(v.start or 0) for v in track.table}
     rails, n = track.body, track.body.layout.wheelsets
     positions = [start[Role.IN_POSITION, i] for i in range(n)]
-    G = rails.at(np.array(positions)).static_compliance()
+    down = vertical(rails.layout)
+    G = rails.at(np.array(positions)).static_compliance()[np.ix_(down, down)]
     # Of all wheels, or of those of each wheelset, on both sides alike.
     C = np.resize([float(v.start or 0) for v in track.table if v.role is Role.HERTZ], len(G))
     ends = np.cumsum([vehicle.body.layout.wheelsets for vehicle in vehicles])[:-1]
@@ -46,7 +48,7 @@ def heights_at_rest(vehicles: Sequence[Content], track: Content) -> list[dict[st
 
     def sunk(heights: FloatArray) -> FloatArray:
         loads = [
-            loads_on(vehicle.body, own).reshape(sides, -1)
+            loads_on(vehicle.body, own)[vertical(vehicle.body.layout)].reshape(sides, -1)
             for vehicle, own in zip(vehicles, np.split(heights, ends), strict=True)
         ]
         load = np.hstack(loads).ravel()
@@ -71,5 +73,12 @@ def loads_on(vehicle: ModalBody, heights: FloatArray) -> FloatArray:
         raise TypeError("a track does not stand on wheelsets")
     strained = np.where(known.strained, known.start_s, 0.0) @ heights
     pushed = (known.modes[known.wheelsets] @ (vehicle.poles**2 * strained)).real
-    both = -np.linalg.solve(known.through[known.wheelsets], pushed)
-    return vehicle.preload + vehicle.layout.at_wheelsets(both / len(vehicle.layout.sides))
+    layout = vehicle.layout
+    down = vertical(layout)[: layout.wheelsets]  # of the left side
+    both = -np.linalg.solve(known.through[np.ix_(known.wheelsets, down)], pushed)
+    return vehicle.preload + layout.at_wheelsets(both / len(layout.sides), Z)
+
+
+def vertical(layout: Layout) -> NDArray[np.intp]:
+    """Places of the vertical ports among all."""
+    return np.flatnonzero([port.direction is Z for port in layout.ports])

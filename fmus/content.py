@@ -19,7 +19,7 @@ from railcosim.track.reduced import reduce_track
 from railcosim.track.section import moves_aside
 from railcosim.vehicle.files import write_stock
 from railcosim.vehicle.modal import vehicle_body
-from railcosim.vehicle.multibody import build_multibody
+from railcosim.vehicle.multibody import MODELS, build_multibody
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train, train_of
 
@@ -29,6 +29,11 @@ FloatArray = NDArray[np.float64]
 Annotations = dict[str, dict[str, str]]
 ROUNDING = 1e-9
 """Of loads: the static ones of like wheels are solved for, to some 1e-14."""
+WITHOUT_ROLLING = {
+    "vertical": "these FMUs are vertical",
+    "spatial": "these FMUs have no contact inside",
+}
+"""Why FMUs of a dimension do not say how wheels roll."""
 PASSIVE_TO = 8
 """Elements a bay of rails that move aside: with 16 of the default track, power is given to wheels
 over railseats near 4.6 kHz (docs/track.md); what is between was not looked at."""
@@ -124,8 +129,11 @@ def contents(
     progress: Callable[[str], None] = lambda text: None,
     *,
     separate: bool = False,
+    dimension: str = "vertical",
 ) -> list[Content]:
     """Vehicle, Track, VehicleWithContact and TrackWithContact.
+
+    The contact law inside knows the vertical direction only: spatial ones are Vehicle and Track.
 
     Parameters
     ----------
@@ -136,22 +144,26 @@ def contents(
     separate : bool
         Each vehicle of a train by itself, from the front: Vehicle1, VehicleWithContact1, Vehicle2
         and so on, where they stand in the train. The tracks are under all of them.
+    dimension : str
+        In what directions wheels and rails meet, see `railcosim.mechanics.ports.OF_WHEELS`.
 
     Raises
     ------
     ParameterError
-        If the vehicle meets itself through the ring, or vehicles by themselves had couplers.
+        If the vehicle meets itself through the ring, vehicles by themselves had couplers, or
+        there is no such dimension.
 
     Warns
     -----
     RingWarning
         If the ring is too short for what `railcosim.track.decay` promises.
     UnusualWarning
-        If the vehicle says how its wheels roll: its FMUs are vertical.
+        If the vehicle says how its wheels roll, and no FMU will know of it.
     """
+    check_dimension(dimension)
     if train_of(vehicle).tells_rolling:
         warnings.warn(
-            "[rolling] is left out: FMUs of vehicles are vertical, whatever a file says of "
+            f"[rolling] is left out: {WITHOUT_ROLLING[dimension]}, whatever a file says of "
             "cones, creep and flanges (railcosim.vehicle.rolling makes a contact law of it)",
             UnusualWarning,
             stacklevel=2,
@@ -163,15 +175,18 @@ def contents(
     # The rearmost wheelset starts above a railseat, the paper's place.
     places = ahead - ahead[-1] + track.fastening.spacing / 2
     start = start_of(vehicle, places.tolist())
-    rails = track_under(track, start, progress)
-    bodies = {suffix: vehicle_body(build_multibody(one)) for suffix, one in stock.items()}
+    rails = track_under(track, start, progress, dimension=dimension)
+    bodies = {
+        suffix: vehicle_body(build_multibody(one, MODELS[dimension]))
+        for suffix, one in stock.items()
+    }
     counts = [body.layout.wheelsets for body in bodies.values()]
     starts = [
         start_of(one, where.tolist())
         for one, where in zip(stock.values(), np.split(places, np.cumsum(counts)[:-1]), strict=True)
     ]
     made = []
-    for with_contact in (False, True):
+    for with_contact in owners_in(rails.layout):
         for (suffix, body), its in zip(bodies.items(), starts, strict=True):
             made.append(_vehicle(stock[suffix], body, its, suffix, with_contact=with_contact))
         made.append(_track(track, rails, start, with_contact=with_contact))
@@ -220,8 +235,24 @@ def track_contents(
         In what directions rails are met, see `railcosim.mechanics.ports.DIMENSIONS`.
     """
     rails = track_under(track, start, progress, sides=sides, dimension=dimension)
-    owners = (False, True) if rails.layout.directions == (Z,) else (False,)
-    return [_track(track, rails, start, with_contact=owned) for owned in owners]
+    return [_track(track, rails, start, with_contact=owned) for owned in owners_in(rails.layout)]
+
+
+def owners_in(layout: Layout) -> tuple[bool, ...]:
+    """Without the contact, and with it where its law is known: downwards."""
+    return (False, True) if layout.directions == (Z,) else (False,)
+
+
+def check_dimension(dimension: str) -> None:
+    """Refuse what is none of `railcosim.mechanics.ports.DIMENSIONS`.
+
+    Raises
+    ------
+    ParameterError
+        Saying what there is.
+    """
+    if dimension not in DIMENSIONS:
+        raise ParameterError(f"dimension = {dimension}: must be one of {', '.join(DIMENSIONS)}")
 
 
 def track_under(
@@ -233,8 +264,7 @@ def track_under(
     dimension: str = "vertical",
 ) -> ModalBody:
     """The reduced track under so many wheelsets, if the ring is long enough for them."""
-    if dimension not in DIMENSIONS:
-        raise ParameterError(f"dimension = {dimension}: must be one of {', '.join(DIMENSIONS)}")
+    check_dimension(dimension)
     directions, bay = DIMENSIONS[dimension], track.mesh.elements_per_bay
     if moves_aside(directions) and bay > PASSIVE_TO:
         warnings.warn(
@@ -255,7 +285,7 @@ def _vehicle(
     return Content(
         name=f"Vehicle{'WithContact' if with_contact else ''}{suffix}",
         model="vehicle",
-        text="Railway vehicle, vertical: "
+        text=f"Railway vehicle, {body.layout.dimension}: "
         + ("rail motion to contact force." if with_contact else "contact force to motion."),
         table=interface(body, start, with_contact=with_contact),
         body=body,

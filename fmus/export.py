@@ -50,9 +50,12 @@ def export(
     out: Path,
     progress: Callable[[str], None] = lambda text: None,
     *,
+    dimension: str = "vertical",
     runtime: Runtime = NATIVE,
 ) -> dict[str, Path]:
     """Write Vehicle, Track, VehicleWithContact and TrackWithContact as FMUs.
+
+    Spatial ones come without the contact, whose law is vertical: Vehicle and Track.
 
     Parameters
     ----------
@@ -62,6 +65,8 @@ def export(
         Folder, made if need be.
     progress : callable
         Told what is being done.
+    dimension : str
+        vertical or spatial, see `railcosim.mechanics.ports.OF_WHEELS`.
     runtime : Runtime
         NativeRuntime or PythonRuntime.
 
@@ -78,7 +83,8 @@ def export(
         If another export, of other parameters, writes there at the same time.
     """
     runtime.prepare(progress)
-    with packed(contents(vehicle, track, progress), out, progress, runtime=runtime) as files:
+    made = contents(vehicle, track, progress, dimension=dimension)
+    with packed(made, out, progress, runtime=runtime) as files:
         return files
 
 

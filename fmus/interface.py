@@ -97,7 +97,8 @@ def _answers(
     i = at.port.wheelset - 1
     here, own_height = places[i : i + 1], heights[i : i + 1]
     stays = bool(places)
-    at_rest = everything if stays else own_height
+    standing = own_height if at.port.direction is Z else ()
+    at_rest = everything if stays else standing
     table = [
         replace(at.motion(at.body.face, "output"), depends_on=here, starts_from=at_rest),
         replace(at.rate(), depends_on=everything if stays else ()),

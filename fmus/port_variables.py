@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from railcosim.mechanics.modal import ModalBody
@@ -70,27 +70,21 @@ class AtPort:
     def motion(self, face: Face, causality: str) -> Scalar:
         """Of the body's own face, or the other's as an input."""
         direction = self.port.direction
-        row = self._row(
+        return self._row(
             face.motion, Role.IN_LOAD if causality == "input" else Role.OUT_MOTION, causality,
             unit=direction.motion, display_unit=SHOWN_IN[direction.motion], nominal=1e-3,
             start=0.0 if causality == "input" else None,
             description=MOTIONS[face.name].format(direction.positive),
         )  # fmt: skip
-        if causality == "input" or self.body.coordinates is None:
-            return row
-        return replace(row, role=Role.OUT_COORDINATE, index=self._coordinate())
 
     def rate(self) -> Scalar:
         """Of the body's own face."""
         face, direction = self.body.face, self.port.direction
-        row = self._row(
+        return self._row(
             face.rate, Role.OUT_MOTION_RATE, "output", unit=f"{direction.motion}/s",
             display_unit=SHOWN_IN[f"{direction.motion}/s"], nominal=0.1,
             description=RATES[face.name].format(direction.positive),
         )  # fmt: skip
-        if self.body.coordinates is None:
-            return row
-        return replace(row, role=Role.OUT_RATE, index=self._coordinate())
 
     def irregularity(self) -> Scalar:
         """Of the rail; it takes off what a rail presses against, and adds to what a wheel does."""
@@ -105,11 +99,6 @@ class AtPort:
             nominal=1e-3,
             description="rail surface under the wheel below its nominal height, down positive",
         )
-
-    def _coordinate(self) -> int:
-        known = self.body.coordinates
-        assert known is not None
-        return int(known.wheelsets[self.port.wheelset - 1])
 
 
 SHOWN_IN = {

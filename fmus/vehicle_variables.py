@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
 
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import wheelset_name
 
 from .law_variables import law_at
-from .port_variables import ports_of
+from .port_variables import SHOWN_IN, ports_of
 from .roles import Role
 from .scalar import Scalar, names
 
@@ -16,38 +19,85 @@ ABOUT = {"carbody": "the car body", "bogie[1]": "the front bogie", "bogie[2]": "
 """Of a vehicle with no more bogies than these."""
 
 
+@dataclass(frozen=True)
+class Told:
+    """How a coordinate of a body, its rate or its acceleration is told.
+
+    Attributes
+    ----------
+    role : Role
+        What it is to the model.
+    quantity, description : str
+        Patterns, to be filled by the direction and whose it is; the latter in words.
+    per : str
+        What follows the unit of the coordinate.
+    nominals : dict of float
+        By that unit.
+    """
+
+    role: Role
+    quantity: str
+    description: str
+    per: str
+    nominals: dict[str, float]
+
+
+DISPLACEMENT = Told(
+    Role.OUT_COORDINATE, "{}", "{moved} of {about}, {where}", "", {"m": 1e-2, "rad": 1e-3}
+)
+VELOCITY = Told(Role.OUT_RATE, "v{}", "{rate} of {about}, {where}", "/s", {"m": 0.1, "rad": 1e-2})
+ACCELERATION = Told(
+    Role.OUT_ACCELERATION, "a{}", "{faster} of {about}, {where}", "/s2", {"m": 1.0, "rad": 0.1}
+)
+ALL = (DISPLACEMENT, VELOCITY, ACCELERATION)
+MOVE = {"moved": "displacement", "rate": "velocity", "faster": "acceleration"}
+COORDINATES = {
+    "z": MOVE | {"unit": "m", "where": "down"},
+    "y": MOVE | {"unit": "m", "where": "to the right"},
+    **{
+        turn: {
+            "unit": "rad", "moved": turn, "rate": f"rate of {turn}",
+            "faster": f"angular acceleration in {turn}", "where": f"{where} positive",
+        }
+        for turn, where in (
+            ("roll", "right side down"), ("pitch", "front up"), ("yaw", "front to the right"),
+        )
+    },
+}  # fmt: skip
+"""Of bodies, in the order that they are told in."""
+
+
 def bodies(body: ModalBody, heights: Sequence[str]) -> list[Scalar]:
-    """At rest a body stands on the wheelsets below it; nothing moves or is accelerated."""
+    """At rest a body stands on the wheelsets below it; nothing moves or is accelerated.
+
+    Where wheels are not turned, pitch is told without its rates: of a vertical vehicle.
+    """
     known = body.coordinates
     if known is None:
         return []
     usual = len([name for name in known.bodies if name not in body.layout.axles]) <= len(ABOUT)
     follows, table = known.following, []
+    turned = any(direction.motion == "rad" for direction in body.layout.directions)
     for name in known.bodies:
         if name in body.layout.axles:
             continue
-        z, pitch = known.place(name, "z"), known.place(name, "pitch")
         about = ABOUT[name] if usual and name in ABOUT else name
-        for quantity, role, k, known_of in (
-            ("z", Role.OUT_COORDINATE, z, {"unit": "m", "display_unit": "mm", "nominal": 1e-2,
-             "description": f"displacement of {about}, down"}),
-            ("vz", Role.OUT_RATE, z, {"unit": "m/s", "display_unit": "mm/s", "nominal": 0.1,
-             "description": f"velocity of {about}, down"}),
-            ("az", Role.OUT_ACCELERATION, z, {"unit": "m/s2", "nominal": 1.0,
-             "description": f"acceleration of {about}, down"}),
-            ("pitch", Role.OUT_COORDINATE, pitch, {"unit": "rad", "display_unit": "mrad",
-             "nominal": 1e-3, "description": f"pitch of {about}, front up positive"}),
-        ):  # fmt: skip
+        for direction, words in COORDINATES.items():
+            k = known.place(name, direction)
             if k is None:
                 continue
-            at_rest = role is Role.OUT_COORDINATE
-            below = [heights[i] for i in follows[k].nonzero()[0]] if at_rest else []
-            table.append(
-                Scalar(
-                    name=f"{name}.{quantity}", role=role, index=k, causality="output",
-                    starts_from=tuple(below), **known_of,  # type: ignore[arg-type]
-                )
-            )  # fmt: skip
+            below = tuple(heights[i] for i in follows[k].nonzero()[0])
+            for told in ALL if turned or words["unit"] == "m" else ALL[:1]:
+                unit = words["unit"] + told.per
+                table.append(
+                    Scalar(
+                        name=f"{name}.{told.quantity.format(direction)}", role=told.role, index=k,
+                        causality="output", unit=unit, display_unit=SHOWN_IN.get(unit, ""),
+                        nominal=told.nominals[words["unit"]],
+                        description=told.description.format(about=about, **words),
+                        starts_from=below if told is DISPLACEMENT else (),
+                    )
+                )  # fmt: skip
     return table
 
 
@@ -57,29 +107,36 @@ def axleboxes(body: ModalBody, heights: Sequence[str], law: Sequence[Scalar]) ->
     if known is None:
         return []
     table, strained = [], known.strained
-    for i, coordinate in zip(body.layout.numbers, known.wheelsets, strict=True):
+    for i, axle in zip(body.layout.numbers, body.layout.axles, strict=True):
         own = [at for at in ports_of(body) if at.port.wheelset == i]
-        if law:
-            given = [at.motion(body.face.other, "input") for at in own]
-            depends = names([*given, *(at.irregularity() for at in own), *law_at(law, i)])
-        else:
-            depends = names(at.force("input") for at in own)
-        # A wheelset's own force is its contact's; others reach it where suspensions are strained.
-        felt = strained & (known.modes[coordinate] != 0)[:, None]
-        near = set(felt.any(axis=0).nonzero()[0].tolist()) | ({i - 1} if law else set())
-        table.append(
-            Scalar(
-                name=f"{wheelset_name(i)}.az",
-                unit="m/s2",
-                description=f"acceleration of wheelset {i} (axle box), down",
-                role=Role.OUT_ACCELERATION,
-                index=int(coordinate),
-                causality="output",
-                nominal=10.0,
-                depends_on=depends,
-                starts_from=(*depends, *(heights[k] for k in sorted(near))),
+        for direction in ("z", "y"):
+            k = known.place(axle, direction)
+            if k is None:
+                continue
+            if law:
+                given = [at.motion(body.face.other, "input") for at in own]
+                depends = names([*given, *(at.irregularity() for at in own), *law_at(law, i)])
+            else:
+                pushed = np.tile(known.through[k] != 0, len(body.layout.sides))
+                depends = names(at.force("input") for at in own if pushed[at.index])
+            # A wheelset's own force is its contact's; others reach it where suspensions are
+            # strained.
+            felt = strained & (known.modes[k] != 0)[:, None]
+            near = set(felt.any(axis=0).nonzero()[0].tolist()) | ({i - 1} if law else set())
+            table.append(
+                Scalar(
+                    name=f"{axle}.a{direction}",
+                    unit="m/s2",
+                    description=f"acceleration of wheelset {i} (axle box), "
+                    f"{COORDINATES[direction]['where']}",
+                    role=Role.OUT_ACCELERATION,
+                    index=k,
+                    causality="output",
+                    nominal=10.0,
+                    depends_on=depends,
+                    starts_from=(*depends, *(heights[k] for k in sorted(near))),
+                )
             )
-        )
     return table
 
 

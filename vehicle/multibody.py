@@ -52,6 +52,8 @@ class Dimension:
 # An axle's turning about y is a spin, not a pitch.
 VERTICAL = Dimension("vertical", ("z", "pitch"), (DOWN,))
 SPATIAL = Dimension("spatial", (*MOVES, *TURNS, SPIN))
+MODELS = {model.name: model for model in (VERTICAL, SPATIAL)}
+"""By what users call them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,4 +186,4 @@ def _toppling(
     return np.eye(len(coordinates))[[j for j, _ in rows]], np.array([k for _, k in rows])
 
 
-__all__ = ["SPATIAL", "VERTICAL", "Dimension", "Multibody", "build_multibody"]
+__all__ = ["MODELS", "SPATIAL", "VERTICAL", "Dimension", "Multibody", "build_multibody"]

@@ -29,11 +29,13 @@ def export_pair(
     *,
     runtime: Runtime = NATIVE,
     separate: bool = False,
+    dimension: str = "vertical",
 ) -> dict[str, Path]:
     """Write our four FMUs, and Pair.ssp with Vehicle and TrackWithContact in it.
 
-    The SSP is left out for FMI 3.0: version 1.0 of SSP knows FMI 2.0. Irregularity is no connector
-    in it; it stays an input of the track's FMU, 0 unless set there.
+    The SSP is left out for FMI 3.0, as version 1.0 of SSP knows FMI 2.0, and where no track owns
+    the contact: `railcosim.fmus.content.contents` says when there is none. Irregularity is no
+    connector in it; it stays an input of the track's FMU, 0 unless set there.
 
     Parameters
     ----------
@@ -42,6 +44,8 @@ def export_pair(
     separate : bool
         Each vehicle of a train as FMUs of its own, Vehicle1 and VehicleWithContact1 and so on, and
         as a component of Pair.ssp; only the track joins them.
+    dimension : str
+        vertical or spatial, see `railcosim.mechanics.ports.OF_WHEELS`.
 
     Returns
     -------
@@ -55,9 +59,9 @@ def export_pair(
     """
     folder = Path(out)
     runtime.prepare(progress)
-    made = contents(vehicle, track, progress, separate=separate)
+    made = contents(vehicle, track, progress, separate=separate, dimension=dimension)
     with packed(made, folder, progress, runtime=runtime) as files:
-        if runtime.fmi == 2:
+        if runtime.fmi == 2 and any(one.has_contact for one in made):
             progress("wiring the pair")
             _wire(made, files, folder / PAIR)
         return files

@@ -144,26 +144,25 @@ def _vehicle_states(body: ModalBody, known: Coordinates) -> States:
 
 
 def _vehicle_outputs(body: ModalBody, known: Coordinates) -> dict[str, Elements]:
-    poles, modes, rigid = body.poles, known.modes, known.rigid
+    poles, modes = body.poles, known.modes
 
-    def moved(k: int) -> Elements:
-        return {**_seen(modes[k]), Z: np.flatnonzero(rigid[k])}
+    def moved(shape: ComplexArray, rigid: FloatArray) -> Elements:
+        return {**_seen(shape), Z: np.flatnonzero(rigid)}
 
-    def moving(k: int) -> Elements:
-        return {**_seen(modes[k] * poles), V: np.flatnonzero(rigid[k])}
+    def moving(shape: ComplexArray, rigid: FloatArray) -> Elements:
+        return {**_seen(shape * poles), V: np.flatnonzero(rigid)}
 
     outputs: dict[str, Elements] = {}
-    for name in known.bodies:
-        z, pitch = known.place(name, "z"), known.place(name, "pitch")
-        if z is not None:
-            outputs |= {f"{name}.z": moved(z), f"{name}.vz": moving(z)}
-            outputs[f"{name}.az"] = _seen(modes[z] * poles**2)
-        if pitch is not None:
-            outputs[f"{name}.pitch"] = moved(pitch)
-    for port in body.layout.ports:
-        k = int(known.wheelsets[port.wheelset - 1])
-        outputs[port.name(body.face.motion)] = moved(k)
-        outputs[port.name(body.face.rate)] = moving(k)
+    for k, name in enumerate(known.names):
+        whose, _, direction = name.rpartition(".")
+        outputs[name] = moved(modes[k], known.rigid[k])
+        outputs[f"{whose}.v{direction}"] = moving(modes[k], known.rigid[k])
+        outputs[f"{whose}.a{direction}"] = _seen(modes[k] * poles**2)
+    out, _, _ = body.shapes.at(known.wheelset_x, len(body.rigid_out))
+    for k, port in enumerate(body.layout.ports):
+        row = k % len(out)  # right wheels as left ones
+        outputs[port.name(body.face.motion)] = moved(out[row], body.rigid_out[row])
+        outputs[port.name(body.face.rate)] = moving(out[row], body.rigid_out[row])
     return outputs
 
 

@@ -52,6 +52,7 @@ def resource(body: ModalBody, table: Sequence[Scalar], guid: str) -> bytes:
         body.even, body.shared - body.even, local, body.rigid_out.shape[1],
         0 if known is None else len(known.names),
         0 if along is None else len(along.table), 0 if along is None else along.cells,
+        body.even_rigid, 0 if known is None else known.even,
         body.sign if owns_contact(table) else OUTSIDE,
     ]  # fmt: skip
     return _pack({
@@ -91,8 +92,7 @@ def _everywhere(body: ModalBody) -> Sections:
     if known is None:
         raise TypeError("a body with the same shapes everywhere needs coordinates")
     return {
-        "segments": np.array([[0, 0, body.poles.size]], np.int32),
-        "mu": np.zeros(1),
+        **_segments(np.arange(body.poles.size), np.zeros(body.poles.size), body.even),
         **_complex("out", out),
         **_complex("in", into),
         **_complex("coordinate", known.modes),

@@ -44,7 +44,6 @@ MISTAKES = {
     "export --out e --wheelsets 2 --positions 5,nan": "must be from the front",
     "export --out e --wheelsets 2 --positions 5,b": "must be numbers in m, with commas",
     "export --out e --wheelsets 2 --separate": "--separate: is of vehicles",
-    "export --out e --dimension spatial": "--dimension spatial: needs --wheelsets",
     "export --out e --one-rail": "--positions and --one-rail: need --wheelsets",
     "export --out ''": "the argument behind --out is empty",
     "run '' --out r.nc": "the argument behind run is empty",

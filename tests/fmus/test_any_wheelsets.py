@@ -145,11 +145,14 @@ def test_the_icon_is_of_the_train(name, count, wheelsets, bogies, carbodies):
     assert patches == 2 * (wheelsets - 1) + bogies  # a wheel is two circles
 
 
-def test_what_a_vehicle_says_of_rolling_is_not_passed_over_in_silence():
+@pytest.mark.parametrize(
+    ("dimension", "why"), [("vertical", "are vertical"), ("spatial", "have no contact inside")]
+)
+def test_what_a_vehicle_says_of_rolling_is_not_passed_over_in_silence(dimension, why):
     long = Geometry(bogie_half_distance=60.0)  # so that nothing else is made
     vehicle = replace(Vehicle(), rolling=Rolling(conicity=0.3), geometry=long)
     with (
-        pytest.warns(UnusualWarning, match=r"\[rolling\] is left out: FMUs of vehicles are"),
+        pytest.warns(UnusualWarning, match=rf"\[rolling\] is left out: these FMUs {why}"),
         pytest.raises(ParameterError, match=r"122\.5 m long"),
     ):
-        content.contents(vehicle, Track(mesh=Mesh(cells=20)))
+        content.contents(vehicle, Track(mesh=Mesh(cells=20)), dimension=dimension)

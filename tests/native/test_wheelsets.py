@@ -213,6 +213,7 @@ def doubled(body):
         one,
         bodies=("one", "two"),
         names=tuple(map(str, order)),
+        even=2 * one.even,
         wheelsets=np.arange(2 * above, 2 * above + 8),
         modes=twice(one.modes)[order],
         rigid=rigid,
@@ -226,6 +227,7 @@ def doubled(body):
     return replace(
         body, layout=Layout(8), poles=np.tile(body.poles, 2), even=2 * body.even, shapes=shapes,
         rigid_out=twice(body.rigid_out), rigid_into=twice(body.rigid_into),
+        even_rigid=2 * body.even_rigid,
         preload=np.tile(body.preload, 2), coordinates=coordinates,
     )  # fmt: skip
 

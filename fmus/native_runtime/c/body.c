@@ -150,9 +150,10 @@ void body_drive_rest(const Body *body, const Shapes *shapes, const double *force
         g[m->drives + m->width + k] = im;
     }
     for (size_t j = 0; j < m->rigid; j++) {
+        const double *own = f->of[j >= m->even_rigid];
         double sum = 0;
         for (size_t k = 0; k < m->rows; k++)
-            sum += f->of[0][k] * m->rigid_in[k * m->rigid + j];
+            sum += own[k] * m->rigid_in[k * m->rigid + j];
         g[2 * m->drives + j] = sum;
     }
 }
@@ -203,7 +204,7 @@ void body_observe_rest(const Body *body, const Shapes *shapes, const double *x, 
     const double *re = x + m->ring, *im = re + m->modes, *r = x + 2 * m->modes;
     for (size_t k = 0; k < m->rows; k++)
         for (size_t j = 0; j < m->rigid; j++)
-            z->of[0][k] += m->rigid_out[k * m->rigid + j] * r[j];
+            z->of[j >= m->even_rigid][k] += m->rigid_out[k * m->rigid + j] * r[j];
     join(m, z, at_contacts);
     observe_local(m, shapes, re, im, at_contacts);
 }

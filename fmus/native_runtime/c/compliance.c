@@ -57,10 +57,10 @@ static double between(const Body *body, const Shapes *shapes, const double *weig
     const size_t at = i * R * R + low * R + high; /* Betti's law */
     const int here = k < m->rows ? 1 : m->mirror[row % m->directions];
     const int there = j < m->rows ? 1 : m->mirror[other % m->directions];
-    double even = body->G[0][at], own = 0;
+    double by[2] = {body->G[0][at], body->G[1][at]}, own = 0; /* even and odd motions */
     for (size_t q = 0; q < m->rigid; q++)
-        even += rigid_weight * m->rigid_out[row * m->rigid + q] *
-                m->rigid_in[other * m->rigid + q];
+        by[q >= m->even_rigid] += rigid_weight * m->rigid_out[row * m->rigid + q] *
+                                  m->rigid_in[other * m->rigid + q];
     const size_t D = m->directions, first = k - k % D;
     for (size_t q = 0; q < D && first < m->local && j - j % D == first; q++) {
         const double re = shapes->local_re[k * D + q], im = shapes->local_im[k * D + q];
@@ -68,8 +68,9 @@ static double between(const Body *body, const Shapes *shapes, const double *weig
         own += (re * to_re - im * to_im) * weight[m->ring + first + q] -
                (re * to_im + im * to_re) * weight[m->modes + m->ring + first + q];
     }
-    const double odd = body->G[1][at]; /* forces of one side alone move both */
-    return here * there * ((k < m->rows) == (j < m->rows) ? even + odd : even - odd) + own;
+    /* Forces of one side alone move both. */
+    const double both = (k < m->rows) == (j < m->rows) ? by[0] + by[1] : by[0] - by[1];
+    return here * there * both + own;
 }
 
 void body_respond_rest(const Body *body, const Shapes *shapes, const double *const weight[3],

@@ -121,7 +121,10 @@ static void outputs_change(Instance *i, const Direction *d, const uint32_t *refs
         motion_observe_change(motion, shapes, slope, i->x, d->dx, i->z);
         motion_observe_change(motion, shapes, slope, motion->rate, motion->drate, i->vz);
     } else {
+        const Shapes *shapes = body_shapes(&motion->body, now->position);
         body_rate(&motion->body, d->dx, NULL, motion->drate);
+        body_observe(&motion->body, shapes, d->dx, i->z);
+        body_observe(&motion->body, shapes, motion->drate, i->vz);
         body_acceleration(&motion->body, d->dx, motion->rate);
     }
     for (size_t k = 0; k < n; k++)

@@ -99,12 +99,12 @@ static void read_layout(Reader *reader)
 static void read_sizes(Reader *reader)
 {
     Model *m = reader->model;
-    const int32_t *sizes = section(reader, "sizes", TYPE_INT32, 8, 0, 0);
+    const int32_t *sizes = section(reader, "sizes", TYPE_INT32, 10, 0, 0);
     if (!reader->good)
         return;
-    for (int k = 0; k < 7; k++)
+    for (int k = 0; k < 9; k++)
         demand(reader, sizes[k] >= 0 && sizes[k] < 1 << 20, "a size is negative or too large");
-    demand(reader, sizes[7] >= -1 && sizes[7] <= 1, "the contact's sign");
+    demand(reader, sizes[9] >= -1 && sizes[9] <= 1, "the contact's sign");
     if (!reader->good)
         return;
     m->even = (size_t)sizes[0];
@@ -114,7 +114,9 @@ static void read_sizes(Reader *reader)
     m->coordinates = (size_t)sizes[4];
     m->nodes = (size_t)sizes[5];
     m->cells = (size_t)sizes[6];
-    m->contact_sign = sizes[7];
+    m->even_rigid = (size_t)sizes[7];
+    m->even_coordinates = (size_t)sizes[8];
+    m->contact_sign = sizes[9];
     m->ring = m->even + m->odd;
     m->modes = m->ring + m->local;
     m->states = 2 * (m->modes + m->rigid);
@@ -126,7 +128,9 @@ static void read_sizes(Reader *reader)
     demand(reader, (m->nodes > 0) != (m->coordinates > 0), "neither a track nor a vehicle");
     demand(reader, m->nodes == 0 || (m->nodes > 1 && m->cells > 0 && m->rigid == 0),
            "track");
-    demand(reader, m->nodes > 0 || (m->odd + m->local == 0 && m->rigid > 0), "vehicle");
+    demand(reader, m->nodes > 0 || (m->local == 0 && m->rigid > 0), "vehicle");
+    demand(reader, m->even_rigid <= m->rigid && m->even_coordinates <= m->coordinates,
+           "how many are even");
 }
 
 static void read_segments(Reader *reader)
@@ -222,7 +226,7 @@ static size_t owners(const Model *m, int role)
     case ROLE_START_Z: case ROLE_STIFFNESS: case ROLE_HERTZ: return m->wheelsets;
     case ROLE_OUT_FORCE: return m->contact_sign != 0 ? m->contacts : 0;
     case ROLE_IN_LOAD: case ROLE_IN_LOAD_LESS: return m->contacts;
-    case ROLE_OUT_CONTACT_Z: case ROLE_OUT_CONTACT_VZ: return m->nodes > 0 ? m->contacts : 0;
+    case ROLE_OUT_CONTACT_Z: case ROLE_OUT_CONTACT_VZ: return m->contacts;
     case ROLE_OUT_COORDINATE: case ROLE_OUT_RATE: return m->coordinates;
     case ROLE_OUT_ACCELERATION: return m->coordinates;
     default: return 1;
@@ -353,9 +357,10 @@ int model_read(Model *model, Resource resource, char *why, size_t room)
         demand(&reader, reader.good && model->guid[length - 1] == 0, "the GUID");
     }
     for (size_t k = 0; reader.good && k < model->modes; k++) {
-        /* Without dampers, rounding decides the sign of the real part. */
+        /* Without dampers, rounding decides the sign of the real part; a vehicle without rails may
+           topple. */
         const double size = fabs(model->pole.re[k]) + fabs(model->pole.im[k]);
-        demand(&reader, size > 0 && model->pole.re[k] <= 1e-9 * size,
+        demand(&reader, size > 0 && (model->nodes == 0 || model->pole.re[k] <= 1e-9 * size),
                "a pole that is zero or grows");
     }
     if (!reader.good)

@@ -91,6 +91,7 @@ typedef struct {
     size_t width;  /* columns of shapes: those of all chunks */
     size_t drives; /* complex generalised forces: width + local, in whole lines */
     size_t rigid, coordinates, states;
+    size_t even_rigid, even_coordinates; /* even ones first: no odd mode moves an even coordinate */
     const double *nominals; /* of Re s, Im s and, with rigid coordinates, r and dr/dt */
     Complexes pole;
     size_t segments; /* of even modes, then of odd ones; the local modes stand behind as one more */

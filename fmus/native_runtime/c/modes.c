@@ -20,10 +20,11 @@ double body_coordinate(const Body *body, size_t c, const double *x)
 {
     const Model *m = body->model;
     const double *re = m->coordinate.re + c * m->ring, *im = m->coordinate.im + c * m->ring;
+    const int odd = c >= m->even_coordinates;
     double sum = 0;
-    for (size_t r = 0; r < m->ring; r++)
+    for (size_t r = odd ? m->even : 0; r < (odd ? m->ring : m->even); r++)
         sum += re[r] * x[r] - im[r] * x[m->modes + r];
-    for (size_t j = 0; j < m->rigid; j++)
+    for (size_t j = odd ? m->even_rigid : 0; j < (odd ? m->rigid : m->even_rigid); j++)
         sum += m->rigid_shape[c * m->rigid + j] * x[2 * m->modes + j];
     return sum;
 }
@@ -33,8 +34,9 @@ double body_through(const Body *body, size_t c, const double *force)
     const Model *m = body->model;
     double sum = 0;
     body_split(m, force, &body->split[0]);
+    const double *own = body->split[0].of[c >= m->even_coordinates];
     for (size_t k = 0; k < m->rows; k++)
-        sum += m->through[c * m->rows + k] * body->split[0].of[0][k];
+        sum += m->through[c * m->rows + k] * own[k];
     return sum;
 }
 

@@ -100,7 +100,10 @@ static void find_motion(Instance *i)
     }
     /* All modes are there, so a force changes no velocity at once. */
     motion_forces(motion, &i->now, i->x, i->force);
+    const Shapes *shapes = body_shapes(&motion->body, i->now.position);
     body_rate(&motion->body, i->x, NULL, motion->rate);
+    body_observe(&motion->body, shapes, i->x, i->z);
+    body_observe(&motion->body, shapes, motion->rate, i->vz);
     body_acceleration(&motion->body, i->x, motion->drate);
 }
 
