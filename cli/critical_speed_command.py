@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -39,6 +40,18 @@ def critical_speed_command(
     ] = ",".join(map(str, CONICITIES)),
     gravity: GravityOption = Gravity.NORMALS,
     track: TrackFile = None,
+    vehicle_fmu: Annotated[
+        Path | None,
+        typer.Option(
+            "--vehicle-fmu",
+            help="Vehicle FMU in space instead; its wheels and axles are those of --vehicle.",
+            metavar="F",
+        ),
+    ] = None,
+    track_fmu: Annotated[
+        Path | None,
+        typer.Option("--track-fmu", help="Track FMU in space instead of --track.", metavar="F"),
+    ] = None,
     rigid_track: Annotated[
         bool, typer.Option("--rigid-track", help="Rails that do not move, instead of a track.")
     ] = False,
@@ -49,7 +62,7 @@ def critical_speed_command(
 
     The picture follows the poles of the first conicity over the speed.
     """
-    from railcosim.analysis.response.hunting import KMH, critical_speed, way_of
+    from railcosim.analysis.response.hunting import KMH, check_conicities, critical_speeds, way_of
     from railcosim.analysis.response.hunting import root_locus as locus_of
     from railcosim.plots.hunting import hunting_chart
     from railcosim.vehicle.hunting import Critical
@@ -57,19 +70,23 @@ def critical_speed_command(
     RESULTS.check(out)
     PICTURES.check(plot)
     conicities = _numbers(conicity)
-    if rigid_track and track is not None:
-        raise UsageError("--rigid-track: rails that do not move have no --track; give one of them")
+    check_conicities(conicities)
+    if rigid_track + (track is not None) + (track_fmu is not None) > 1:
+        raise UsageError(
+            "--rigid-track, --track, --track-fmu: rails that do not move have no track, and an FMU "
+            "is one; give one of them"
+        )
     stock = vehicle_of(vehicle, vehicles)
     parameters = None if track is None else track_of(track)
     with progress("finding critical speeds") as update:
-        result = critical_speed(
-            stock, conicities, gravity=gravity, track=parameters, rigid_track=rigid_track,
-            progress=update,
+        way = way_of(
+            stock, gravity, parameters, rigid_track=rigid_track, vehicle_fmu=vehicle_fmu,
+            track_fmu=track_fmu, progress=update,
         )  # fmt: skip
+        result = critical_speeds(way, conicities, update)
     console.print(_table(result))
 
     def chart(found: xr.Dataset) -> Chart:
-        way = way_of(stock, gravity, parameters, rigid_track=rigid_track)
         first = found.isel(conicity=0)
         critical = Critical(
             speed=float(first["critical_speed"]) / KMH, frequency=float(first["frequency"])

@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from .eigenmodes import SLOW, poles_of
-from .multibody import Multibody
-from .on_rails import cones_of, rolling
+from .eigenmodes import SLOW
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-Matrices: TypeAlias = tuple[FloatArray, FloatArray, FloatArray | ComplexArray]
+Poles: TypeAlias = Callable[[float], ComplexArray]
+"""All poles (rad/s) by the speed (m/s); real ones exactly so."""
 
 GROWS = 1e-6  # 1/s: by a tenth in a day; poles of what nothing damps are rounded by 1e-9
 SETTLED = 1e-9  # of the speed
@@ -38,53 +37,13 @@ class Critical:
     frequency: float
 
 
-def on_rigid_rails(
-    body: Multibody, conicity: float, gravity: str = "normals"
-) -> Callable[[float], Matrices]:
-    """M, C and K of a vehicle whose wheels creep on rigid rails, by the speed, m/s."""
-    contacts = rolling(body, cones_of(body, conicity, gravity))
-
-    def at(speed: float) -> Matrices:
-        K, C = contacts(speed).on_rigid_rails(body)
-        return body.M, body.C + C, body.K + K
-
-    return at
-
-
-def on_rails(
-    body: Multibody, conicity: float, gravity: str, compliance: ComplexArray
-) -> Callable[[float], Matrices]:
-    """The same on rails that give way, and have no mass but what their compliance knows of.
-
-    Parameters
-    ----------
-    body, conicity, gravity
-        See `on_rigid_rails`.
-    compliance : array, shape (6 n_wheelsets, 6 n_wheelsets)
-        Of the rails' coordinates, see `Contacts.with_rails`; at one frequency, so of the poles only
-        those that swing at it, neither growing nor decaying, are vehicle's and track's.
-    """
-    contacts = rolling(body, cones_of(body, conicity, gravity))
-    n, m = len(body.coordinates), len(compliance)
-    M, C_v = np.zeros((2, n + m, n + m))
-    M[:n, :n], C_v[:n, :n] = body.M, body.C
-    K_both = np.zeros((n + m, n + m), complex)
-    K_both[:n, :n], K_both[n:, n:] = body.K, np.linalg.inv(compliance)
-
-    def at(speed: float) -> Matrices:
-        K, C = contacts(speed).with_rails(body)
-        return M, C_v + C, K_both + K
-
-    return at
-
-
-def critical_speed(matrices: Callable[[float], Matrices], speeds: FloatArray) -> Critical:
+def critical_speed(poles: Poles, speeds: FloatArray) -> Critical:
     """The lowest speed from which on something grows.
 
     Parameters
     ----------
-    matrices : callable
-        M, C and K by the speed, m/s.
+    poles : callable
+        By the speed.
     speeds : array, shape (n,)
         Where growth is looked for, increasing; between two of them its beginning is found by
         halving.
@@ -96,7 +55,7 @@ def critical_speed(matrices: Callable[[float], Matrices], speeds: FloatArray) ->
     """
     before = None
     for speed in speeds.tolist():
-        if _greatest(matrices(speed)).real > GROWS:
+        if _greatest(poles(speed)).real > GROWS:
             break
         before = speed
     else:
@@ -106,29 +65,26 @@ def critical_speed(matrices: Callable[[float], Matrices], speeds: FloatArray) ->
     low, high = before, speed
     while high - low > SETTLED * high:
         middle = (low + high) / 2
-        if _greatest(matrices(middle)).real > GROWS:
+        if _greatest(poles(middle)).real > GROWS:
             high = middle
         else:
             low = middle
-    return Critical(speed=high, frequency=abs(_greatest(matrices(high)).imag) / (2 * np.pi))
+    return Critical(speed=high, frequency=abs(_greatest(poles(high)).imag) / (2 * np.pi))
 
 
-def _greatest(matrices: Matrices) -> complex:
+def _greatest(poles: ComplexArray) -> complex:
     """The pole that grows fastest, or decays slowest."""
-    poles, _ = poles_of(*matrices)
     moving = poles[(np.abs(poles) > SLOW) & (poles.imag >= 0)]
     return complex(moving[np.argmax(moving.real)])
 
 
-def root_locus(
-    matrices: Callable[[float], Matrices], speeds: Sequence[float], highest: float
-) -> ComplexArray:
+def root_locus(poles_at: Poles, speeds: Sequence[float], highest: float) -> ComplexArray:
     """Poles that swing, followed over the speed.
 
     Parameters
     ----------
-    matrices : callable
-        M, C and K by the speed, m/s.
+    poles_at : callable
+        By the speed.
     speeds : sequence of float
         m/s, close to each other.
     highest : float
@@ -141,7 +97,7 @@ def root_locus(
     """
     rows: list[ComplexArray] = []
     for speed in speeds:
-        poles, _ = poles_of(*matrices(speed))
+        poles = poles_at(speed)
         found = poles[(poles.imag > 0) & (np.abs(poles) > SLOW)]
         rows.append(_in_the_order_of(rows[-1], found) if rows else found)
     width = max(row.size for row in rows)

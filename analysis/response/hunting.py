@@ -4,25 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
-from railcosim.mechanics.ports import ROLL, Y, Z
+from railcosim.master.linear.state_space import StateSpace
 from railcosim.parameters import ArgumentError
 from railcosim.track.parameters import Track
-from railcosim.track.receptance import Point, infinite_receptance
-from railcosim.vehicle.hunting import Critical, Matrices, on_rails, on_rigid_rails
+from railcosim.vehicle.hunting import Critical, Poles
 from railcosim.vehicle.hunting import critical_speed as first_growth
 from railcosim.vehicle.hunting import root_locus as followed
+from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import SPATIAL, Multibody, build_multibody
-from railcosim.vehicle.on_rails import check_cones
+from railcosim.vehicle.on_rails import check_cones, cones_of
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train, train_of
 
+from .bodies import linear_of
 from .choices import CONICITIES, Gravity
+from .models import Progress, linear_track
+from .rolling import LinearContacts
+from .rolling_pair import compliance_of, places_on, rails_of, vehicle_of
+from .running import Rolling
 
 KMH = 3.6
 SPEEDS = np.arange(5.0, 1001.0, 2.5) / KMH
@@ -43,34 +49,38 @@ class Way:
     Attributes
     ----------
     body : Multibody
-        The vehicle.
+        Whose wheels, static loads and axles.
+    vehicle : StateSpace
+        How it moves.
     gravity : Gravity
         See `critical_speed`.
-    track : Track or None
+    rails : callable or None
+        Compliance of the rails under the wheels at a frequency in Hz, in the order of the ports.
         None: rails that do not move.
     """
 
     body: Multibody
+    vehicle: StateSpace
     gravity: Gravity
-    track: Track | None
+    rails: Callable[[float], ComplexArray] | None
 
     @property
-    def rails(self) -> str:
+    def track(self) -> str:
         """In words."""
-        return "rigid rails" if self.track is None else "a flexible track"
+        return "rigid rails" if self.rails is None else "a flexible track"
 
     def critical(self, conicity: float) -> Critical:
         """Where growth begins."""
-        found = first_growth(self.matrices(conicity, None), SPEEDS)
-        if self.track is None:
+        found = first_growth(self.poles(conicity, None), SPEEDS)
+        if self.rails is None:
             return found
         frequency = found.frequency if found.frequency > 0 else FIRST
         speeds = SPEEDS[BEYOND * found.speed > SPEEDS]
         for _ in range(MOST_ROUNDS):
-            matrices = self.matrices(conicity, frequency)
-            found = first_growth(matrices, speeds)
+            poles = self.poles(conicity, frequency)
+            found = first_growth(poles, speeds)
             if not found.speed > 0:  # then it is not where it was looked for
-                found = first_growth(matrices, SPEEDS)
+                found = first_growth(poles, SPEEDS)
             if not found.speed > 0 or abs(found.frequency - frequency) <= ALIKE * frequency:
                 return found
             # The track at another frequency is almost the same.
@@ -81,29 +91,14 @@ class Way:
             "what it does on rigid rails"
         )
 
-    def matrices(self, conicity: float, frequency: float | None) -> Callable[[float], Matrices]:
-        """M, C and K by the speed, on rails as they give way at a frequency, Hz; None: rigid."""
-        if self.track is None or frequency is None:
-            return on_rigid_rails(self.body, conicity, self.gravity.value)
-        compliance = rails_of(self.track, self.body.wheelset_x, frequency)
-        return on_rails(self.body, conicity, self.gravity.value, compliance)
-
-
-def rails_of(track: Track, wheelset_x: FloatArray, frequency: float) -> ComplexArray:
-    """Compliance of the rails under each wheelset, `Contacts.with_rails`, of an endless track.
-
-    The last wheelset stands in the middle between two railseats.
-    """
-    x = wheelset_x - wheelset_x[-1] + track.fastening.spacing / 2
-    points = [
-        Point(x=float(place), side=side, direction=direction)
-        for place in x
-        for side in (-1, 1)
-        for direction in (Y, Z, ROLL)
-    ]
-    omega = np.array([2 * np.pi * frequency])
-    compliance: ComplexArray = infinite_receptance(track, omega, points, points)[0]
-    return compliance
+    def poles(self, conicity: float, frequency: float | None) -> Poles:
+        """By the speed, on rails as they give way at a frequency, Hz; None: rigid."""
+        cones = cones_of(self.body, conicity, self.gravity.value)
+        rolling = Rolling(self.vehicle, LinearContacts.of(self.body, cones))
+        if self.rails is None or frequency is None:
+            return lambda speed: rolling.poles(speed, None)
+        compliance = self.rails(frequency)
+        return lambda speed: rolling.poles(speed, compliance)
 
 
 def critical_speed(
@@ -113,7 +108,9 @@ def critical_speed(
     gravity: Gravity = Gravity.NORMALS,
     track: Track | None = None,
     rigid_track: bool = False,
-    progress: Callable[[float, float], None] = lambda done, total: None,
+    vehicle_fmu: str | Path | None = None,
+    track_fmu: str | Path | None = None,
+    progress: Progress = lambda done, total: None,
 ) -> xr.Dataset:
     """The speed from which on a vehicle hunts, linear, for each conicity of its wheels.
 
@@ -131,6 +128,9 @@ def critical_speed(
         rail's deflection along the track does to a wheel that moves on is left out.
     rigid_track : bool
         Rails that do not move instead.
+    vehicle_fmu, track_fmu : str or Path, optional
+        Anybody's, linearised, instead: a vehicle in space for Model Exchange, whose wheels and
+        axles are those of `stock`, and whose loads are its own; a track in space.
     progress : callable
         Told what is done and the total.
 
@@ -145,17 +145,33 @@ def critical_speed(
     ArgumentError
         If a conicity is not between 0 and 1, a track is given that is to be rigid, or the vehicle
         says how its wheels roll.
+    CouplingError
+        If an FMU cannot be what it is given as.
     ArithmeticError
         If no frequency is found at which vehicle and track hunt.
     """
-    if rigid_track and track is not None:
-        raise ArgumentError("rigid_track", None, "rails that do not move have no track; give one")
+    check_conicities(conicity)
+    way = way_of(
+        stock, gravity, track, rigid_track=rigid_track, vehicle_fmu=vehicle_fmu,
+        track_fmu=track_fmu, progress=progress,
+    )  # fmt: skip
+    return critical_speeds(way, conicity, progress)
+
+
+def check_conicities(conicity: Sequence[float]) -> None:
+    """Raise ArgumentError if one is not between 0 and 1."""
     for one in conicity:
         if not 0 < one <= 1:
             raise ArgumentError(
                 "conicity", float(one), "must be above 0, as cylinders do not hunt, and at most 1"
             )
-    way = way_of(stock, gravity, track, rigid_track=rigid_track)
+
+
+def critical_speeds(
+    way: Way, conicity: Sequence[float], progress: Progress = lambda done, total: None
+) -> xr.Dataset:
+    """The same of a vehicle on its rails."""
+    check_conicities(conicity)
     found = []
     for k, one in enumerate(conicity):
         progress(k, len(conicity))
@@ -176,21 +192,44 @@ def critical_speed(
         },
         {"conicity": ("conicity", np.asarray(conicity, float), {"units": "1"})},
         {
-            "title": f"critical speed on {way.rails}, linear",
-            "gravity": gravity.value,
+            "title": f"critical speed on {way.track}, linear",
+            "gravity": way.gravity.value,
             "creep": "Kalker, linear; spins as gyroscopes",
         },
     )  # fmt: skip
 
 
 def way_of(
-    stock: Vehicle | Train | None, gravity: Gravity, track: Track | None, *, rigid_track: bool
+    stock: Vehicle | Train | None,
+    gravity: Gravity,
+    track: Track | None,
+    *,
+    rigid_track: bool,
+    vehicle_fmu: str | Path | None = None,
+    track_fmu: str | Path | None = None,
+    progress: Progress = lambda done, total: None,
 ) -> Way:
     """A vehicle on its rails; see `critical_speed`."""
+    if rigid_track + (track is not None) + (track_fmu is not None) > 1:
+        raise ArgumentError(
+            "rigid_track", None,
+            "rails that do not move have no track, and one FMU is one: give one of them",
+        )  # fmt: skip
     train = train_of(stock or Vehicle())
     check_cones(train)
     body = build_multibody(train, SPATIAL)
-    return Way(body=body, gravity=gravity, track=None if rigid_track else track or Track())
+    if vehicle_fmu is None:
+        x = body.wheelset_x - body.wheelset_x[-1]
+        vehicle = linear_of(vehicle_body(body).at(x), "vehicle")
+    else:
+        vehicle, body = vehicle_of(Path(vehicle_fmu), body, progress)
+    rails: Callable[[float], ComplexArray] | None = None
+    if track_fmu is not None:
+        under, _ = linear_track(Path(track_fmu), places_on(Path(track_fmu), body), progress)
+        rails = partial(compliance_of, under)
+    elif not rigid_track:
+        rails = partial(rails_of, track or Track(), body.wheelset_x)
+    return Way(body=body, vehicle=vehicle, gravity=gravity, rails=rails)
 
 
 def root_locus(way: Way, conicity: float, critical: Critical) -> xr.Dataset:
@@ -215,8 +254,8 @@ def root_locus(way: Way, conicity: float, critical: Critical) -> xr.Dataset:
     known = critical.speed > 0
     to = min(BEYOND * critical.speed, SPEEDS[-1]) if known else SPEEDS[-1]
     speeds = np.linspace(SPEEDS[0], to, POINTS)
-    matrices = way.matrices(conicity, critical.frequency if known else FIRST)
-    poles = followed(matrices, speeds.tolist(), HIGHEST)
+    poles_at = way.poles(conicity, critical.frequency if known else FIRST)
+    poles = followed(poles_at, speeds.tolist(), HIGHEST)
     over = ("speed", "mode")
     return xr.Dataset(
         {

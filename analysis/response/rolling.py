@@ -25,6 +25,8 @@ from railcosim.mechanics.ports import (
     YAW,
     Layout,
 )
+from railcosim.vehicle.bodies import SPIN
+from railcosim.vehicle.multibody import Multibody
 
 ON_WHEEL, ON_RAIL = OF_WHEELS["spatial"], DIMENSIONS["spatial"]
 RAIL_MOMENT = "rail_moment_x"
@@ -58,39 +60,34 @@ class LinearContacts:
 
     @classmethod
     def of(
-        cls,
-        wheels: Sequence[Geometry],
-        loads: FloatArray,
-        spin_inertia: FloatArray,
-        half_distance: float,
-        creep: CreepLaw = LINEAR,
+        cls, body: Multibody, wheels: Sequence[Geometry], creep: CreepLaw = LINEAR
     ) -> LinearContacts:
-        """Of wheels on their rails.
+        """Of a vehicle's wheels on their rails, under its static loads.
 
         Parameters
         ----------
+        body : Multibody
+            The vehicle in space.
         wheels : sequence of Geometry, length n_wheelsets
             From the front.
-        loads, spin_inertia : array, shape (n_wheelsets,)
-            Static load of one wheel of each (N), and moment of inertia about the axle (kg m2).
-        half_distance : float
-            Of the data from the wheelset's middle, m.
         creep : CreepLaw
             Kalker's linear one if not given.
 
         Raises
         ------
-        ValueError, ArithmeticError
+        ArithmeticError
             If a wheelset cannot stand under its load.
         """
-        each = list(zip(wheels, loads.tolist(), strict=True))
-        made = {one: _tangents(*one, half_distance, creep) for one in set(each)}
-        K, C = (
-            np.concatenate([[made[one][k][side] for one in each] for side in range(2)])
-            for k in range(2)
-        )
-        radius = np.array([one.radius for one in wheels])
-        return cls(K=K, C=C, turning=spin_inertia / radius)
+        made = [
+            _tangents(wheel, load, cylinder.half_distance, creep)
+            for wheel, load, cylinder in zip(
+                wheels, body.wheel_load.tolist(), body.wheels, strict=True
+            )
+        ]
+        K, C = (np.concatenate(np.swapaxes([one[k] for one in made], 0, 1)) for k in range(2))
+        spins = [body.at(axle, SPIN) for axle in body.axles]
+        radius = np.array([wheel.radius for wheel in wheels])
+        return cls(K=K, C=C, turning=np.diag(body.M)[spins] / radius)
 
     def at(self, speed: float) -> Running:
         """At a speed, m/s."""

@@ -5,20 +5,55 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from railcosim.analysis.response.bodies import linear_of
 from railcosim.analysis.response.choices import Gravity, Wheels
-from railcosim.analysis.response.hunting import critical_speed, rails_of, way_of
+from railcosim.analysis.response.hunting import critical_speed, way_of
+from railcosim.analysis.response.rolling import ON_RAIL
+from railcosim.analysis.response.rolling_pair import compliance_of, rails_of
 from railcosim.analysis.response.vehicle_modes import vehicle_modes
+from railcosim.mechanics.ports import Layout
 from railcosim.parameters import ArgumentError, UnusualWarning
 from railcosim.track.parameters import Mesh, Slab, Track
+from railcosim.track.receptance import Point, direct_receptance
+from railcosim.track.reduced import reduce_track
+from railcosim.vehicle.eigenmodes import poles_of
 from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.hunting import critical_speed as first_growth
-from railcosim.vehicle.hunting import on_rails, on_rigid_rails
 from railcosim.vehicle.multibody import SPATIAL, build_multibody
 from railcosim.vehicle.on_rails import OF_RAILS, cones_of, rolling
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.properties import Rolling
 
 BODY = build_multibody(Vehicle(), SPATIAL)
+RAILS = [
+    (port.wheelset, f"{port.side}.rail_{port.direction.name}")
+    for port in Layout(4, directions=ON_RAIL).ports
+]
+
+
+def as_of_contacts(compliance):
+    """Of ports, in the order of the coordinates of wheelset after wheelset."""
+    order = [RAILS.index((i, name)) for i in (1, 2, 3, 4) for name in OF_RAILS]
+    return compliance[np.ix_(order, order)]
+
+
+def of_matrices(compliance=None, conicity=0.1):
+    """Poles by the speed from M, C and K: rails without mass but what their compliance knows of."""
+    contacts = rolling(BODY, cones_of(BODY, conicity))
+    n, m = len(BODY.coordinates), len(OF_RAILS) * 4
+    M, C_v = np.zeros((2, n + m, n + m))
+    M[:n, :n], C_v[:n, :n] = BODY.M, BODY.C
+    K_both = np.zeros((n + m, n + m), complex)
+    K_both[:n, :n] = BODY.K
+
+    def at(speed):
+        K, C = contacts(speed).with_rails(BODY)
+        if compliance is None:
+            return poles_of(*(A[:n, :n].real for A in (M, C_v + C, K_both + K)))[0]
+        K_both[n:, n:] = np.linalg.inv(as_of_contacts(compliance))
+        return poles_of(M, C_v + C, K_both + K)[0]
+
+    return at
 
 
 @pytest.fixture(scope="module")
@@ -33,9 +68,7 @@ def test_a_track_that_hardly_gives_way_is_rigid(found):
     compliance = rails_of(Track(), BODY.wheelset_x, 3.0)
     change = []
     for part in (1e-3, 2e-3):
-        stiff = first_growth(
-            on_rails(BODY, 0.1, "normals", part * compliance), np.array([20.0, 40.0])
-        )
+        stiff = first_growth(of_matrices(part * compliance), np.array([20.0, 40.0]))
         change.append(1 - stiff.speed / found[0].speed)
     assert 1.36e-4 < change[0] < 1.7e-4  # the first of it counts most
     assert change[1] == pytest.approx(2 * change[0], rel=1e-2)
@@ -55,7 +88,7 @@ def test_vehicle_and_track_swing_freely_there(found):
 
     def singular(speed, s):
         contacts = rolling(BODY, cones_of(BODY, 0.1))(speed)
-        Z = np.linalg.inv(rails_of(Track(), BODY.wheelset_x, s.imag / (2 * np.pi)))
+        Z = np.linalg.inv(as_of_contacts(rails_of(Track(), BODY.wheelset_x, s.imag / (2 * np.pi))))
         D = np.zeros((n + len(Z),) * 2, complex)
         D[:n, :n] = s * s * BODY.M + s * BODY.C + BODY.K
         D[n:, n:] = Z
@@ -77,7 +110,7 @@ def test_vehicle_and_track_swing_freely_there(found):
 def test_rails_are_those_of_the_contact():
     """Their order; a force to the right at the head of the left rail moves and rolls it."""
     assert OF_RAILS[:3] == ("left.rail_y", "left.rail_z", "left.rail_roll")
-    G = rails_of(Track(), BODY.wheelset_x, 1.0)
+    G = as_of_contacts(rails_of(Track(), BODY.wheelset_x, 1.0))
     assert G.shape == (24, 24)
     assert G[0, 0].real == pytest.approx(1 / 8.7e6, rel=0.05)  # published reading of the fastening
     assert G[1, 1].real == pytest.approx(1 / 57e6, rel=0.05)
@@ -96,7 +129,7 @@ def test_a_rigid_track_is_none():
 def test_on_rigid_rails_by_either_door(found):
     result = critical_speed(conicity=[0.1], rigid_track=True)
     assert float(result["critical_speed"][0]) == pytest.approx(3.6 * found[0].speed, rel=1e-12)
-    again = first_growth(on_rigid_rails(BODY, 0.1), np.array([20.0, 40.0]))
+    again = first_growth(of_matrices(), np.array([20.0, 40.0]))
     assert again.speed == pytest.approx(found[0].speed, rel=1e-8)
 
 
@@ -127,6 +160,48 @@ def test_sides_of_the_rails_are_those_of_the_contact():
     """
     track = Track(slab=Slab(tilts_rails=True), mesh=Mesh(highest_slab_frequency=600))
     G = rails_of(track, BODY.wheelset_x[:1], 1.0).real
-    left, right = OF_RAILS.index("left.rail_y"), OF_RAILS.index("right.rail_y")
-    assert G[left, left + 1] < -1e-2 * G[left + 1, left + 1]
-    assert G[right, right + 1] == pytest.approx(-G[left, left + 1], rel=1e-9)
+    down, aside = ([3 * side + k for side in (0, 1)] for k in (0, 1))  # ports: down, aside, roll
+    left, right = G[aside, down]
+    assert left < -1e-2 * G[down[0], down[0]]
+    assert right == pytest.approx(-left, rel=1e-9)
+
+
+@pytest.mark.parametrize("speed", [12.0, 27.0, 60.0])
+def test_poles_of_the_linear_model_are_those_of_the_matrices(speed):
+    """M, C and K with rails as massless coordinates, against modes and a pencil of first order."""
+    rigid = way_of(None, Gravity.NORMALS, None, rigid_track=True)
+    flexible = way_of(None, Gravity.NORMALS, Track(), rigid_track=False)
+    compliance = rails_of(Track(), BODY.wheelset_x, 2.65)
+    for way, frequency, matrices in (
+        (rigid, None, of_matrices()),
+        (flexible, 2.65, of_matrices(compliance)),
+    ):
+        ours, theirs = (
+            np.sort_complex(p[(np.abs(p) < 400) & (p.imag > 1e-3)])
+            for p in (way.poles(0.1, frequency)(speed), matrices(speed))
+        )
+        # Double poles are split by the root of rounding; the largest is 400.
+        np.testing.assert_allclose(ours, theirs, atol=1e-6)
+
+
+def test_a_linear_model_of_the_track_has_the_compliance_of_its_elements():
+    """As of an FMU: from modes of a ring, reduced, by the names of the ports."""
+    track = Track(mesh=Mesh(cells=4, highest_frequency=200, highest_slab_frequency=200))
+    x = BODY.wheelset_x - BODY.wheelset_x[-1] + track.fastening.spacing / 2
+    layout = Layout(4, directions=ON_RAIL)
+    met = reduce_track(track, ON_RAIL).under(layout).at(x)
+    ours = compliance_of(linear_of(met, "track"), 2.65)
+    size = np.sqrt(np.abs(np.outer(np.diag(ours), np.diag(ours))))
+    s = 2j * np.pi * 2.65
+    both = 1 / (s - met.body.poles), (1 / (s - met.body.poles.conj())).conj()
+    real, turned = (both[0] + both[1]) / 2, (both[0] - both[1]) / 2j
+    summed = met.compliance(real, 0.0) + 1j * met.compliance(turned, 0.0)
+    assert np.abs((ours - summed) / size).max() < 1e-12
+    points = [
+        Point(x=x[p.wheelset - 1], side={"left": -1, "right": 1}[p.side], direction=p.direction)
+        for p in layout.ports
+    ]
+    ring = direct_receptance(track, np.array([s.imag]), points, points, viscous=True)[0]
+    near = [k + np.array([0, 1, 2])[:, None] for k in range(0, 24, 3)]
+    for at in near:  # between wheels so few modes are not enough
+        assert np.abs((ours - ring)[at, at.T] / size[at, at.T]).max() < 5e-3

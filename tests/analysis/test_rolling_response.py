@@ -76,11 +76,7 @@ def rails():
 
 @pytest.fixture(scope="module")
 def contacts():
-    cones = cones_of(BODY, CONICITY)
-    return LinearContacts.of(
-        cones, BODY.wheel_load, np.full(4, BODY.M[BODY.at("wheelset[1]", "spin")].max()),
-        cones[0].half_distance,
-    )  # fmt: skip
+    return LinearContacts.of(BODY, cones_of(BODY, CONICITY))
 
 
 def solved_at_once(rails, irregularity):

@@ -51,7 +51,7 @@ MISTAKES = {
     "modes vehicle --speed 100 --conicity 0.1": "--wheels fixed: wheels that are held do not creep",
     "modes vehicle --conicity 2 --speed 9 --wheels contact": "--conicity 2: must be from 0 to 1",
     "modes vehicle --track t.toml": "--track: only with --wheels rails",
-    "critical-speed --rigid-track --track t.toml": "--rigid-track: rails that do not move have",
+    "critical-speed --rigid-track --track t.toml": "--rigid-track, --track, --track-fmu:",
     "critical-speed --rigid-track --conicity 0": "--conicity 0: must be above 0, as cylinders do",
     "critical-speed --rigid-track --conicity x": "--conicity x: must be numbers, with commas",
     "critical-speed --rigid-track --conicity 0.2,0.1": "--conicity 0.2,0.1: must increase",

@@ -24,12 +24,18 @@ from railcosim.vehicle.bodies import (
     Body,
     Spring,
 )
-from railcosim.vehicle.hunting import critical_speed, on_rigid_rails, root_locus
+from railcosim.vehicle.eigenmodes import poles_of
+from railcosim.vehicle.hunting import critical_speed, root_locus
 from railcosim.vehicle.multibody import SPATIAL, build_multibody
 from railcosim.vehicle.on_rails import cones_of, gyroscopes, rolling
 from railcosim.vehicle.parameters import Vehicle
 
 SPEEDS = np.arange(5.0, 400.0, 2.0) / 3.6
+
+
+def poles_by(matrices):
+    """Poles by the speed, from M, C and K by the speed."""
+    return lambda speed: poles_of(*matrices(speed))[0]
 
 
 # --- Cooperrider's bogie ---------------------------------------------------------------------
@@ -143,7 +149,7 @@ def test_cooperriders_bogie():
     """
     M, C, K, names = cooperrider()
     matrices = creeping(M, C, K, contacts_of(names, ("wheelset[1]", "wheelset[2]")))
-    found = critical_speed(matrices, np.arange(20.0, 120.0, 1.0))
+    found = critical_speed(poles_by(matrices), np.arange(20.0, 120.0, 1.0))
     assert found.speed == pytest.approx(68.66, rel=1e-3)
     assert found.frequency == pytest.approx(4.00, abs=5e-3)
 
@@ -194,7 +200,7 @@ def test_a_wheelset_on_springs_by_hand(stiffness):
         k, c = (-np.einsum("inap,nab,inbq->pq", T, by, T) for by in (by_q, by_v))
         return M, C + c, K + k
 
-    found = critical_speed(at, np.arange(10.0, 400.0, 5.0))
+    found = critical_speed(poles_by(at), np.arange(10.0, 400.0, 5.0))
     omega = np.sqrt(stiffness / mass)
     kappa = np.sqrt(Wheel.conicity / (b * Wheel.radius))
     assert found.frequency == pytest.approx(omega / (2 * np.pi), rel=1e-6)
@@ -205,7 +211,14 @@ def test_a_wheelset_on_springs_by_hand(stiffness):
 
 
 def paper(conicity, gravity="normals"):
-    return on_rigid_rails(build_multibody(Vehicle(), SPATIAL), conicity, gravity)
+    body = build_multibody(Vehicle(), SPATIAL)
+    contacts = rolling(body, cones_of(body, conicity, gravity))
+
+    def matrices(speed):
+        K, C = contacts(speed).on_rigid_rails(body)
+        return body.M, body.C + C, body.K + K
+
+    return poles_by(matrices)
 
 
 def test_the_papers_vehicle_hunts_far_below_250_kmh():
