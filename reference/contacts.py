@@ -18,14 +18,12 @@ from railcosim.mechanics.contact.geometry import OF_WHEELSET
 from railcosim.mechanics.contact.rolling import OfMotion, RollingContact
 from railcosim.mechanics.contact.wheelset import NAMES, selection
 from railcosim.mechanics.law import ContactLaw, NormalLaw
-from railcosim.mechanics.ports import ROLL, Y, Z
+from railcosim.mechanics.ports import ROLL, ROUGH, SIDES, Y, Z
 from railcosim.vehicle import on_rails
 
 from .monolithic import Monolithic
 
 FloatArray = NDArray[np.float64]
-ROUGH = (Z, Y)
-"""Irregularities of a rail, in order: down and to the right."""
 
 
 class Contacts(Protocol):
@@ -105,7 +103,7 @@ def _rough_rails(mono: Monolithic) -> sparse.csr_array:
     """By how much irregularities of contacts, `ROUGH`, lessen the same coordinates."""
     count = len(mono.body.axles)
     found = np.zeros((count, len(NAMES), 2, count, len(ROUGH)))
-    for i, side in enumerate(("left", "right")):
+    for i, side in enumerate(SIDES):
         for j, direction in enumerate(ROUGH):
             # A surface that is low is a rail that is low.
             at = NAMES.index(f"{side}.rail_{direction.name}")
@@ -117,7 +115,7 @@ def _rails_pushed(mono: Monolithic) -> sparse.csr_array:
     """What resists motions of rails, turned round: that acts on them."""
     count, k = len(mono.body.axles), len(mono.directions)
     found = np.zeros((2, count, k, count, len(NAMES)))
-    for i, side in enumerate(("left", "right")):
+    for i, side in enumerate(SIDES):
         for j, direction in enumerate(mono.directions):
             at = NAMES.index(f"{side}.rail_{direction.name}")
             found[i, np.arange(count), j, np.arange(count), at] = -1.0
@@ -137,7 +135,7 @@ def _of_contacts(mono: Monolithic) -> sparse.csr_array:
 class LinearRolling:
     """Wheels that stand or creep on both rails, linear: 11 motions a wheelset, `NAMES`.
 
-    Irregularities are two a contact, `ROUGH`; they belong to motions, never to rates.
+    Irregularities are those of `ROUGH` of each contact, in motions and never in rates.
 
     Attributes
     ----------
@@ -187,7 +185,7 @@ class _Linear:
 class Rolling:
     """Wheels that roll: eight motions a contact, `COORDINATES`, left contacts first.
 
-    Irregularities are two a contact, `ROUGH`; they belong to motions, never to rates.
+    Irregularities are those of `ROUGH` of each contact, in motions and never in rates.
 
     Attributes
     ----------

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from railcosim.mechanics.ports import DIMENSIONS, ROLL, Direction, Y, Z
+from railcosim.mechanics.ports import DIMENSIONS, OF_WHEELS, ROLL, YAW, Direction, X, Y, Z
 from railcosim.track.decay import check_ring
 from railcosim.track.parameters import Track
 from railcosim.vehicle.multibody import VERTICAL, Dimension, Multibody, build_multibody
@@ -37,7 +37,7 @@ class Monolithic:
     ----------
     M, C, K, K_loss : sparse array, shape (n, n)
         Mass, viscous damping, stiffness, hysteretic part (complex stiffness K + i K_loss).
-    wheels : sparse array, shape (n_contacts x n_directions, n)
+    wheel_ports : sparse array, shape (n_contacts x `OF_WHEELS`, n)
         Displacements of the wheels, of their points at the rails' data.
     load : array, shape (n_contacts x n_directions,)
         Static load of each wheel, N: of z, and nothing of other directions.
@@ -51,7 +51,7 @@ class Monolithic:
     C: sparse.csc_array
     K: sparse.csc_array
     K_loss: sparse.csc_array
-    wheels: sparse.csr_array
+    wheel_ports: sparse.csr_array
     load: FloatArray
     body: Multibody
     ring: TrackRing
@@ -65,6 +65,13 @@ class Monolithic:
     def directions(self) -> tuple[Direction, ...]:
         """Of every contact."""
         return self.ring.directions
+
+    @property
+    def wheels(self) -> sparse.csr_array:
+        """Displacements of the wheels in the directions of rails, as rows of `rails`."""
+        contacts, here = 2 * len(self.body.axles), len(self.directions)
+        of_each = np.arange(self.wheel_ports.shape[0]).reshape(contacts, -1)
+        return self.wheel_ports[of_each[:, :here].ravel()]
 
     @property
     def viscous_damping(self) -> sparse.csc_array:
@@ -117,11 +124,13 @@ def assemble(
             (body.M, ring.M), (body.C, ring.C), (body.K, ring.K), (nothing, ring.K_loss)
         )
     )  # fmt: skip
-    moved = _wheels(body, directions)
+    moved = _wheels(body, OF_WHEELS[dimension.name])
     behind = sparse.csr_array((moved.shape[0], ring.K.shape[0]))
-    wheels = sparse.hstack([sparse.csr_array(moved), behind], format="csr")
+    wheel_ports = sparse.hstack([sparse.csr_array(moved), behind], format="csr")
     load = np.outer(np.tile(body.wheel_load, 2), [float(d is Z) for d in directions]).ravel()
-    return Monolithic(M=M, C=C, K=K, K_loss=K_loss, wheels=wheels, load=load, body=body, ring=ring)
+    return Monolithic(
+        M=M, C=C, K=K, K_loss=K_loss, wheel_ports=wheel_ports, load=load, body=body, ring=ring
+    )
 
 
 def _wheels(body: Multibody, directions: tuple[Direction, ...]) -> FloatArray:
@@ -133,6 +142,8 @@ def _wheels(body: Multibody, directions: tuple[Direction, ...]) -> FloatArray:
                 Z: {"z": 1.0, "roll": sign * wheel.half_distance},
                 Y: {"y": 1.0, "roll": -wheel.radius},
                 ROLL: {"roll": 1.0},
+                X: {"spin": wheel.radius, "yaw": -sign * wheel.half_distance},
+                YAW: {"yaw": 1.0},
             }
             for j, direction in enumerate(directions):
                 for name, by in moved[direction].items():

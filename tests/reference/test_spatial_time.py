@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from railcosim.mechanics.contact.at_ports import AtPorts
 from railcosim.mechanics.contact.geometry import COORDINATES, LEFT, RIGHT
 from railcosim.mechanics.contact.rolling import RollingContact, slip
 from railcosim.mechanics.contact.saturation import Saturated
@@ -241,3 +242,48 @@ def test_klingel(conicity):
     # Newmark's (omega h)^2 / 12 is 3e-4 at most; inertia and gravity are as little beside creep.
     assert 2 * np.diff(crossed)[0] == pytest.approx(wave, rel=1e-3)
     assert 4 * crossed[0] == pytest.approx(wave, rel=1e-3)
+
+
+def test_forces_are_those_of_the_law_at_the_ports():
+    """What two bodies exchange at the data of wheel and rail moves the system as here."""
+    contacts = wheels(0.1, creep=Saturated(friction=0.3))
+    mono = assemble(VEHICLE, TILTED, POSITION, SPATIAL)
+    rough = np.tile([2e-5, 1e-3], 8) * np.cos(np.arange(16.0))
+    *_, state = newmark(mono, contacts, held, lambda t: rough * np.sin(300 * t), 2e-4, 20)
+    rails = mono.rails(POSITION)
+    surface = np.zeros((8, 3))
+    surface[:, :2] = rough.reshape(8, 2) * np.sin(300 * state.time)
+    q, v = (
+        np.hstack([(mono.wheel_ports @ part).reshape(8, 5), (rails @ part).reshape(8, 3) + off])
+        for part, off in ((state.x, surface), (state.v, 0.0))
+    )
+    law = AtPorts(contact=contacts.contact, half_distance=contacts.contact.geometry.half_distance)
+    force = law.force(q, v)
+    assert force[:, 5:].ravel() == pytest.approx(state.force, abs=1e-9 * np.abs(force).max())
+    at_ports = rails.T @ force[:, 5:].ravel() - mono.wheel_ports.T @ force[:, :5].ravel()
+    here = -contacts.rows(mono, POSITION).T @ contacts.law.force(state.motion).ravel()
+    assert at_ports == pytest.approx(here, abs=1e-9 * np.abs(here).max())
+
+
+def test_about_rest_small_harmonics_are_the_frequency_response():
+    """The rolling law linear where rails have rolled under their load, not where they lay."""
+    contacts, step, omega = wheels(0.1), 2e-4, 2 * np.pi * 30.0
+    mono = assemble(VEHICLE, TILTED, POSITION, SPATIAL)
+    seen = np.array([2 / step * np.tan(omega * step / 2)])
+    rest = equilibrium(mono, contacts, POSITION, np.zeros(16))
+    linear = linearised(mono, contacts, POSITION, rest.motion)
+    rough = 1e-8 * np.exp(1j * np.arange(16.0))
+    X = frequency_response(mono, seen, linear, (linear.loads @ rough)[:, None])
+    force = linear.forces(seen, X, rough[:, None])[0, :, 0]
+    X = X[0, :, 0]
+    state = replace(
+        rest, x=rest.x + X.real, v=rest.v + (1j * seen * X).real, a=(-(seen**2) * X).real
+    )
+    interval = Interval(mono, contacts, step, BETA, GAMMA)
+    for n in range(1, 21):
+        turn = np.exp(1j * omega * step * n)
+        state = interval.end(state, POSITION, (rough * turn).real)
+        beyond = (state.force - rest.force).reshape(8, 3)
+        expected = (force * turn).real.reshape(8, 3)
+        # 1e-8 m beside compressions of 1e-4 m; and Newton's 1e-12 of them.
+        assert np.abs(beyond - expected).max() < 1e-3 * np.abs(force).max()
