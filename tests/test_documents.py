@@ -56,4 +56,4 @@ def test_the_first_page_has_the_two_commands_and_is_short():
     fenced = [b for a, b in pairwise(lines) if a == "```sh"]
     assert len(fenced) == 2
     assert all(line.startswith("python3 -m venv .venv && .venv/bin/pip install") for line in fenced)
-    assert len(lines) < 130
+    assert len(lines) <= 100

@@ -28,8 +28,9 @@ SHORTEST, LONGEST = 2e-6, 1e-2
 
 FAILURES = ComponentError, ArithmeticError, np.linalg.LinAlgError
 """Of a scheme that cannot make a step."""
-TOGETHER = 64
-"""Steps whose determinants are found at once: more do not fit into a cache."""
+TOGETHER = 1024
+"""Steps whose determinants are found at once, times the wheels squared, as their maps grow: more do
+not fit into a cache."""
 FINE = 1e-10
 """Tolerance of forces, relative: far below what a step does to them, far above rounding."""
 
@@ -265,8 +266,9 @@ class Coupling:
     def _ends(self, steps: FloatArray) -> FloatArray:
         """See `Probe`; NaN if the scheme fails."""
         found = np.full((len(steps), 2 * len(self.amplifiers)), np.nan)
-        for i in range(0, len(steps), TOGETHER):
-            some = slice(i, i + TOGETHER)
+        together = max(1, TOGETHER // max(len(part.wheels) for part in self.parts) ** 2)
+        for i in range(0, len(steps), together):
+            some = slice(i, i + together)
             with suppress(*FAILURES):
                 found[some] = np.hstack([a.at(steps[some]).real_ends() for a in self.amplifiers])
         return found

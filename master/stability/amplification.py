@@ -151,9 +151,13 @@ class Amplification:
 
     def _least(self) -> Amplification:
         """The same growth with as few numbers as it takes: what is fed and seen is often alike."""
-        alive = self.N.any(axis=0) | self.Q.any(axis=0)
-        n = int(alive.sum())
-        N, R, Q = self.N[alive][:, alive], self.R[alive], self.Q[:, alive]
+        N, R, Q = self.N, self.R, self.Q
+        n = -1
+        while n != len(N):
+            n = len(N)
+            seen, stays = N.any(axis=0) | Q.any(axis=0), N.any(axis=1) | R.any(axis=1)
+            alive = seen & stays  # what decides nothing, or is gone after a step, does not grow
+            N, R, Q, _ = merged(N[alive][:, alive], R[alive], Q[:, alive])
         fed, by = _factors(np.hstack([Q, self.P]))
         Q, P = by[:, :n], by[:, n:]
         to, seen = _factors(np.concatenate([R, P]))
@@ -205,6 +209,33 @@ class Amplification:
     @cached_property
     def _fractions(self) -> PartialFractions:
         return of_modes(self.E, self.G, self.C)
+
+
+def merged(
+    N: FloatArray, R: FloatArray, Q: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, IndexArray]:
+    """The same map with those numbers of the memory as one that are equal after any step.
+
+    Growth stays: it is motions that are gone after a step that go.
+
+    Returns
+    -------
+    N, R, Q : array
+        The maps.
+    place : array of int
+        Where each number is now.
+    """
+    place = np.arange(len(N))
+    while True:
+        _, first, which = np.unique(
+            np.hstack([N, R]), axis=0, return_index=True, return_inverse=True
+        )
+        if len(first) == len(N):
+            return N, R, Q, place
+        which = which.ravel()  # numpy 2.0 gives it another shape
+        onto = np.zeros((len(N), len(first)))
+        onto[np.arange(len(N)), which] = 1.0
+        N, R, Q, place = (N @ onto)[first], R[first], Q @ onto, which[place]
 
 
 def _factors(M: FloatArray) -> tuple[FloatArray, FloatArray]:

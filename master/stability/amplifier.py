@@ -20,7 +20,7 @@ from railcosim.master.linear.state_space import IndexArray
 from railcosim.master.linear_component import LinearComponent
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.iteration import Iterated
-from railcosim.master.stability.amplification import Amplification
+from railcosim.master.stability.amplification import Amplification, merged
 from railcosim.master.stability.observed_step import Column, ObservedStep
 from railcosim.master.stability.open_component import Open
 from railcosim.master.stability.sampled import Asked, Fed, sampled
@@ -207,9 +207,11 @@ def _observe(step: ObservedStep) -> _Observed:
     signals = [c for c in step.opened if c.model is None]
     R, P = _stacked([column for c in moving for column in step.by_motion(c)], step)
     W, V = _stacked([column for c in signals for column in step.by_motion(c)], step)
+    N, RW, Q, place = merged(N[kept], np.hstack([R, W])[kept], Q)
+    R, W = np.split(RW, [R.shape[1]], axis=1)
     return _Observed(
-        h=step.h, N=N[kept], R=R[kept], Q=Q, P=P, W=W[kept], V=V,
-        outputs=np.searchsorted(kept, step.outputs), moving=moving,
+        h=step.h, N=N, R=R, Q=Q, P=P, W=W, V=V,
+        outputs=place[np.searchsorted(kept, step.outputs)], moving=moving,
         asked=[step.asked[c.name] for c in moving], fed=[step.fed[c.name] for c in moving],
         signals=np.array([a.when for c in signals for a in step.asked[c.name]]),
     )  # fmt: skip

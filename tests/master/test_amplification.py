@@ -15,7 +15,7 @@ from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.schemes.nepce import nepce
 from railcosim.master.schemes.variants import VARIANTS
-from railcosim.master.stability.amplification import SAME
+from railcosim.master.stability.amplification import SAME, merged
 from railcosim.master.stability.amplifier import Amplifier
 from railcosim.master.stability.argument_principle import TurningLostError, windings
 from railcosim.master.stability.determinant import Determinant
@@ -111,6 +111,42 @@ def test_several_steps_at_once_are_each_by_itself() -> None:
     steps = np.array([1e-4, 1e-3, 1e-2])
     singly = np.array([amplifier.at(h).real_ends() for h in steps])
     assert amplifier.at(steps).real_ends() == pytest.approx(singly, rel=1e-9)  # rounding
+
+
+def test_what_is_kept_twice_is_one_and_all_motions_are_left() -> None:
+    """Numbers that are equal after any step, and others that are equal because those are."""
+    rng = np.random.default_rng(3)
+    once, fed, seen = rng.normal(size=(3, 3)), rng.normal(size=(3, 2)), rng.normal(size=(2, 3))
+    which = np.array([0, 1, 2, 1, 0, 1])
+    N = np.zeros((6, 6))
+    # Who reads a number reads one copy or another; those of the first step first differ in that.
+    N[:, [3, 4, 2]] = once[which][:, [1, 0, 2]]
+    N[4, [4, 0]], N[4, [3, 1]] = (0.0, N[4, 4]), (0.0, N[4, 3])
+    Q = np.zeros((2, 6))
+    Q[:, :3] = seen
+    fewer = merged(N, fed[which], Q)
+    assert len(fewer[0]) < 6
+    z = np.exp(0.3j)
+    through = Q @ np.linalg.solve(z * np.eye(6) - N, fed[which])
+    n, r, q, place = fewer
+    assert q @ np.linalg.solve(z * np.eye(len(n)) - n, r) == pytest.approx(through, rel=1e-12)
+    assert place[1] == place[3] == place[5]
+    kept = np.linalg.eigvals(n)
+    for motion in np.linalg.eigvals(once):
+        assert np.abs(kept - motion).min() < 1e-12  # rounding
+    assert np.abs(np.linalg.det(z * np.eye(6) - N)) == pytest.approx(
+        np.abs(np.linalg.det(z * np.eye(len(n)) - n)), rel=1e-12
+    )
+
+
+def test_a_step_is_looked_at_without_what_is_kept_twice_or_gone_after_it() -> None:
+    """Else eight vehicles would take minutes a step: their springs' ends are kept three times."""
+    one = Amplifier(make_system(opened=True, wheel_too=True), jacobi(degree=1)).at(1e-3)
+    least = one.determinant
+    # Wheels' states, and of forces and both motions what a line needs: now and a step before.
+    assert len(least._T) <= 4 + 2 * 3 * N
+    assert len(least._T) < len(one.N)
+    assert np.count_nonzero(np.abs(one.eigenvalues()) > 1e-3) >= 2 * 30
 
 
 def test_modes_that_nobody_meets_leave_those_of_the_memory() -> None:
