@@ -13,13 +13,13 @@ from railcosim.vehicle.parameters import Vehicle
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
-SAID = re.compile(r"^ *print\(.*\)  # (.*)$", re.MULTILINE)
+SAID = re.compile(r"^ *(?:print\(.*)?\)  # (.*)$", re.MULTILINE)  # a long call ends in a line of its own
 LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
 CODE = [
     (page, code)
     for page in PAGES
     for code in BLOCK.findall(page.read_text())
-    if SAID.search(code)  # without, it is a part of something
+    if "print(" in code  # without, it is a part of something
 ]
 
 
@@ -41,7 +41,9 @@ def test_python(page, code, fmus, tmp_path, monkeypatch, capsys):
     for name, content in fmus.items():
         (tmp_path / "fmus" / f"{name}.fmu").write_bytes(content)
     exec(compile(code, str(page), "exec"), {"__name__": "__main__"})
-    assert capsys.readouterr().out.splitlines() == SAID.findall(code)
+    said = SAID.findall(code)
+    assert len(said) == code.count("print(")
+    assert capsys.readouterr().out.splitlines() == said
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
