@@ -155,8 +155,8 @@ class Amplification:
         n = -1
         while n != len(N):
             n = len(N)
-            seen, stays = N.any(axis=0) | Q.any(axis=0), N.any(axis=1) | R.any(axis=1)
-            alive = seen & stays  # what decides nothing, or is gone after a step, does not grow
+            # What decides nothing, or is gone after a step, does not grow.
+            alive = (N.any(axis=0) | Q.any(axis=0)) & (N.any(axis=1) | R.any(axis=1))
             N, R, Q, _ = merged(N[alive][:, alive], R[alive], Q[:, alive])
         fed, by = _factors(np.hstack([Q, self.P]))
         Q, P = by[:, :n], by[:, n:]
