@@ -13,7 +13,9 @@ from railcosim.vehicle.parameters import Vehicle
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
-SAID = re.compile(r"^ *(?:print\(.*)?\)  # (.*)$", re.MULTILINE)  # a long call ends in a line of its own
+SAID = re.compile(
+    r"^ *(?:print\(.*)?\)  # (.*)$", re.MULTILINE
+)  # a long call ends in a line of its own
 LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
 CODE = [
     (page, code)
