@@ -24,10 +24,10 @@ from railcosim.master.component import FloatArray
 from railcosim.master.course import Course
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.schemes import Scheme
-from railcosim.mechanics.law import LinearContact, NormalLaw
+from railcosim.mechanics.law import LinearContact
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.reference.agreement import near, relative_rms
-from railcosim.reference.contacts import Pressing
+from railcosim.reference.contacts import Contacts, Pressing
 from railcosim.reference.frequency import frequency_response, linearised
 from railcosim.reference.monolithic import Monolithic, assemble
 from railcosim.reference.newmark import newmark
@@ -145,8 +145,8 @@ def compare(
         raise stopped
     ours = np.stack([run[name].values for name in Layout(len(models.positions)).names(FORCE)], 1)
     with stage("Newmark, monolithic") as update:
-        law = LinearContact(k_H=k_H)
-        theirs = newmark_forces(mono, models.positions, law, journey, course, update)
+        springs = Pressing(LinearContact(k_H=k_H))
+        theirs = newmark_forces(mono, models.positions, springs, journey, course, update)
     with stage("direct solves, monolithic") as update:
         errors = frequency_errors(models, mono, k_H, frequency, update)
     return Comparison(chosen, relative_rms(ours, theirs, mono.load), errors)
@@ -155,17 +155,17 @@ def compare(
 def newmark_forces(
     mono: Monolithic,
     positions: FloatArray,
-    law: NormalLaw,
+    contacts: Contacts,
     journey: Journey,
     course: Course,
     progress: Progress,
 ) -> FloatArray:
-    """Contact forces (n, n_contacts) of the monolithic system at the course's points."""
-    heights = journey.profile.under(positions, journey.speed)
-    steps = round(course.stop / course.step) * REFINEMENT
+    """Forces on rails (n, n_ports) of the monolithic system at the course's points."""
+    heights = journey.profile.under(positions, journey.speed, contacts.rough)
+    on = 0.0 if journey.held else journey.speed
+    steps, step = round(course.stop / course.step) * REFINEMENT, course.step / REFINEMENT
     forces = []
-    springs, step = Pressing(law), course.step / REFINEMENT
-    march = newmark(mono, springs, lambda t: positions, heights, step, steps)
+    march = newmark(mono, contacts, lambda t: positions + on * t, heights, step, steps)
     for k, instant in enumerate(march):
         if k % REFINEMENT == 0:
             forces.append(instant.force)

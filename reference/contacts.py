@@ -18,7 +18,7 @@ from railcosim.mechanics.contact.geometry import OF_WHEELSET
 from railcosim.mechanics.contact.rolling import OfMotion, RollingContact
 from railcosim.mechanics.contact.wheelset import NAMES, selection
 from railcosim.mechanics.law import ContactLaw, NormalLaw
-from railcosim.mechanics.ports import ROLL, ROUGH, SIDES, Y, Z
+from railcosim.mechanics.ports import ROLL, ROUGH, SIDES, Direction, Y, Z
 from railcosim.vehicle import on_rails
 
 from .monolithic import Monolithic
@@ -36,6 +36,8 @@ class Contacts(Protocol):
         together in a row.
     orders : int
         1: of motions alone; 2: of their rates, too.
+    rough : tuple of Direction
+        Irregularities of each contact, as the ports of a `Layout` of these directions.
     """
 
     @property
@@ -44,6 +46,10 @@ class Contacts(Protocol):
 
     @property
     def orders(self) -> int:
+        """See above."""
+
+    @property
+    def rough(self) -> tuple[Direction, ...]:
         """See above."""
 
     def rows(self, mono: Monolithic, position: FloatArray) -> sparse.csr_array:
@@ -60,8 +66,6 @@ class Contacts(Protocol):
 class Pressing:
     """Springs between wheels and rails, downwards: a law of compressions, one a contact.
 
-    Irregularities are one a contact, of `Z`.
-
     Attributes
     ----------
     law : NormalLaw
@@ -70,6 +74,7 @@ class Pressing:
 
     law: NormalLaw
     orders: ClassVar[int] = 1
+    rough: ClassVar[tuple[Direction, ...]] = (Z,)
 
     def rows(self, mono: Monolithic, position: FloatArray) -> sparse.csr_array:
         """See `Contacts`."""
@@ -135,7 +140,7 @@ def _of_contacts(mono: Monolithic) -> sparse.csr_array:
 class LinearRolling:
     """Wheels that stand or creep on both rails, linear: 11 motions a wheelset, `NAMES`.
 
-    Irregularities are those of `ROUGH` of each contact, in motions and never in rates.
+    Irregularities are in motions, never in rates.
 
     Attributes
     ----------
@@ -145,6 +150,7 @@ class LinearRolling:
 
     contacts: on_rails.Contacts
     orders: ClassVar[int] = 2
+    rough: ClassVar[tuple[Direction, ...]] = ROUGH
 
     @cached_property
     def law(self) -> ContactLaw:
@@ -185,7 +191,7 @@ class _Linear:
 class Rolling:
     """Wheels that roll: eight motions a contact, `COORDINATES`, left contacts first.
 
-    Irregularities are those of `ROUGH` of each contact, in motions and never in rates.
+    Irregularities are in motions, never in rates.
 
     Attributes
     ----------
@@ -195,6 +201,7 @@ class Rolling:
 
     contact: RollingContact
     orders: ClassVar[int] = 2
+    rough: ClassVar[tuple[Direction, ...]] = ROUGH
 
     @property
     def law(self) -> ContactLaw:

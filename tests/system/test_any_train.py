@@ -112,7 +112,8 @@ def coupled_run(made, parameters, stop):
 
 def monolithic_run(made, law, journey, course):
     """The same from the monolithic system."""
-    return newmark_forces(made.mono, made.models.positions, law, journey, course, quiet)
+    springs = Pressing(law)
+    return newmark_forces(made.mono, made.models.positions, springs, journey, course, quiet)
 
 
 def test_advice_for_any_wheelsets(any_train) -> None:
