@@ -23,12 +23,16 @@ class Connection:
         Component and its output.
     target, input : str
         Component and its input.
+    delayed : bool
+        Whether the input is given what the output was before the exchange, where the target's own
+        outputs need it: so an algebraic loop is opened.
     """
 
     source: str
     output: str
     target: str
     input: str
+    delayed: bool = False
 
     def __str__(self) -> str:
         return f"{self.source}.{self.output} -> {self.target}.{self.input}"

@@ -28,6 +28,8 @@ class _Port:
     """Its inputs among those of all components."""
     sources: NDArray[np.intp]
     """Where in the buffer each input comes from, shape (n_inputs,)."""
+    delayed: NDArray[np.bool_]
+    """Which of them are given what was there before the exchange, shape (n_inputs,)."""
     feeders: frozenset[int]
     """The components that feed it."""
     reacts: bool
@@ -36,6 +38,12 @@ class _Port:
     """How its inputs go on over a step."""
     fresh: bool = False
     """Whether the buffer holds the outputs for the present time and inputs."""
+
+    @property
+    def depends(self) -> NDArray[np.bool_]:
+        """Which outputs depend at once on inputs that are not given late."""
+        found: NDArray[np.bool_] = self.component.feedthrough & ~self.delayed
+        return found
 
 
 class System:
@@ -90,10 +98,7 @@ class System:
         for port in self._ports:
             port.component.bind(self._inputs[port.inputs], self._buffer[port.outputs])
         plan = exchange_plan(
-            [
-                (p.outputs, p.sources, p.component.feedthrough, p.component.states_dependence)
-                for p in self._ports
-            ],
+            [(p.outputs, p.sources, p.depends, p.component.states_dependence) for p in self._ports],
             self.names,
         )
         for loop in plan.open_loops:
@@ -330,6 +335,7 @@ def _make_ports(
     n_outputs = sum(len(c.outputs) for c in components)
     outputs = {(c.name, v.name): (k, v) for k, c in enumerate(components) for v in c.outputs}
     position = {key: i for i, key in enumerate(outputs)}
+    late = {(c.target, c.input) for c in connections if c.delayed}
     source_of = {(c.target, c.input): (c.source, c.output) for c in connections}
     feeds = np.zeros(n_outputs, dtype=bool)
     feeds[[position[c.source, c.output] for c in connections]] = True
@@ -352,6 +358,9 @@ def _make_ports(
                 outputs=own,
                 inputs=slice(first_input, first_input + len(component.inputs)),
                 sources=sources,
+                delayed=np.array(
+                    [(component.name, v.name) in late for v in component.inputs], bool
+                ),
                 feeders=frozenset(feeders),
                 continuation=Held(component),
                 reacts=bool(component.feedthrough[feeds[own]][:, sources < n_outputs].any()),

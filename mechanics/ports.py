@@ -95,6 +95,11 @@ class Face:
         return self.name + "_v{}"
 
     @property
+    def effort(self) -> str:
+        """The force on it as a quantity, where that on the other is not the same number."""
+        return self.name + "_{effort}"
+
+    @property
     def other(self) -> Face:
         """What it meets."""
         return RAIL if self.push < 0 else WHEEL

@@ -24,6 +24,7 @@ from railcosim.master.linear.side_by_side import joined
 from railcosim.master.linear.state_space import ComplexArray, StateSpace
 from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
+from railcosim.mechanics.law import LinearContact
 from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 
 from .contact import Stiffness, layout_of
@@ -195,7 +196,7 @@ def coupled(part: Part, owner: Owner, k: FloatArray) -> System:
     if owner is Owner.MASTER:
         one = np.eye(len(k))
         motions = (*wheel, *rail, *given)
-        law = [Law("contact", Springs(k), motions, force, np.hstack([one, -one, -one]))]
+        law = [Law("contact", LinearContact(k_H=k), motions, force, np.hstack([one, -one, -one]))]
     components = [
         Open("irregularity", (), given),
         Open("vehicle", v.inputs, v.outputs, v),
@@ -203,21 +204,6 @@ def coupled(part: Part, owner: Owner, k: FloatArray) -> System:
         Open("track", t.inputs, t.outputs, t),
     ]
     return System(components, connect_by_name(components))
-
-
-@dataclass(frozen=True)
-class Springs:
-    """Linear springs of different stiffness `k` (N/m), as a law."""
-
-    k: FloatArray
-
-    def force(self, compression: FloatArray) -> FloatArray:
-        """Forces, N."""
-        return self.k * compression
-
-    def stiffness(self, compression: FloatArray) -> FloatArray:
-        """Stiffness, N/m."""
-        return np.broadcast_to(self.k, compression.shape).copy()
 
 
 def _variables(wheels: Sequence[str], name: str) -> tuple[Variable, ...]:

@@ -5,81 +5,133 @@ from __future__ import annotations
 import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray
-from railcosim.master.law import ForceLaw
-from railcosim.master.schemes.variants import Variant
+from railcosim.master.law import Law
+from railcosim.master.schemes.nodes import Nodes
 
 MAX_ITERATIONS = 100  # Newton takes 3 to 10, more where a step is many times too long
 SETTLED = 1e-12  # of the largest force, here or at first: four digits above rounding
 SHORTEST = 1e-4  # of a Newton step, below which shortening it has not helped
-NOISE = 1e-10  # of the compressions: a smaller change of them says nothing of the compliance
+QUICK = 0.03  # of an imbalance: a step that leaves more shows that the law's tangents are stale
+NOISE = 1e-10  # of the displacements: a smaller change of them says nothing of the compliance
 
 
-def solve_forces(
-    law: ForceLaw, variant: Variant, G: FloatArray, start: FloatArray, force: FloatArray
-) -> FloatArray:
-    """Forces over a step that agree with the compressions they lead to.
+class Balance:
+    """Forces over a step that agree with the motions they lead to.
 
     Solves ``force' = project law(start + answers G (force' - force))`` by Newton's method, its
     steps halved until they lead nearer. With the law's force rising with compression, and bodies
     that yield to forces, a held force has one solution; of higher polynomials in steps far too long
-    for the contact this is not certain.
+    for the contact this is not certain. Tangents of the law are kept for as long as they lead there
+    quickly, from step to step: of a rolling contact they cost many times what its forces do.
 
     Parameters
     ----------
-    law : ForceLaw
-        Of every spring.
-    variant : Variant
-        Which polynomial of the force is sought.
-    G : array, shape (n_answers, n_springs, degree + 1, n_springs)
-        Change of the compressions sampled, per Legendre coefficient of the forces, m/N.
-    start : array, shape (n_nodes, n_springs)
-        Compressions at the nodes found with `force`, m.
-    force : array, shape (degree + 1, n_springs)
-        Legendre coefficients of the forces with which they were found, N.
+    law : Law
+        The law.
+    nodes : Nodes
+        Where it is asked, and which polynomial of the force is sought.
 
-    Returns
-    -------
-    array, shape (degree + 1, n_springs)
-        N.
-
-    Raises
-    ------
-    ComponentError
-        If there is none, or Newton's method does not find it.
+    Attributes
+    ----------
+    tangent : array or None
+        Those last used, see `Nodes.gather`; None: to be found.
     """
-    # Matrices, by which products are several times faster than by tensors: compressions at all
-    # nodes by all coefficients.
-    slope = (variant.answers @ G.reshape(len(G), -1)).reshape(start.size, force.size)
-    eye = np.eye(force.size)
 
-    def imbalance(change: FloatArray) -> tuple[FloatArray, FloatArray]:
-        delta = start + (slope @ change.ravel()).reshape(start.shape)
-        return delta, force + change - variant.project @ law.force(delta)
+    def __init__(self, law: Law, nodes: Nodes) -> None:
+        self._law, self._nodes = law, nodes
+        self.tangent: FloatArray | None = None
+        self._least = SETTLED * max(v.nominal for v in law.outputs)  # where contacts are open
 
-    change = np.zeros_like(force)
-    delta, residual = imbalance(change)
-    for _ in range(MAX_ITERATIONS):
-        tangent = law.stiffness(delta).reshape(-1, 1) * slope
-        J = eye - (variant.project @ tangent.reshape(len(start), -1)).reshape(eye.shape)
-        correction = np.linalg.solve(J, residual.ravel()).reshape(force.shape)
-        size = float(np.abs(correction).max())
-        largest = max(float(np.abs(force).max()), float(np.abs(force + change).max()))
-        if size <= SETTLED * largest:
-            return force + change - correction
-        if not np.isfinite(size):
-            break
-        share, before = 1.0, float(np.linalg.norm(residual))
-        while True:
-            delta, residual = imbalance(change - share * correction)
-            if float(np.linalg.norm(residual)) < before or share < SHORTEST:
+    def solve(self, h: float, G: FloatArray, start: FloatArray, force: FloatArray) -> FloatArray:
+        """Find the forces.
+
+        Parameters
+        ----------
+        h : float
+            Length of the step, s.
+        G : array, shape (n_answers, n_displacements, degree + 1, n_forces)
+            Change of the displacements sampled, per Legendre coefficient of the forces, m/N.
+        start : array, shape (n_nodes, n_contacts, m)
+            Motions at the nodes found with `force`.
+        force : array, shape (degree + 1, n_forces)
+            Legendre coefficients of the forces with which they were found, N.
+
+        Returns
+        -------
+        array, shape (degree + 1, n_forces)
+            N.
+
+        Raises
+        ------
+        ComponentError
+            If there is none, or Newton's method does not find it.
+        """
+        change, slow = np.zeros_like(force), False
+        motion, residual = self._imbalance(h, G, start, force, change)
+        for _ in range(MAX_ITERATIONS):
+            fresh = self.tangent is None
+            correction = self._correction(h, G, motion, residual)
+            moved = float(np.abs(correction).max())
+            largest = max(*(float(np.abs(f).max()) for f in (force, force + change)), self._least)
+            if moved <= SETTLED * largest:
+                return force + change - correction
+            if slow or not np.isfinite(moved):
+                self.tangent, fresh = None, True
+                correction = self._correction(h, G, motion, residual)
+            if not np.isfinite(correction).all():
                 break
-            share /= 2
-        change = change - share * correction
-    raise ComponentError(
-        f"the forces of a step could not be found (largest compression {np.abs(start).max():g} m, "
-        f"variant {variant.name}): motions are far off, or the step is far too long for the "
-        "contact; use a shorter one, or the variant average-hold, which always has a solution"
-    )
+            share, before = 1.0, float(np.linalg.norm(residual))
+            while True:
+                further = change - share * correction
+                tried = self._imbalance(h, G, start, force, further)
+                left = float(np.linalg.norm(tried[1]))
+                if left < before or share < SHORTEST:
+                    break
+                if fresh:
+                    share /= 2
+                    continue
+                self.tangent, fresh = None, True
+                correction = self._correction(h, G, motion, residual)
+            slow = not left < QUICK * before
+            change, (motion, residual) = further, tried
+        farthest = float(np.abs(start[..., self._nodes.places]).max())
+        raise ComponentError(
+            f"the forces of a step could not be found (largest displacement {farthest:g} m, "
+            f"variant {self._nodes.variant.name}): motions are far off, or the step is far too "
+            "long for the contact; use a shorter one, or the variant average-hold, which always "
+            "has a solution"
+        )
+
+    def wrong(self, h: float, G: FloatArray, start: FloatArray, force: FloatArray) -> float:
+        """How far forces are from those, N: by the first correction, of kept tangents."""
+        motion, residual = self._imbalance(h, G, start, force, np.zeros_like(force))
+        return float(np.abs(self._correction(h, G, motion, residual)).max())
+
+    def _imbalance(
+        self, h: float, G: FloatArray, start: FloatArray, force: FloatArray, change: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Motions at the nodes, and what changed forces differ by from the law's."""
+        nodes = self._nodes
+        answer = (G.reshape(-1, change.size) @ change.ravel()).reshape(len(G), -1)
+        motion = start + nodes.answer(answer, h)
+        forces = self._law.law.force(motion).reshape(len(motion), -1)
+        return motion, force + change - nodes.variant.project @ forces
+
+    def _correction(
+        self, h: float, G: FloatArray, motion: FloatArray, residual: FloatArray
+    ) -> FloatArray:
+        """By Newton's method, with kept tangents if there are any."""
+        contacts, size = self._nodes.contacts, residual.size
+        if self.tangent is None:
+            self.tangent = self._nodes.gather(self._law.law.tangent(motion), h)
+        by = self.tangent
+        # Matrices of the displacements of one contact, many times faster than tensors.
+        parts = G.reshape(len(G), contacts, -1, size).swapaxes(0, 1).reshape(contacts, -1, size)
+        own = by.transpose(2, 0, 3, 1, 4).reshape(contacts, -1, parts.shape[1])
+        turned = (own @ parts).reshape(contacts, len(residual), -1, size).swapaxes(0, 1)
+        J = np.eye(size) - turned.reshape(size, size)
+        corrected: FloatArray = np.asarray(np.linalg.solve(J, residual.ravel()), dtype=np.float64)
+        return corrected.reshape(residual.shape)
 
 
 def broyden(G: FloatArray, change: FloatArray, answer: FloatArray, size: float) -> FloatArray:
@@ -87,14 +139,14 @@ def broyden(G: FloatArray, change: FloatArray, answer: FloatArray, size: float) 
 
     Parameters
     ----------
-    G : array, shape (n_answers, n_springs, degree + 1, n_springs)
+    G : array, shape (n_answers, n_displacements, degree + 1, n_forces)
         The compliance, m/N.
-    change : array, shape (degree + 1, n_springs)
+    change : array, shape (degree + 1, n_forces)
         Of the forces, N.
-    answer : array, shape (n_answers, n_springs)
-        Change of the compressions, m.
+    answer : array, shape (n_answers, n_displacements)
+        Change of the displacements, m.
     size : float
-        Largest compression or motion, m: the yardstick for rounding.
+        The largest of them, m: the yardstick for rounding.
 
     Returns
     -------

@@ -17,7 +17,7 @@ import numpy as np
 from railcosim.master.component import FloatArray
 from railcosim.master.law import Law
 from railcosim.master.schemes import ConvergenceError, StepReport, check_rollback
-from railcosim.master.schemes.compliance import broyden, solve_forces
+from railcosim.master.schemes.compliance import Balance, broyden
 from railcosim.master.schemes.family import Family
 from railcosim.master.schemes.sweep import Sweep
 from railcosim.master.schemes.variants import AVERAGE_HOLD, VARIANTS, Variant
@@ -110,18 +110,24 @@ class _Memory(NamedTuple):
     ----------
     h : float
         Its length, s.
-    force : array, shape (degree + 1, n_springs)
+    force : array, shape (degree + 1, n_forces)
         Legendre coefficients of the forces, N.
     samples : array
         See `Sweep`.
     compliances : tuple of (float, array)
-        Lengths of steps (s) and what was found for them, see `solve_forces`; the latest first.
+        Lengths of steps (s) and what was found for them, see `Balance`; the latest first.
+    drift : array
+        At its end, see `Drift`.
+    tangent : array
+        Of the law, see `Balance`.
     """
 
     h: float
     force: FloatArray
     samples: FloatArray
     compliances: tuple[tuple[float, FloatArray], ...]
+    drift: FloatArray
+    tangent: FloatArray
 
 
 class InterfaceJacobianStepper:
@@ -134,8 +140,15 @@ class InterfaceJacobianStepper:
         self._system, self._scheme = system, scheme
         check_rollback(system)
         self._law, place = _find_law(system)
+        if scheme.variant.rates and self._law.rates.size:
+            raise ValueError(
+                f"the variant {scheme.variant.name} begins a step with the rates of its beginning, "
+                f"and {self._law.name} asks for rates, which may jump with its forces there: use "
+                "average-hold, radau-2, conserving-4 or conserving-6"
+            )
         self._sweep = Sweep(system, place, scheme.variant)
         self.fallbacks = self._sweep.fallbacks
+        self._balance = Balance(self._law, self._sweep.nodes)
         self._nominal = max(v.nominal for v in self._law.outputs)
 
     @property
@@ -146,30 +159,36 @@ class InterfaceJacobianStepper:
     @memory.setter
     def memory(self, memory: Any) -> None:
         self._memory = None if memory is None else _Memory(*memory)
+        self._balance.tangent = None if self._memory is None else self._memory.tangent
 
     def step(self, t: float, h: float) -> StepReport:
         """Try, solve, step, and compare; see `Stepper.step`."""
-        sweep, scheme = self._sweep, self._scheme
+        sweep, scheme, balance = self._sweep, self._scheme, self._balance
         force, G = self._begin(h)
-        given = sweep.look_ahead(t, h) + scheme.variant.begin @ sweep.beginning(h)
+        given = sweep.look_ahead(t, h) + sweep.nodes.begin(sweep.beginning(h), h)
         states = sweep.save()
         found = sweep.run(t, h, force)
         trials = 0
         if G is None:
             G, found, trials = self._measure(t, h, states, force, found)
         evaluations, residual = 1, np.inf
-        better = self._solve(G, given, found, force)
         while residual > scheme.tolerance:
             if evaluations == scheme.max_evaluations:
                 raise ConvergenceError(self._give_up(residual))
+            better = balance.solve(h, G, self._start(h, given, found), force)
             sweep.restore(states)
             answer = sweep.run(t, h, better)
             evaluations += 1
             G = broyden(G, better - force, answer - found, float(np.abs(found).max()))
             force, found = better, answer
-            better = self._solve(G, given, found, force)
-            residual = float(np.abs(better - force).max()) / self._scale(better)
-        self._memory = _Memory(h, force, sweep.samples, self._kept(h, G, evaluations))
+            wrong = balance.wrong(h, G, self._start(h, given, found), force)
+            residual = wrong / self._scale(force)
+        self._tell_rates(h)
+        drift = sweep.drift.samples[-1].copy()
+        assert balance.tangent is not None
+        self._memory = _Memory(
+            h, force, sweep.samples, self._kept(h, G, evaluations), drift, balance.tangent
+        )
         self._system.exchange()
         return StepReport(evaluations + trials, residual, converged=True)
 
@@ -181,12 +200,16 @@ class InterfaceJacobianStepper:
         others = tuple((length, other) for length, other in known if not _same(length, h))
         return ((h, G), *others)[:_KEPT] if evaluations <= _ENOUGH else others
 
-    def _solve(
-        self, G: FloatArray, given: FloatArray, found: FloatArray, force: FloatArray
-    ) -> FloatArray:
-        """Forces that the law and the compliance agree on; see `solve_forces`."""
-        variant = self._scheme.variant
-        return solve_forces(self._law.law, variant, G, given + variant.answers @ found, force)
+    def _start(self, h: float, given: FloatArray, found: FloatArray) -> FloatArray:
+        """Motions of the law at the nodes, as they were found."""
+        return given + self._sweep.nodes.answer(found, h) + self._sweep.drift.at_nodes()
+
+    def _tell_rates(self, h: float) -> None:
+        """Let the law know the rates at the end of a step; see `Law.tell`."""
+        drift, before = self._sweep.drift, self._memory
+        if drift.inputs.size:
+            past, ratio = (None, 1.0) if before is None else (before.samples[0], before.h / h)
+            self._law.tell(drift.inputs, drift.end_rates(past, ratio, h, self._sweep.samples))
 
     def _give_up(self, residual: float) -> str:
         """Say what failed, and what to do."""
@@ -202,11 +225,15 @@ class InterfaceJacobianStepper:
         memory, variant = self._memory, self._scheme.variant
         if memory is None:
             self._sweep.predict(None, 1.0)
+            self._sweep.drift.begin(None)
             force = np.zeros((variant.degree + 1, len(self._law.outputs)))
             force[0] = self._law.y
             return force, None
         ratio = h / memory.h
+        if not _same(memory.h, h):  # those of rates are by the step
+            self._balance.tangent = None
         self._sweep.predict(memory.samples, ratio)
+        self._sweep.drift.begin(memory.drift)
         # The mean of the last step, held. Longer polynomials foresee more where all is smooth, and
         # far too much where it is not: after a blow, or in steps too long for the contact.
         force = np.zeros_like(memory.force)
@@ -221,7 +248,7 @@ class InterfaceJacobianStepper:
         Returns
         -------
         compliance : array
-            See `solve_forces`.
+            See `Balance`.
         found : array
             What the step, where it had to be made again, found.
         trials : int

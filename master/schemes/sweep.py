@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from railcosim.master.component import FloatArray
 from railcosim.master.law import Law
 from railcosim.master.polynomials import continued, paths
+from railcosim.master.schemes.drift import Drift
+from railcosim.master.schemes.nodes import Nodes
 from railcosim.master.schemes.variants import Variant
 from railcosim.master.system import System
 
@@ -32,7 +34,7 @@ class _Rider:
     ----------
     k : int
         Its index in the system.
-    forced, springs : array of int
+    forced, forces : array of int
         Its inputs that are forces of the law, and which ones.
     fed, sources : array of int
         Its inputs that come from other components, and where they stand in the outputs.
@@ -42,7 +44,7 @@ class _Rider:
 
     k: int
     forced: Slot
-    springs: Slot
+    forces: Slot
     fed: Slot
     sources: Slot
     degree: int
@@ -84,6 +86,10 @@ class Sweep:
     ----------
     samples : array, shape (n_points + 1, n_outputs)
         All outputs at the beginning and at the points of the last sweep.
+    nodes : Nodes
+        Of the law.
+    drift : Drift
+        Of what it is given.
     fallbacks : tuple of str
         A sentence for every component that has to do with less than a polynomial.
 
@@ -97,7 +103,6 @@ class Sweep:
         self._system, self._variant = system, variant
         component = system.components[law]
         assert isinstance(component, Law)
-        self._S = component.S
         others = [k for k in range(len(system.components)) if k != law]
         own, n = system.own_outputs(law), len(system.outputs)
         self._riders = [
@@ -121,9 +126,13 @@ class Sweep:
         ridden = np.zeros(n, dtype=bool)
         for rider in self._riders:
             ridden[system.own_outputs(rider.k)] = True
-        moves = np.array([s < n and bool(ridden[s]) for s in sources])
-        self._moving, self._motions = np.flatnonzero(moves), sources[moves]
-        self._law = law
+        self._fed = np.flatnonzero([s < n and bool(ridden[s]) for s in sources])
+        moving = np.setdiff1d(self._fed, component.rates)
+        self._motions = sources[moving]
+        self.nodes = Nodes.of(variant, component, self._fed)
+        self._all, self._S = component.S, component.S[self.nodes.rows][:, moving]
+        self._law, self._n_forces = law, len(component.outputs)
+        self.drift = Drift(system, law, [rider.k for rider in self._riders], self.nodes)
         self.samples: FloatArray = np.zeros((len(self._tau), n))
 
     def predict(self, before: FloatArray | None, ratio: float) -> None:
@@ -150,12 +159,12 @@ class Sweep:
 
         Returns
         -------
-        array, shape (n_nodes, n_springs)
-            What they add to the compressions at the nodes, m.
+        array, shape (n_nodes, n_contacts, m)
+            What they add to the motions of the law at the nodes.
         """
         system, variant = self._system, self._variant
         u = np.repeat(system.gather(self._law)[None], len(variant.nodes), axis=0)
-        u[:, self._moving] = 0.0
+        u[:, self._fed] = 0.0
         ends = np.array([t + stop.begin * h + (stop.end - stop.begin) * h for stop in self._stops])
         for k, given, sources in self._signals:
             own = system.own_outputs(k)
@@ -166,8 +175,8 @@ class Sweep:
                 if stop.sample:
                     self.samples[stop.sample, own] = system.outputs[own]
                 u[stop.nodes, given] = system.outputs[sources]
-        compressions: FloatArray = u @ self._S.T
-        return compressions
+        motions: FloatArray = (u @ self._all.T).reshape(len(u), self.nodes.contacts, -1)
+        return motions
 
     def save(self) -> Any:
         """Snapshot of the components at the beginning of a step."""
@@ -179,11 +188,11 @@ class Sweep:
             self._system.components[rider.k].restore_state(state)
 
     def beginning(self, h: float) -> FloatArray:
-        """Compressions by the components, now, and with `Variant.rates` their rates times `h`.
+        """Displacements of the law by the components, now, and with `Variant.rates` rates times `h`.
 
         Returns
         -------
-        array, shape (1 or 2, n_springs)
+        array, shape (1 or 2, n_displacements)
             m.
         """
         rows = [self._system.outputs[self._motions]]
@@ -198,14 +207,14 @@ class Sweep:
         ----------
         t, h : float
             s.
-        force : array, shape (degree + 1, n_springs)
+        force : array, shape (degree + 1, n_forces)
             Legendre coefficients of the law's forces over the step, N.
 
         Returns
         -------
-        array, shape (n_answers, n_springs)
-            Compressions by the components at the points, and with `Variant.rates` the rates at the
-            end times `h`, m.
+        array, shape (n_answers, n_displacements)
+            Displacements of the law by the components at the points, and with `Variant.rates` the
+            rates at the end times `h`, m.
         """
         for rider in self._riders:
             self._ride(rider, t, h, force)
@@ -219,19 +228,19 @@ class Sweep:
 
         Returns
         -------
-        array, shape (1, n_springs, 1, n_springs), or None
+        array, shape (1, n_displacements, 1, n_forces), or None
             m/N; None if a component does not know it, or for another variant than a held force,
             which is all that FMI can tell.
         """
         if self._variant.degree or len(self._variant.points) > 1 or self._variant.rates:
             return None
-        moved = np.zeros((len(self._system.outputs), len(self._S)))
+        moved = np.zeros((len(self._system.outputs), self._n_forces))
         for rider in self._riders:
             told = self._system.components[rider.k].step_derivative()
             if told is None:
                 return None
-            moved[self._system.own_outputs(rider.k), rider.springs] = told[:, rider.forced]
-        G: FloatArray = self._S[:, self._moving] @ moved[self._motions]
+            moved[self._system.own_outputs(rider.k), rider.forces] = told[:, rider.forced]
+        G: FloatArray = self._S @ moved[self._motions]
         return G[None, :, None, :]
 
     def _ride(self, rider: _Rider, t: float, h: float, force: FloatArray) -> None:
@@ -245,7 +254,7 @@ class Sweep:
             begin, end = self._tau[j : j + 2]
             taylor = np.zeros((rider.degree + 1, len(u)))
             taylor[0] = u
-            taylor[:, rider.forced] = of_force @ force[:, rider.springs]
+            taylor[:, rider.forced] = of_force @ force[:, rider.forces]
             # Differences: what does not change has derivatives of exactly zero.
             taylor[:, rider.fed] = of_samples @ (fed - fed[0])
             taylor[0, rider.fed] += fed[0]
@@ -255,6 +264,7 @@ class Sweep:
                 system.write_inputs(rider.k)
             system.refresh(rider.k)
             self.samples[j + 1, own] = system.outputs[own]
+            self.drift.note(rider.k, j + 1, moved=bool((fed != fed[0]).any()))
 
     def _rates(self) -> FloatArray:
         """Rates of the motions that the law takes from the components, now."""
@@ -266,7 +276,7 @@ class Sweep:
         return motions
 
     def _compress(self, motions: Sequence[FloatArray]) -> FloatArray:
-        compressions: FloatArray = np.array(motions) @ self._S[:, self._moving].T
+        compressions: FloatArray = np.array(motions) @ self._S.T
         return compressions
 
 

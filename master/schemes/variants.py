@@ -4,6 +4,8 @@ A variant is a few numbers. With tau = 0..1 over the step:
 
 - the components are stopped at the `points` and their motion there is sampled;
 - at the `nodes` the compression is interpolated from the samples, and the law gives the force;
+  where it asks for rates, they are those of the polynomial between the samples, for then what the
+  law takes from a motion it takes from the bodies, and a rate's jump under a force is no matter;
 - the force held over the step is projected from those forces, in Legendre polynomials of
   x = 2 tau - 1.
 
@@ -53,6 +55,8 @@ class Variant:
     answers : array, shape (n_nodes, n_points or 2)
         Compressions at the nodes by those at the points and, with `rates`, the rate at the end
         times the step.
+    begin_slopes, answer_slopes : array
+        Their rates times the step, likewise.
     project : array, shape (degree + 1, n_nodes)
         Legendre coefficients of the force held, by the forces at the nodes.
     """
@@ -64,6 +68,8 @@ class Variant:
     nodes: FloatArray
     begin: FloatArray
     answers: FloatArray
+    begin_slopes: FloatArray
+    answer_slopes: FloatArray
     project: FloatArray
 
     @property
@@ -78,7 +84,7 @@ def _conserving(s: int, name: str) -> Variant:
     inner = np.sort(legendre.legroots(legendre.legder(np.eye(s + 1)[s])).real)
     points = np.concatenate([[0.0], (inner + 1) / 2, [1.0]])
     nodes, project = best_fit(s - 1)
-    weights = lagrange(points, nodes)
+    weights, slopes = (lagrange(points, nodes, derivative) for derivative in (0, 1))
     return Variant(
         name=name,
         order=2 * s,
@@ -87,6 +93,8 @@ def _conserving(s: int, name: str) -> Variant:
         nodes=nodes,
         begin=weights[:, :1],
         answers=weights[:, 1:],
+        begin_slopes=slopes[:, :1],
+        answer_slopes=slopes[:, 1:],
         project=project,
     )
 
@@ -94,6 +102,7 @@ def _conserving(s: int, name: str) -> Variant:
 def _radau() -> Variant:
     """The line through the forces at 1/3 and 1, the points of Radau IIA [2]_."""
     points = np.array([1 / 3, 1.0])
+    slopes = lagrange(np.array([0.0, *points]), points, 1)
     return Variant(
         name="Radau-2",
         order=3,
@@ -102,6 +111,8 @@ def _radau() -> Variant:
         nodes=points,
         begin=np.zeros((2, 1)),
         answers=np.eye(2),
+        begin_slopes=slopes[:, :1],
+        answer_slopes=slopes[:, 1:],
         project=np.linalg.inv(legendre.legvander(2 * points - 1, 1)),
     )
 
@@ -123,6 +134,9 @@ def _hermite() -> Variant:
         ],
         axis=1,
     )
+    slopes = np.stack(
+        [6 * t * (t - 1), (1 - t) * (1 - 3 * t), 6 * t * (1 - t), t * (3 * t - 2)], axis=1
+    )
     return Variant(
         name="Hermite",
         order=4,
@@ -131,6 +145,8 @@ def _hermite() -> Variant:
         nodes=nodes,
         begin=weights[:, :2],
         answers=weights[:, 2:],
+        begin_slopes=slopes[:, :2],
+        answer_slopes=slopes[:, 2:],
         project=project,
     )
 

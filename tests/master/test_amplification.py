@@ -35,8 +35,8 @@ class Stiff:
     def force(self, compression):
         return K * compression
 
-    def stiffness(self, compression):
-        return np.full_like(compression, K)
+    def tangent(self, compression):
+        return np.full((*compression.shape, 1), K)
 
 
 def beam(modes=30):

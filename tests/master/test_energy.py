@@ -28,8 +28,8 @@ class Spring:
     def force(self, compression):
         return K_C * compression
 
-    def stiffness(self, compression):
-        return np.full_like(compression, K_C)
+    def tangent(self, compression):
+        return np.full((*compression.shape, 1), K_C)
 
 
 def make_half(name, sign, z):

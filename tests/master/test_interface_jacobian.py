@@ -265,8 +265,8 @@ def test_a_wrong_compliance_is_put_right(variant, factor) -> None:
         system.begin(0.0)
         stepper = scheme.start(system)
         stepper.step(0.0, 2e-3)
-        h, force, samples, ((_, G),) = stepper.memory
-        stepper.memory = (h, force, samples, ((h, wrong * G),))
+        h, force, samples, ((_, G),), *others = stepper.memory
+        stepper.memory = (h, force, samples, ((h, wrong * G),), *others)
         evaluations.append(stepper.step(2e-3, 2e-3).evaluations)
         results.append(system.outputs.copy())
         forces = system.outputs[-3:]
@@ -283,8 +283,8 @@ def test_a_compliance_that_misleads_is_measured_again() -> None:
     system.begin(0.0)
     stepper = interface_jacobian(tolerance=1e-11).start(system)
     stepper.step(0.0, 2e-3)
-    h, force, samples, ((_, G),) = stepper.memory
-    stepper.memory = (h, force, samples, ((h, 3.0 * G),))
+    h, force, samples, ((_, G),), *others = stepper.memory
+    stepper.memory = (h, force, samples, ((h, 3.0 * G),), *others)
     assert stepper.step(2e-3, 2e-3).evaluations > 4
     assert stepper.memory.compliances == ()
     assert stepper.step(4e-3, 2e-3).evaluations == 2
@@ -322,8 +322,8 @@ def test_giving_up_is_an_error() -> None:
     system.begin(0.0)
     stepper = interface_jacobian(tolerance=1e-12, max_evaluations=2).start(system)
     stepper.step(0.0, 2e-3)
-    h, force, samples, ((_, G),) = stepper.memory
-    stepper.memory = (h, force, samples, ((h, 2.0 * G),))
+    h, force, samples, ((_, G),), *others = stepper.memory
+    stepper.memory = (h, force, samples, ((h, 2.0 * G),), *others)
     with pytest.raises(ConvergenceError, match=r"spring still change by .* shorter step"):
         stepper.step(2e-3, 2e-3)
 

@@ -108,8 +108,8 @@ class Spring:
     def force(self, compression):
         return self.k * compression
 
-    def stiffness(self, compression):
-        return np.full_like(compression, self.k)
+    def tangent(self, compression):
+        return np.full((*compression.shape, 1), self.k)
 
 
 def make_with_law(k=K_C):

@@ -1,0 +1,105 @@
+"""The law of rolling contact in the master: motions and rates of wheels and rails to forces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from railcosim.master.component import FloatArray, Variable
+from railcosim.master.law import Law
+from railcosim.mechanics.contact.at_ports import PORTS, AtPorts
+from railcosim.mechanics.ports import (
+    FORCE,
+    IRREGULARITY,
+    RAIL,
+    WHEEL,
+    Direction,
+    Face,
+    Layout,
+    Port,
+)
+
+SENT = [k for k, (face, d) in enumerate(PORTS) if face is WHEEL or d.force == "N.m"]
+"""Of the forces at `PORTS`, those that differ: a push is the same on wheel and rail, and a moment
+about each one's own datum."""
+
+
+@dataclass(frozen=True)
+class OverRates:
+    """A law at ports as a law of 16 motions: those at `PORTS`, then their rates; forces `SENT`."""
+
+    law: AtPorts
+
+    def force(self, motion: FloatArray) -> FloatArray:
+        """See `railcosim.master.law.ForceLaw`."""
+        return self.law.force(*np.split(motion, 2, axis=-1))[..., SENT]
+
+    def tangent(self, motion: FloatArray) -> FloatArray:
+        """See `railcosim.master.law.ForceLaw`."""
+        by = self.law.tangents(*np.split(motion, 2, axis=-1))
+        return np.concatenate(by, axis=-1)[..., SENT, :]
+
+
+def rolling_law(law: AtPorts, layout: Layout, nominal: Mapping[str, float]) -> Law:
+    """All contacts as a component named ``contact``: motions and rates of wheel and rail to forces.
+
+    A moment about the forward axis is two outputs, ``wheel_moment_x`` and ``rail_moment_x``:
+    see `force_of`.
+
+    Parameters
+    ----------
+    law : AtPorts
+        Of the contacts, in the layout's order.
+    layout : Layout
+        Of the wheels.
+    nominal : mapping
+        Nominal values of the forces, N and N m, by name.
+    """
+    motions: list[Variable] = []
+    rows, rate_of = [], {}
+    for contact in contacts_of(layout):
+        for face, port in contact:
+            d = port.direction
+            rows.append([len(motions)])
+            motions.append(Variable(name=port.name(face.motion), unit=d.motion, nominal=1e-3))
+            if face is RAIL and d.motion == "m":
+                rows[-1].append(len(motions))
+                motions.append(Variable(name=port.name(IRREGULARITY), unit="m", nominal=1e-3))
+        for face, port in contact:
+            rate = port.name(face.rate)
+            rows.append([len(motions)])
+            rate_of[rate] = port.name(face.motion)
+            motions.append(Variable(name=rate, unit=f"{port.direction.motion}/s", nominal=0.1))
+    compression = np.zeros((len(rows), len(motions)))
+    for row, columns in zip(compression, rows, strict=True):
+        row[columns] = 1.0  # what a rail's surface is displaced by is added to its motion
+    forces = [
+        Variable(
+            name=force_of(*contact[k]), unit=contact[k][1].direction.force,
+            nominal=nominal.get(contact[k][1].name(FORCE), 1e5),
+        )
+        for contact in contacts_of(layout)
+        for k in SENT
+    ]  # fmt: skip
+    return Law(
+        "contact", OverRates(law), motions, forces, compression, contacts=layout.contacts,
+        rate_of=rate_of,
+    )  # fmt: skip
+
+
+def force_of(face: Face, port: Port) -> str:
+    """What the law in the master calls the force on a face, which each FMU calls `FORCE`."""
+    two = port.direction in _TURNING
+    return port.name(face.effort if two else FORCE)
+
+
+_TURNING: tuple[Direction, ...] = tuple(d for face, d in PORTS if face is RAIL and d.force == "N.m")
+
+
+def contacts_of(layout: Layout) -> Iterator[list[tuple[Face, Port]]]:
+    """Faces and ports of each contact, in the order of `PORTS`."""
+    first = replace(layout, directions=layout.directions[:1])
+    for port in first.ports:
+        yield [(face, replace(port, direction=d)) for face, d in PORTS]

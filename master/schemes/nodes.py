@@ -1,0 +1,137 @@
+"""What a law is asked at the nodes of a step, by what was sampled at its points.
+
+Displacements are interpolated. Rates are those of the same polynomials. So the work of a held force
+on a displacement is what the law gives along it: creep takes as much energy from the bodies as its
+law says, and never gives any, whatever the step; and a rate that jumps with the force on it, as a
+rail's does, is never asked for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from railcosim.master.component import FloatArray
+from railcosim.master.law import IndexArray, Law
+from railcosim.master.schemes.variants import Variant
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """See the module.
+
+    Attributes
+    ----------
+    variant : Variant
+        Where the nodes are.
+    contacts : int
+        Of the law.
+    places : array of int, shape (d,)
+        Which of a contact's motions are displacements.
+    rates, whose : array of int, shape (r,)
+        Which are rates; and of which displacement, as a place among those.
+    """
+
+    variant: Variant
+    contacts: int
+    places: IndexArray
+    rates: IndexArray
+    whose: IndexArray
+
+    @classmethod
+    def of(cls, variant: Variant, law: Law, moving: IndexArray) -> Nodes:
+        """Sort the motions of a law, of which those inputs are found by stepping components.
+
+        Raises
+        ------
+        ValueError
+            If a rate is not that of one of its contact's displacements.
+        """
+        S = law.S.reshape(law.contacts, -1, len(law.inputs))
+        is_rate = (S[:, :, law.rates] != 0.0).any(axis=(0, 2))
+        places, rates = np.flatnonzero(~is_rate), np.flatnonzero(is_rate)
+        folded = S[:, rates][:, :, law.rates]  # (contacts, r, number of rates)
+        as_displacements = np.zeros((law.contacts, len(rates), len(law.inputs)))
+        as_displacements[:, :, law.displacements] = folded
+        kept = np.isin(np.arange(len(law.inputs)), moving)
+        whose = []
+        for k in range(len(rates)):
+            same = (S[:, places] == as_displacements[:, [k]]) | ~kept
+            found = np.flatnonzero(same.all(axis=(0, 2)))
+            if not found.size:
+                raise ValueError(
+                    f"{law.name}: rate {rates[k]} of its contacts is not the rate of one of their "
+                    "displacements, so no step of its motion is that of the other"
+                )
+            whose.append(found[0])
+        return cls(variant, law.contacts, places, rates, np.array(whose, dtype=np.intp))
+
+    @property
+    def rows(self) -> IndexArray:
+        """Which of all motions are displacements."""
+        m = len(self.places) + len(self.rates)
+        return (np.arange(self.contacts)[:, None] * m + self.places).ravel()
+
+    def begin(self, sampled: FloatArray, h: float) -> FloatArray:
+        """What the beginning of a step of `h` (s) adds to the motions; see `answer`."""
+        return self._along(self.variant.begin, self.variant.begin_slopes, sampled, h)
+
+    def answer(self, sampled: FloatArray, h: float) -> FloatArray:
+        """What the points of a step add to the motions.
+
+        Parameters
+        ----------
+        sampled : array, shape (n_answers, n_contacts d)
+            Displacements, and with `Variant.rates` their rates times the step.
+        h : float
+            Length of the step, s.
+
+        Returns
+        -------
+        array, shape (n_nodes, n_contacts, m)
+            Motions.
+        """
+        return self._along(self.variant.answers, self.variant.answer_slopes, sampled, h)
+
+    def gather(self, tangent: FloatArray, h: float) -> FloatArray:
+        """Derivatives of the forces held by the answers.
+
+        Parameters
+        ----------
+        tangent : array, shape (n_nodes, n_contacts, k, m)
+            Of the law at the nodes.
+        h : float
+            Length of the step, s.
+
+        Returns
+        -------
+        array, shape (degree + 1, n_answers, n_contacts, k, d)
+            Of Legendre coefficients.
+        """
+        variant = self.variant
+        by = np.tensordot(_both(variant.project, variant.answers), tangent[..., self.places], 1)
+        if self.rates.size:
+            slopes = _both(variant.project, variant.answer_slopes / h)
+            by_rates = np.tensordot(slopes, tangent[..., self.rates], 1)
+            by[..., self.whose] += by_rates
+        found: FloatArray = by
+        return found
+
+    def _along(
+        self, weights: FloatArray, slopes: FloatArray, sampled: FloatArray, h: float
+    ) -> FloatArray:
+        displaced = (weights @ sampled).reshape(len(weights), self.contacts, -1)
+        if not self.rates.size:
+            return displaced
+        moving = ((slopes / h) @ sampled).reshape(displaced.shape)
+        found: FloatArray = np.empty((*displaced.shape[:2], len(self.places) + len(self.rates)))
+        found[..., self.places] = displaced
+        found[..., self.rates] = moving[..., self.whose]
+        return found
+
+
+def _both(project: FloatArray, weights: FloatArray) -> FloatArray:
+    """Products over the nodes, shape (degree + 1, n_answers, n_nodes)."""
+    products: FloatArray = project[:, None] * weights.T[None]
+    return products
