@@ -2,6 +2,9 @@
 
 A component may be met at a place that its inputs move along it: a rail under a rolling wheel. Its
 displacement there then changes by more than its material moves. The law wants the material's rate.
+
+What moves along is taken to go at one speed over a step: while it speeds up, its part of a rate is
+half a step late.
 """
 
 from __future__ import annotations

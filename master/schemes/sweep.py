@@ -188,7 +188,7 @@ class Sweep:
             self._system.components[rider.k].restore_state(state)
 
     def beginning(self, h: float) -> FloatArray:
-        """Displacements of the law by the components, now, and with `Variant.rates` rates times `h`.
+        """Displacements of the law by the components, and with `Variant.rates` rates times `h`.
 
         Returns
         -------
