@@ -23,6 +23,7 @@ from railcosim.analysis.schemes.choice import scheme as scheme_of
 from railcosim.master.component import FloatArray
 from railcosim.master.course import Course
 from railcosim.master.linear.realisation import ComplexArray
+from railcosim.master.progress import Progress, unheard
 from railcosim.master.schemes import Scheme
 from railcosim.mechanics.law import LinearContact
 from railcosim.mechanics.ports import FORCE, Layout
@@ -37,7 +38,6 @@ from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train
 
-Progress = Callable[[float, float], None]
 Stage = Callable[[str], AbstractContextManager[Progress]]
 REFINEMENT = (
     4  # Newmark's steps in a communication step: its error is then a hundredth of a per cent
@@ -51,7 +51,7 @@ Errors: TypeAlias = dict[str, dict[str, tuple[FloatArray, NDArray[np.bool_]]]]
 @contextmanager
 def _unseen(text: str) -> Iterator[Progress]:
     """A block of work that nobody watches."""
-    yield lambda done, total: None
+    yield unheard
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.schemes.choice import choice_of, usual_step
 from railcosim.analysis.schemes.choice import scheme as scheme_of
 from railcosim.master.course import Course
-from railcosim.master.recorded_run import Progress
+from railcosim.master.progress import Progress, unheard
 from railcosim.master.schemes import Scheme
 from railcosim.track.irregularity import Profile
 from railcosim.track.irregularity.named import irregularity as named
@@ -38,7 +38,7 @@ def run(
     held: bool = False,
     position: Position = None,
     tolerance: float | None = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> xr.Dataset:
     """Run a vehicle FMU and a track FMU coupled in time, from the static equilibrium of both.
 

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from railcosim.analysis.pair.judged import Change
-    from railcosim.master.recorded_run import Progress, Stopped
+    from railcosim.master.progress import Progress
+    from railcosim.master.recorded_run import Stopped
     from railcosim.plots.chart import Chart
 
     Run: TypeAlias = Callable[[Progress, Change], tuple[xr.Dataset, Stopped]]

@@ -11,11 +11,11 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing import connection
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
-Progress: TypeAlias = Callable[[float, float], None]
+from railcosim.master.progress import Progress
 
 MOST = 256  # tasks of one set of workers, if nobody says
 TICK = 0.2  # s between looks at the progress

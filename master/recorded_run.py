@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, closing
 from importlib.metadata import version
 from typing import Any
@@ -18,12 +18,12 @@ from railcosim.master.cosimulation import CommunicationPoint, Divergence, cosimu
 from railcosim.master.course import Course, count_steps
 from railcosim.master.energy import EnergyMeter
 from railcosim.master.memory import afford
+from railcosim.master.progress import Progress
 from railcosim.master.recording import Recorder, record
 from railcosim.master.system import System
 from railcosim.storage.interruption import finishing
 
 Stopped = Divergence | ComponentError | KeyboardInterrupt | None
-Progress = Callable[[float, float], None]
 COPIES = 3  # of the outputs at once: recorded, as a dataset, and as what is written
 
 

@@ -12,7 +12,8 @@ from railcosim.master.course import OUTPUTS_ONLY, Course, Keeping
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
-from railcosim.master.recorded_run import Progress, Stopped, recorded_run
+from railcosim.master.progress import Progress
+from railcosim.master.recorded_run import Stopped, recorded_run
 from railcosim.master.schemes import Scheme
 from railcosim.master.ssp import LoadedSystem, initialise, open_ssp
 from railcosim.master.system import System

@@ -27,7 +27,8 @@ from railcosim.master.component import FloatArray
 from railcosim.master.course import Course
 from railcosim.master.files import load, save
 from railcosim.master.linear.receptance import Response
-from railcosim.master.parallel import Progress, Task, Workers
+from railcosim.master.parallel import Task, Workers
+from railcosim.master.progress import Progress
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.mechanics.law import coefficient_for
 from railcosim.mechanics.ports import FORCE, Layout

@@ -7,7 +7,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from railcosim.master.files import save
-from railcosim.master.parallel import Progress, Task, Workers
+from railcosim.master.parallel import Task, Workers
+from railcosim.master.progress import Progress
 from railcosim.plots.chart import Chart
 from railcosim.plots.page import Section, write_page
 from railcosim.plots.picture import save_picture

@@ -8,7 +8,8 @@ import xarray as xr
 
 from railcosim.master.course import Course
 from railcosim.master.fmi.fmu import FmuComponent
-from railcosim.master.recorded_run import Progress, Stopped, recorded_run
+from railcosim.master.progress import Progress
+from railcosim.master.recorded_run import Stopped, recorded_run
 
 from .contact import Parameters
 from .numbering import Vehicles

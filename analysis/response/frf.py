@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 
@@ -24,8 +24,8 @@ from railcosim.analysis.response.models import linear_models
 from railcosim.master.component import FloatArray
 from railcosim.master.fmi.description import describe_file
 from railcosim.master.linear.realisation import ComplexArray
+from railcosim.master.progress import Progress, unheard
 
-Progress = Callable[[float, float], None]
 SPEED = 250 / 3.6  # m/s
 
 
@@ -47,7 +47,7 @@ def frequency_response(
     speed: float = SPEED,
     assembly: Assembly = Assembly.COUPLED,
     position: Position = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> xr.Dataset:
     """Linearise both FMUs and couple them in the frequency domain.
 

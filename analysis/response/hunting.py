@@ -12,6 +12,7 @@ import xarray as xr
 
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.state_space import StateSpace
+from railcosim.master.progress import Progress, unheard
 from railcosim.parameters import ArgumentError
 from railcosim.track.parameters import Track
 from railcosim.vehicle.hunting import Critical, Poles
@@ -25,7 +26,7 @@ from railcosim.vehicle.train import Train, train_of
 
 from .bodies import linear_of
 from .choices import CONICITIES, Gravity
-from .models import Progress, linear_track
+from .models import linear_track
 from .rolling import LinearContacts
 from .rolling_pair import compliance_of, places_on, rails_of, vehicle_of
 from .running import Rolling
@@ -110,7 +111,7 @@ def critical_speed(
     rigid_track: bool = False,
     vehicle_fmu: str | Path | None = None,
     track_fmu: str | Path | None = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> xr.Dataset:
     """The speed from which on a vehicle hunts, linear, for each conicity of its wheels.
 
@@ -168,7 +169,7 @@ def check_conicities(conicity: Sequence[float]) -> None:
 
 
 def critical_speeds(
-    way: Way, conicity: Sequence[float], progress: Progress = lambda done, total: None
+    way: Way, conicity: Sequence[float], progress: Progress = unheard
 ) -> xr.Dataset:
     """The same of a vehicle on its rails."""
     check_conicities(conicity)
@@ -207,7 +208,7 @@ def way_of(
     rigid_track: bool,
     vehicle_fmu: str | Path | None = None,
     track_fmu: str | Path | None = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> Way:
     """A vehicle on its rails; see `critical_speed`."""
     if rigid_track + (track is not None) + (track_fmu is not None) > 1:

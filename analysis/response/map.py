@@ -21,9 +21,8 @@ from railcosim.analysis.response.resonance import resonance
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.memory import afford
+from railcosim.master.progress import Progress, unheard
 from railcosim.mechanics.ports import Layout
-
-from .frf import Progress
 
 BODIES = ("carbody.z", "carbody.pitch", "bogie[1].z", "bogie[1].pitch", "bogie[2].z",
           "bogie[2].pitch")  # fmt: skip
@@ -91,7 +90,7 @@ def response_map(
     *,
     contact_stiffness: float = 1e9,
     position: Position = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> ResponseMap:
     """Responses to irregularity which every wheelset meets with its lag, and critical speeds.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,10 +26,10 @@ from railcosim.master.linear.linear_fmu import Pulses, Wanted, best_way
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.linearise import values_of
 from railcosim.master.linear.side_by_side import SideBySide
+from railcosim.master.progress import Progress
 from railcosim.mechanics.ports import FORCE, RAIL, Layout
 
 VEHICLE_SHARE = 0.2  # of the time that both take
-Progress = Callable[[float, float], None]
 
 
 def pulses(wheelsets: int) -> Pulses:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
+from railcosim.master.progress import Progress, unheard
 from railcosim.mechanics.contact.geometry import OF_WHEELSET
 from railcosim.mechanics.contact.wheelset import NAMES
 from railcosim.mechanics.modal import Met
@@ -32,7 +32,7 @@ def on_track(
     body: Multibody,
     contacts: Contacts,
     track: Track,
-    progress: Callable[[float, float], None] = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> Oscillations:
     """Modes of a vehicle whose rails give way in all directions, the last wheelset in mid-span.
 

@@ -13,6 +13,7 @@ from railcosim.master.component import FloatArray
 from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT, Pulses, Wanted, Way, best_way
 from railcosim.master.linear.linear_form import error_estimate
 from railcosim.master.linear.realisation import ComplexArray
+from railcosim.master.progress import Progress, unheard
 from railcosim.mechanics.ports import Direction
 from railcosim.parameters import ArgumentError
 from railcosim.track.cell import railseats
@@ -21,7 +22,7 @@ from railcosim.track.receptance import Point, direct_receptance, infinite_recept
 from railcosim.track.section import SPATIAL
 
 from .choices import Method
-from .frf import Progress, check_finite
+from .frf import check_finite
 
 PULSES = Pulses(amplitude=1e4, step=1e-4, steps=13_500)
 
@@ -35,7 +36,7 @@ def receptance(
     method: Method = Method.BEST,
     pulses: Pulses = PULSES,
     position: float | None = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> xr.Dataset:
     """Frequency response of any FMU between two variables, from a linear model of it.
 
@@ -117,7 +118,7 @@ def track_receptance(
     offset: float = 0.0,
     both_rails: bool = True,
     ring: bool = False,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> xr.Dataset:
     """Receptance of the left rail at the place of the load, from the finite elements.
 

@@ -16,13 +16,14 @@ from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.linear.receptance import FrequencyResponse
 from railcosim.master.linear.substructuring import couple
+from railcosim.master.progress import Progress, unheard
 from railcosim.track.irregularity import Quality
 from railcosim.track.irregularity.synthesis import quality
 
 from .comfort import reaction, sperling, weighted_acceleration
 from .critical import bogie_distance
 from .frequency import joints, responses
-from .frf import SPEED, Progress
+from .frf import SPEED
 from .models import Models, linear_models
 from .random import acceleration_psd, response_psd, standard_deviation
 
@@ -44,7 +45,7 @@ def ride(
     contact_stiffness: float = 1e9,
     speed: float = SPEED,
     position: Position = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> xr.Dataset:
     """Random response of a vehicle on a track of a class, by pseudo-excitation, and its comfort.
 

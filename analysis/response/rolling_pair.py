@@ -16,13 +16,14 @@ from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import frequency_response
 from railcosim.master.linear.state_space import StateSpace
+from railcosim.master.progress import Progress
 from railcosim.mechanics.ports import FORCE, RAIL, Layout
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, infinite_receptance
 from railcosim.vehicle.multibody import Multibody
 from railcosim.vehicle.on_rails import SIDES
 
-from .models import Progress, linear_vehicle
+from .models import linear_vehicle
 from .rolling import ON_RAIL
 
 

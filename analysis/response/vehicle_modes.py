@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
 
+from railcosim.master.progress import Progress, unheard
 from railcosim.parameters import ArgumentError, UnusualWarning
 from railcosim.track.parameters import Track
 from railcosim.vehicle.eigenmodes import Oscillations, oscillations, swings
@@ -32,7 +32,7 @@ def vehicle_modes(
     conicity: float | None = None,
     gravity: Gravity = Gravity.NORMALS,
     track: Track | None = None,
-    progress: Callable[[float, float], None] = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> xr.Dataset:
     """Modes of a vehicle in space, with the names the field gives them.
 

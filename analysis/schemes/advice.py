@@ -20,6 +20,7 @@ from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.response.models import wheelset_positions
 from railcosim.master.component import FloatArray
 from railcosim.master.parallel import Task, Workers
+from railcosim.master.progress import Progress, unheard
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 from railcosim.track.irregularity import Spectrum
@@ -27,7 +28,7 @@ from railcosim.track.irregularity.synthesis import quality
 
 from .catalogue import members
 from .force_error import Excitation, ForceError, excitation
-from .limits import LINEARISING, Progress, exact_growth, predictable
+from .limits import LINEARISING, exact_growth, predictable
 from .stability import Coupling, SprungPair
 from .usual import PREDICTED
 
@@ -113,7 +114,7 @@ def advise(
     speed: float = 250 / 3.6,
     irregularity: str | Spectrum = "german-low",
     position: Position = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> Advice:
     """Name owner, scheme and step that reach an accuracy at the least cost, before running.
 

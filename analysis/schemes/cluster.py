@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
 from typing import Any, TypeAlias, TypeVar
@@ -17,13 +17,14 @@ import distributed
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey
 from railcosim.master.parallel import TICK
+from railcosim.master.progress import Progress
 
-from .study_point import Fmus, Measurement, Point, measure, reference
+from .pairs_at_rest import Fmus
+from .study_point import Measurement, Point, measure, reference
 
 PATIENCE = 10.0
 """How long (s) a scheduler may take to answer, and to have a worker."""
 
-Progress = Callable[[float, float], None]
 T = TypeVar("T")
 # dask has types in part only.
 Client: TypeAlias = Any

@@ -22,6 +22,7 @@ from railcosim.master.component import FloatArray, Variable
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.state_space import IndexArray, StateSpace
 from railcosim.master.polynomials import lagrange
+from railcosim.master.progress import Progress, unheard
 from railcosim.mechanics.law import NormalLaw
 from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 from railcosim.mechanics.solve import ContactError, solve_compression
@@ -35,7 +36,6 @@ TOLERANCE = 1e-9
 """Change of the forces by the last halving, relative RMS, at which halving ends: a thousandth of
 the best coupling at the shortest steps that anybody wants to see."""
 Heights = Callable[[float], FloatArray]
-Progress = Callable[[float, float], None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +101,7 @@ def converged_forces(
     rest: FloatArray,
     heights: Heights,
     stop: float,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> ContactForces:
     """Solve for the contact forces from rest, with ever shorter intervals.
 

@@ -11,14 +11,14 @@ import xarray as xr
 from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.standing import Position, start_positions
+from railcosim.analysis.schemes.pairs_at_rest import Fmus
 from railcosim.analysis.schemes.study import EVERY, STEPS, Folder, Grid, settings_of
 from railcosim.analysis.schemes.study_here import measured
-from railcosim.analysis.schemes.study_point import ContactCase, Fmus, Measurement, Point
+from railcosim.analysis.schemes.study_point import ContactCase, Measurement, Point
 from railcosim.analysis.schemes.study_table import table_of
+from railcosim.master.progress import Progress, unheard
 from railcosim.track.irregularity import Profile
 from railcosim.track.irregularity.named import irregularity as named
-
-Progress = Callable[[float, float], None]
 
 
 class NoDaskError(ImportError):
@@ -54,7 +54,7 @@ def study(
     irregularity: Profile | str | Path = "german-low",
     position: Position = None,
     scheduler: str | None = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
     tell: Callable[[str], None] = lambda text: None,
 ) -> Studied:
     """Compare schemes with owners, contacts and steps, wheels held; what is finished is not rerun.

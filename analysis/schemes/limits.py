@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -18,6 +18,7 @@ from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.standing import Position
 from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.master.parallel import Task, Workers
+from railcosim.master.progress import Progress, unheard
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 
@@ -25,7 +26,6 @@ from .catalogue import members
 from .stability import Coupling, Limit, SprungPair, Window
 from .usual import PREDICTED
 
-Progress = Callable[[float, float], None]
 Found: TypeAlias = dict[tuple[str, Owner], list[Limit]]
 TOGETHER = 3
 """Schemes of one task: the contact is made ready once for them."""
@@ -62,7 +62,7 @@ def stability(
     track: str | Path,
     contacts: Sequence[float | Parameters] = (0.1e9, 1e9, 8e9),
     schemes: Sequence[str] = PREDICTED,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
     *,
     position: Position = None,
 ) -> StabilityTable:

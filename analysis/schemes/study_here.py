@@ -6,10 +6,12 @@ from collections.abc import Iterator, Sequence
 
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey
-from railcosim.master.parallel import Progress, Task, Workers
+from railcosim.master.parallel import Task, Workers
+from railcosim.master.progress import Progress
 
 from .coupled_reference import ContactForces
-from .study_point import ContactCase, Fmus, Measurement, Point, measure, reference
+from .pairs_at_rest import Fmus
+from .study_point import ContactCase, Measurement, Point, measure, reference
 
 
 def measured(

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import pickle
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
@@ -19,32 +14,21 @@ from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.cosimulation import Cosimulation, Divergence, FallbackWarning, cosimulate
+from railcosim.master.progress import Progress, unheard
 from railcosim.master.schemes import Scheme
 from railcosim.master.system import System
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.reference.agreement import relative_rms
-from railcosim.storage.temporary import scratch
-from railcosim.track.decay import RingWarning
 
 from .coupled_reference import ContactForces, compression_model, converged_forces
+from .pairs_at_rest import AT_REST, files_of_content, told_before
 
 INTERNAL_STEP = 2.5e-5
 """Of FMUs that own the contact (s). Their own error, of fourth order in it, changes what is
 measured, the coupling's, by 5 parts in a thousand at most: at 8 GN/m and 0.1 ms 1.980e-4 with 5e-6
 becomes 1.970e-4, at 1 GN/m and 0.05 ms 1.677e-6 becomes 1.679e-6. It takes a third of the time."""
 
-KEPT = 6
-"""Pairs that a process keeps open: of three owners, for two contacts."""
-
 OFTEN = 100  # points between words of progress
-
-Progress = Callable[[float, float], None]
-Fmus = Mapping[str, bytes]
-"""Content of FMU files, by name such as ``TrackWithContact``."""
-
-
-def _quiet(done: float, total: float) -> None:
-    """Nobody listens."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,7 +98,7 @@ def reference(
     contact: ContactCase,
     vehicle: bytes,
     track: bytes,
-    progress: Progress = _quiet,
+    progress: Progress = unheard,
 ) -> ContactForces:
     """Converged contact forces.
 
@@ -132,9 +116,9 @@ def reference(
         Told what is done and the total; may raise to stop it.
     """
     fmus = dict(zip(FMUS[Owner.MASTER], (vehicle, track), strict=True))
-    with _files(fmus) as (cars, rails):
+    with files_of_content(fmus) as (cars, rails):
         with (
-            _told_before(),
+            told_before(),
             open_pair(cars, rails, dict(contact.parameters), journey) as pair,
         ):
             pair.system.exchange()
@@ -156,7 +140,7 @@ def measure(
     vehicle: bytes,
     track: bytes,
     forces: ContactForces,
-    progress: Progress = _quiet,
+    progress: Progress = unheard,
 ) -> Measurement:
     """Make one run.
 
@@ -177,13 +161,13 @@ def measure(
     """
     fmus = dict(zip(FMUS[point.owner], (vehicle, track), strict=True))
     parameters = {**point.contact.parameters, "internal_step": INTERNAL_STEP}
-    system = _AT_REST.system(journey, parameters, fmus)
+    system = AT_REST.system(journey, parameters, fmus)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FallbackWarning)  # kept in the result
         run = cosimulate(system, point.scheme, point.step, stop)
     found = _watch(run, _columns(system), forces, progress)
     if found.stopped:  # an FMU that has refused a call may be of no use any more
-        _AT_REST.forget()
+        AT_REST.forget()
     return found
 
 
@@ -238,57 +222,3 @@ def _columns(system: System) -> list[int]:
     layout = Layout.among(names)
     assert layout is not None  # a pair has wheels
     return [names.index(force) for force in layout.names(FORCE)]
-
-
-class _PairsAtRest:
-    """Pairs that a process has opened, taken back to rest for every run.
-
-    To load a track of 6000 states takes ten times as long as a short run.
-    """
-
-    def __init__(self) -> None:
-        self._kept: dict[Any, tuple[System, Any]] = {}
-        self._stack = ExitStack()
-
-    def system(
-        self, journey: Journey, parameters: Mapping[str, float | bool], fmus: Fmus
-    ) -> System:
-        """A pair at rest."""
-        key = pickle.dumps((journey, dict(parameters))), *fmus.items()
-        if key not in self._kept:
-            if len(self._kept) == KEPT:
-                self.forget()
-            cars, rails = self._stack.enter_context(_files(fmus))
-            pair = open_pair(cars, rails, dict(parameters), journey)
-            with _told_before():
-                system = self._stack.enter_context(pair).system
-            self._kept[key] = system, system.save_state()
-        system, state = self._kept[key]
-        system.restore_state(state)
-        return system
-
-    def forget(self) -> None:
-        """Close all of them."""
-        self._kept.clear()
-        self._stack.close()
-
-
-_AT_REST = _PairsAtRest()
-
-
-@contextmanager
-def _told_before() -> Iterator[None]:
-    """Whoever exported the FMUs was told of a ring that is too short; workers do not repeat it."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RingWarning)
-        yield
-
-
-@contextmanager
-def _files(fmus: Fmus) -> Iterator[tuple[Path, ...]]:
-    """FMUs as files for as long as the block lasts: a worker may share no disk with anybody."""
-    with TemporaryDirectory(dir=scratch()) as folder:
-        paths = [Path(folder, f"{name}.fmu") for name in fmus]
-        for path, content in zip(paths, fmus.values(), strict=True):
-            path.write_bytes(content)
-        yield tuple(paths)

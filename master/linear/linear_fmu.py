@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -16,9 +16,8 @@ from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.linearise import linearise
 from railcosim.master.linear.model_exchange import Slope, differences, exact, linear_model
+from railcosim.master.progress import Progress
 from railcosim.master.suggest import suggest
-
-Progress = Callable[[float, float], None]
 
 
 @dataclass(frozen=True, kw_only=True)
