@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.modal import ModalBody
-from railcosim.mechanics.ports import DIMENSIONS, SIDES, Layout, Z
+from railcosim.mechanics.ports import DIMENSIONS, SIDES, Layout
 from railcosim.parameters import ParameterError, UnusualWarning, write_toml
 from railcosim.track.decay import check_ring, decay_along
 from railcosim.track.parameters import Track
@@ -19,21 +19,22 @@ from railcosim.track.reduced import reduce_track
 from railcosim.track.section import moves_aside
 from railcosim.vehicle.files import write_stock
 from railcosim.vehicle.modal import vehicle_body
-from railcosim.vehicle.multibody import MODELS, build_multibody
+from railcosim.vehicle.multibody import MODELS, Multibody, build_multibody
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train, train_of
 
 from .interface import Contact, Scalar, Start, interface, owns_contact
+from .law_variables import OfContact, in_common
+from .rolling_start import rolling_wheels, why_not_inside
 
 FloatArray = NDArray[np.float64]
 Annotations = dict[str, dict[str, str]]
-ROUNDING = 1e-9
-"""Of loads: the static ones of like wheels are solved for, to some 1e-14."""
-WITHOUT_ROLLING = {
-    "vertical": "these FMUs are vertical",
-    "spatial": "these FMUs have no contact inside",
+UNTOLD: Mapping[str, Callable[[Train], str]] = {
+    "vertical": lambda train: "[rolling] is left out: these FMUs are vertical, whatever a file says "
+    "of cones, creep and flanges (--dimension spatial)" if train.tells_rolling else "",
+    "spatial": why_not_inside,
 }
-"""Why FMUs of a dimension do not say how wheels roll."""
+"""What FMUs of a dimension do not know of a train."""
 PASSIVE_TO = 8
 """Elements a bay of rails that move aside: with 16 of the default track, power is given to wheels
 over railseats near 4.6 kHz (docs/track.md); what is between was not looked at."""
@@ -76,7 +77,10 @@ class Content:
 
 
 def start_of(
-    vehicle: Vehicle | Train, positions: Sequence[float], sides: tuple[str, ...] = SIDES
+    vehicle: Vehicle | Train,
+    positions: Sequence[float],
+    sides: tuple[str, ...] = SIDES,
+    dimension: str = "vertical",
 ) -> Start:
     """Loads and contacts of a vehicle's wheels, for wheelsets that stand at positions (m).
 
@@ -88,33 +92,39 @@ def start_of(
         If they are others, and its wheels have no contact law in common.
     """
     cars, count = build_multibody(vehicle), len(positions)
-    load, C = cars.wheel_load, cars.hertz_coefficient
+    load = cars.wheel_load
     if load.size != count:
-        if len(_in_common(C)) > 1:
-            raise ParameterError(
-                f"{count} wheelsets, but the vehicle has {load.size} whose wheels have different "
-                f"contact laws (Hertz coefficients from {C.min():g} to {C.max():g} N/m1.5): must "
-                f"be {load.size}, or all of one [wheelset] radius and [contact]"
-            )
-        load, C = np.full(count, load.mean()), np.full(count, C[0])
-    loads = np.tile(load, len(sides)).tolist()
-    return Start(loads=loads, positions=positions, contact=_contact(C, load))
+        load = np.full(count, load.mean())
+    contact = CONTACTS[dimension](train_of(vehicle), cars, load)
+    return Start(loads=np.tile(load, len(sides)).tolist(), positions=positions, contact=contact)
 
 
 def contact_defaults(vehicle: Vehicle | Train) -> Contact:
     """Contact parameters of the wheels: C, and k_H at their static load (eq. 18)."""
     cars = build_multibody(vehicle)
-    return _contact(cars.hertz_coefficient, cars.wheel_load)
+    return _pressed(train_of(vehicle), cars, cars.wheel_load)
 
 
-def _contact(C: FloatArray, load: FloatArray) -> Contact:
-    return Contact(k_H=_in_common(tangent_stiffness(C, load)), C=_in_common(C))
+def _pressed(train: Train, cars: Multibody, load: FloatArray) -> Contact:
+    """Of the train's wheelsets, or of others that are all alike."""
+    del train
+    C = cars.hertz_coefficient
+    if load.size != C.size:
+        if len(in_common(C)) > 1:
+            raise ParameterError(
+                f"{load.size} wheelsets, but the vehicle has {C.size} whose wheels have different "
+                f"contact laws (Hertz coefficients from {C.min():g} to {C.max():g} N/m1.5): must "
+                f"be {C.size}, or all of one [wheelset] radius and [contact]"
+            )
+        C = np.full(load.size, C[0])
+    return Contact(k_H=in_common(tangent_stiffness(C, load)), C=in_common(C))
 
 
-def _in_common(of_wheelsets: FloatArray) -> tuple[float, ...]:
-    """One number if all are the same but for rounding, else all."""
-    alike = np.ptp(of_wheelsets) <= ROUNDING * of_wheelsets.max()
-    return tuple((of_wheelsets[:1] if alike else of_wheelsets).tolist())
+CONTACTS: Mapping[str, Callable[[Train, Multibody, FloatArray], OfContact | None]] = {
+    "vertical": _pressed,
+    "spatial": rolling_wheels,
+}
+"""Start values of contact laws, by dimension."""
 
 
 def ring_annotations(track: Track) -> Annotations:
@@ -132,8 +142,6 @@ def contents(
     dimension: str = "vertical",
 ) -> list[Content]:
     """Vehicle, Track, VehicleWithContact and TrackWithContact.
-
-    The contact law inside knows the vertical direction only: spatial ones are Vehicle and Track.
 
     Parameters
     ----------
@@ -158,23 +166,19 @@ def contents(
     RingWarning
         If the ring is too short for what `railcosim.track.decay` promises.
     UnusualWarning
-        If the vehicle says how its wheels roll, and no FMU will know of it.
+        If the vehicle says how its wheels roll, and these FMUs are vertical; or it says what
+        contacts inside FMUs do not know, and there are Vehicle and Track only.
     """
     check_dimension(dimension)
-    if train_of(vehicle).tells_rolling:
-        warnings.warn(
-            f"[rolling] is left out: {WITHOUT_ROLLING[dimension]}, whatever a file says of "
-            "cones, creep and flanges (railcosim.vehicle.rolling makes a contact law of it)",
-            UnusualWarning,
-            stacklevel=2,
-        )
+    if missing := UNTOLD[dimension](train_of(vehicle)):
+        warnings.warn(missing, UnusualWarning, stacklevel=2)
     stock = {"": vehicle}
     if separate:
         stock = {str(number): one for number, one in enumerate(apart(vehicle), start=1)}
     ahead = build_multibody(vehicle).wheelset_x
     # The rearmost wheelset starts above a railseat, the paper's place.
     places = ahead - ahead[-1] + track.fastening.spacing / 2
-    start = start_of(vehicle, places.tolist())
+    start = start_of(vehicle, places.tolist(), dimension=dimension)
     rails = track_under(track, start, progress, dimension=dimension)
     bodies = {
         suffix: vehicle_body(build_multibody(one, MODELS[dimension]))
@@ -182,11 +186,11 @@ def contents(
     }
     counts = [body.layout.wheelsets for body in bodies.values()]
     starts = [
-        start_of(one, where.tolist())
+        start_of(one, where.tolist(), dimension=dimension)
         for one, where in zip(stock.values(), np.split(places, np.cumsum(counts)[:-1]), strict=True)
     ]
     made = []
-    for with_contact in owners_in(rails.layout):
+    for with_contact in owners_in(rails.layout, start):
         for (suffix, body), its in zip(bodies.items(), starts, strict=True):
             made.append(_vehicle(stock[suffix], body, its, suffix, with_contact=with_contact))
         made.append(_track(track, rails, start, with_contact=with_contact))
@@ -221,8 +225,6 @@ def track_contents(
 ) -> list[Content]:
     """Track and TrackWithContact for other people's wheelsets; see `contents`.
 
-    The contact law inside knows the vertical direction only: of a spatial track there is Track.
-
     Parameters
     ----------
     track : Track
@@ -235,12 +237,16 @@ def track_contents(
         In what directions rails are met, see `railcosim.mechanics.ports.DIMENSIONS`.
     """
     rails = track_under(track, start, progress, sides=sides, dimension=dimension)
-    return [_track(track, rails, start, with_contact=owned) for owned in owners_in(rails.layout)]
+    return [
+        _track(track, rails, start, with_contact=owned)
+        for owned in owners_in(rails.layout, start)
+    ]
 
 
-def owners_in(layout: Layout) -> tuple[bool, ...]:
-    """Without the contact, and with it where its law is known: downwards."""
-    return (False, True) if layout.directions == (Z,) else (False,)
+def owners_in(rails: Layout, start: Start) -> tuple[bool, ...]:
+    """Without the contact, and with it where its law is one of wheels on these rails."""
+    known = start.contact is not None and start.contact.directions == rails.directions
+    return (False, True) if known else (False,)
 
 
 def check_dimension(dimension: str) -> None:

@@ -9,16 +9,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from railcosim.mechanics.modal import ModalBody
-from railcosim.mechanics.ports import Z
+from railcosim.mechanics.ports import Layout, Z
 
-from .law_variables import Contact, contact_parameters, law_at, told_coefficient
-from .port_variables import AtPort, ports_of, position
+from .law_variables import Contact, OfContact, law_at
+from .port_variables import ports_of, position
 from .roles import Role
+from .rolling_variables import RollingWheels, speed
 from .scalar import Scalar, names
 from .stepping_variables import input_hold, internal_step, time
 from .vehicle_variables import axleboxes, bodies, journey, start_heights
 
-__all__ = ["Contact", "Scalar", "Start", "interface", "owns_contact"]
+__all__ = ["Contact", "RollingWheels", "Scalar", "Start", "interface", "owns_contact"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,13 +33,13 @@ class Start:
         are 0 at first.
     positions : sequence of float
         Of the wheelsets, m.
-    contact : Contact
-        Of the contact law.
+    contact : OfContact or None
+        Of the contact law; None where no FMU knows it.
     """
 
     loads: Sequence[float]
     positions: Sequence[float]
-    contact: Contact
+    contact: OfContact | None
 
 
 def interface(body: ModalBody, start: Start, *, with_contact: bool) -> list[Scalar]:
@@ -53,61 +54,111 @@ def interface(body: ModalBody, start: Start, *, with_contact: bool) -> list[Scal
     with_contact : bool
         Whether it owns the contact springs.
     """
-    numbers, stays = body.layout.numbers, body.coordinates is None
+    layout, stays = body.layout, body.coordinates is None
+    numbers, own = layout.numbers, start.contact if with_contact else None
     places = [
         position(i, "input", start=x) for i, x in zip(numbers, start.positions, strict=True)
     ] if stays else []  # fmt: skip
-    trip = [] if stays else journey(start.positions[-1], numbers[-1])
+    creeps = own is not None and own.of_rates
+    trip = [] if stays else journey(start.positions[-1], numbers[-1], creeps=creeps)
+    if creeps and stays:
+        trip = [speed()]
     heights = [] if stays else start_heights(body)
-    law = contact_parameters(start.contact) if with_contact else []
-    inputs = [*places]
-    loads = dict(zip(body.layout.wheels, start.loads, strict=True))
-    for at in ports_of(body):
-        load = loads[at.port.wheel] if at.port.direction is Z else 0.0
-        if with_contact:
-            inputs += [at.motion(body.face.other, "input"), at.irregularity()]
-        else:
-            inputs.append(at.force("input", start=load))
+    law = own.parameters() if own else []
+    given = [own.given(body, k) if own else [] for k in range(layout.contacts)]
+    inputs = [*places, *(v for rows in given for v in rows)]
+    if not own:
+        loads = dict(zip(layout.wheels, start.loads, strict=True))
+        inputs += [
+            at.force("input", body.face, loads[at.port.wheel] if at.port.direction is Z else 0.0)
+            for at in ports_of(body)
+        ]
     table = [time(), *inputs]
     if not stays:
         run = names([time(), *trip])
         table += [replace(position(i, "output"), depends_on=run, starts_from=run) for i in numbers]
-    for at in ports_of(body):
-        table += _answers(at, names([*inputs, *law]), names(places), names(heights), law)
-    table += [*bodies(body, names(heights)), *axleboxes(body, names(heights), law)]
+    what = Known(
+        places=names(places),
+        heights=names(heights),
+        given=[names(v for v in rows if own and own.counts(v)) for rows in given],
+        law=[*law, *(v for v in trip if creeps and v.role is Role.SPEED)],
+        inputs=names(v for v in inputs if not own or own.counts(v)),
+    )
+    for k in range(layout.contacts):
+        table += _answers(body, k, own.told_forces(body, k) if own else [], what)
+    fed = [what.of_wheelset(layout, i) for i in numbers] if own else []
+    table += [*bodies(body, names(heights)), *axleboxes(body, names(heights), fed)]
     table += [input_hold(), *trip, *heights]
-    if stays or with_contact:
+    if stays or own:
         table.append(internal_step())
     # Whose wheels they are tells the law, also where another owns the contact.
-    return [*table, *(law if stays or with_contact else told_coefficient(start.contact))]
+    told = start.contact.told() if start.contact and not (stays or own) else []
+    return [*table, *law, *told]
 
 
-def _answers(
-    at: AtPort,
-    everything: tuple[str, ...],
-    places: tuple[str, ...],
-    heights: tuple[str, ...],
-    law: Sequence[Scalar],
-) -> list[Scalar]:
-    """Outputs of one port.
+@dataclass(frozen=True, kw_only=True)
+class Known:
+    """What outputs may depend on.
+
+    Attributes
+    ----------
+    places, heights : tuple of str
+        Inputs of a track, parameters of a vehicle, one a wheelset.
+    given : sequence of tuple of str
+        Inputs that the forces of each contact depend on, where the body owns them.
+    law : sequence of Scalar
+        Parameters of the law.
+    inputs : tuple of str
+        All that count.
+    """
+
+    places: tuple[str, ...]
+    heights: tuple[str, ...]
+    given: Sequence[tuple[str, ...]]
+    law: Sequence[Scalar]
+    inputs: tuple[str, ...]
+
+    @property
+    def everything(self) -> tuple[str, ...]:
+        """Inputs and the law."""
+        return self.inputs + names(self.law)
+
+    def of_wheelset(self, layout: Layout, i: int) -> tuple[str, ...]:
+        """What the forces of all its contacts depend on."""
+        own = range(i - 1, layout.contacts, layout.wheelsets)
+        return tuple(name for k in own for name in self.given[k]) + names(law_at(self.law, i))
+
+
+def _answers(body: ModalBody, contact: int, forces: Sequence[Scalar], known: Known) -> list[Scalar]:
+    """Outputs of one contact.
 
     A track at rest carries all forces, and does not move whatever these are; a vehicle stands on
     wheelsets held at their heights.
     """
-    i = at.port.wheelset - 1
-    here, own_height = places[i : i + 1], heights[i : i + 1]
-    stays = bool(places)
-    standing = own_height if at.port.direction is Z else ()
-    at_rest = everything if stays else standing
-    table = [
-        replace(at.motion(at.body.face, "output"), depends_on=here, starts_from=at_rest),
-        replace(at.rate(), depends_on=everything if stays else ()),
-    ]
-    if law:
-        laws = law_at(law, at.port.wheelset)
-        own = here + names([at.motion(at.body.face.other, "input"), at.irregularity(), *laws])
-        start = everything if stays else own + own_height
-        table.append(replace(at.force("output"), depends_on=own, starts_from=start))
+    k, stays = len(body.layout.directions), bool(known.places)
+    table = []
+    for at in ports_of(body)[contact * k : (contact + 1) * k]:
+        i = at.port.wheelset - 1
+        here, own_height = known.places[i : i + 1], known.heights[i : i + 1]
+        standing = own_height if at.port.direction is Z else ()
+        at_rest = known.everything if stays else standing
+        table += [
+            replace(at.motion(body.face, "output"), depends_on=here, starts_from=at_rest),
+            replace(
+                at.rate(body.face, "output"), depends_on=known.everything if stays else ()
+            ),
+        ]
+    for force in forces:
+        own = here + known.given[contact] + names(law_at(known.law, i + 1))
+        # Rates of a track, and so all forces, change at once with each of these.
+        jumps = stays and any(v.role is Role.SPEED for v in known.law)
+        table.append(
+            replace(
+                force,
+                depends_on=known.everything if jumps else own,
+                starts_from=known.everything if stays else own + own_height,
+            )
+        )
     return table
 
 

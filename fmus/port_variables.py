@@ -34,17 +34,15 @@ class AtPort:
     ----------
     body : ModalBody
         Of which.
+    port : Port
+        Of the body, or of what it meets.
     index : int
-        Which of its ports.
+        Which it is of these ports.
     """
 
     body: ModalBody
+    port: Port
     index: int
-
-    @property
-    def port(self) -> Port:
-        """The port."""
-        return self.body.layout.ports[self.index]
 
     def _row(self, quantity: str, role: Role, causality: str, **known: Any) -> Scalar:
         port = self.port
@@ -53,8 +51,8 @@ class AtPort:
             **known,
         )  # fmt: skip
 
-    def force(self, causality: str, start: float | None = None) -> Scalar:
-        """Of the contact."""
+    def force(self, causality: str, face: Face, start: float | None = None) -> Scalar:
+        """Of the contact, at a face."""
         direction = self.port.direction
         return self._row(
             FORCE, Role.IN_LOAD if causality == "input" else Role.OUT_FORCE, causality,
@@ -62,8 +60,8 @@ class AtPort:
             nominal=NOMINALS[direction.force],
             description=FORCES.get(
                 direction.name,
-                f"{KINDS[direction.force]}, {direction.positive} on the rail, the opposite on the "
-                "wheel",
+                f"{KINDS[direction.force].format(DATA[face.name])}, {direction.positive} on the "
+                "rail, the opposite on the wheel",
             ),
         )  # fmt: skip
 
@@ -77,27 +75,28 @@ class AtPort:
             description=MOTIONS[face.name].format(direction.positive),
         )  # fmt: skip
 
-    def rate(self) -> Scalar:
-        """Of the body's own face."""
-        face, direction = self.body.face, self.port.direction
+    def rate(self, face: Face, causality: str) -> Scalar:
+        """Likewise its rate."""
+        direction = self.port.direction
         return self._row(
-            face.rate, Role.OUT_MOTION_RATE, "output", unit=f"{direction.motion}/s",
-            display_unit=SHOWN_IN[f"{direction.motion}/s"], nominal=0.1,
+            face.rate, Role.IN_LOAD if causality == "input" else Role.OUT_MOTION_RATE, causality,
+            unit=f"{direction.motion}/s", display_unit=SHOWN_IN[f"{direction.motion}/s"],
+            nominal=0.1, start=0.0 if causality == "input" else None,
             description=RATES[face.name].format(direction.positive),
         )  # fmt: skip
 
-    def irregularity(self) -> Scalar:
-        """Of the rail; it takes off what a rail presses against, and adds to what a wheel does."""
-        role = Role.IN_LOAD_LESS if self.body.sign < 0 else Role.IN_LOAD
+    def irregularity(self, role: Role) -> Scalar:
+        """Of the rail."""
+        direction = self.port.direction
         return self._row(
             IRREGULARITY,
             role,
             "input",
-            unit="m",
-            display_unit="mm",
+            unit=direction.motion,
+            display_unit=SHOWN_IN[direction.motion],
             start=0.0,
             nominal=1e-3,
-            description="rail surface under the wheel below its nominal height, down positive",
+            description=IRREGULARITIES[direction.name],
         )
 
 
@@ -107,7 +106,11 @@ SHOWN_IN = {
 NOMINALS = {"N": 1e5, "N.m": 1e4}
 KINDS = {
     "N": "contact force",
-    "N.m": "moment of the contact about the top of the design head's middle",
+    "N.m": "moment of the contact about {}",
+}
+DATA = {
+    "rail": "the top of the design head's middle",
+    "wheel": "the wheel's point that is designed to lie on the rail",
 }
 FORCES = {"z": "contact force, compression positive: down on the rail, up on the wheel"}
 MOTIONS = {
@@ -120,6 +123,12 @@ RATES = {
 }
 
 
+IRREGULARITIES = {
+    "z": "rail surface under the wheel below its nominal height, down positive",
+    "y": "rail surface under the wheel beside its nominal place, to the right positive",
+}
+
+
 def ports_of(body: ModalBody) -> list[AtPort]:
     """Makers of variables, in the order of the ports."""
-    return [AtPort(body, k) for k in range(body.ports)]
+    return [AtPort(body, port, k) for k, port in enumerate(body.layout.ports)]

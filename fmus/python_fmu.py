@@ -39,6 +39,16 @@ RUNTIME = {
         "stepping.py",
         "motion.py",
     ],
+    "mechanics/contact": [
+        "at_ports.py",
+        "creep.py",
+        "ellipse.py",
+        "geometry.py",
+        "kalker.py",
+        "numbers.py",
+        "rolling.py",
+        "saturation.py",
+    ],
     "fmus": ["roles.py"],
     "fmus/python_runtime": ["models.py", "slave.py"],
 }

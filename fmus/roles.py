@@ -13,12 +13,13 @@ class Role(IntEnum):
     IN_POSITION = 1
     """Of a wheelset."""
     IN_LOAD = 2
-    """Of a port: a force, or the height of what the body's own contact presses against."""
+    """Of a port: a force, or the height of what the body's own contact presses against. Of a
+    rolling contact of its own: of all contacts, the numbers that each is given, see `Rolls`."""
     IN_LOAD_LESS = 3
     """The same, taken off."""
     OUT_POSITION = 4
     OUT_FORCE = 5
-    """Of a port: of the body's own contact."""
+    """Of the body's own contact, at a port of what it meets."""
     OUT_MOTION = 6
     """Of a port."""
     OUT_MOTION_RATE = 7
@@ -37,6 +38,21 @@ class Role(IntEnum):
     START_POSITION = 17
     START_Z = 18
     """Of a wheelset."""
+    RADIUS = 19
+    """This and what follows: of a rolling contact; of all, or of those of a wheelset."""
+    HALF_DISTANCE = 20
+    CONICITY = 21
+    HEAD_RADIUS = 22
+    CREEP_ALONG = 23
+    CREEP_ACROSS = 24
+    CREEP_SPIN = 25
+    CREEP_TURN = 26
+    FRICTION = 27
+    FLANGE_STIFFNESS = 28
+    FLANGE_CLEARANCE = 29
+    FLANGE_DEPTH = 30
+    TEXTBOOK = 31
+    """Of all contacts."""
 
 
 class Slot(NamedTuple):

@@ -5,6 +5,11 @@ from __future__ import annotations
 from .roles import Role
 from .scalar import Scalar
 
+LEAST_SPEED = 0.1
+"""Of wheels that creep, m/s. Creepages are velocities over the speed: standing wheels do not creep,
+they hold."""
+CREEPING_SPEED = "speed of the wheels, forward; creepages are velocities over it"
+
 
 def time() -> Scalar:
     """The independent variable."""

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import wheelset_name
 
-from .law_variables import law_at
 from .port_variables import SHOWN_IN, ports_of
 from .roles import Role
 from .scalar import Scalar, names
+from .stepping_variables import CREEPING_SPEED, LEAST_SPEED
 
 ABOUT = {"carbody": "the car body", "bogie[1]": "the front bogie", "bogie[2]": "the rear bogie"}
 """Of a vehicle with no more bogies than these."""
@@ -101,8 +101,20 @@ def bodies(body: ModalBody, heights: Sequence[str]) -> list[Scalar]:
     return table
 
 
-def axleboxes(body: ModalBody, heights: Sequence[str], law: Sequence[Scalar]) -> list[Scalar]:
-    """Accelerations of the wheelsets, which their own forces change at once."""
+def axleboxes(
+    body: ModalBody, heights: Sequence[str], own_contacts: Sequence[Sequence[str]]
+) -> list[Scalar]:
+    """Accelerations of the wheelsets, which their own forces change at once.
+
+    Parameters
+    ----------
+    body : ModalBody
+        The vehicle.
+    heights : sequence of str
+        Names of the wheelsets' start heights.
+    own_contacts : sequence of sequence of str
+        What the forces of each wheelset's contacts depend on; empty if these come from outside.
+    """
     known = body.coordinates
     if known is None:
         return []
@@ -113,16 +125,15 @@ def axleboxes(body: ModalBody, heights: Sequence[str], law: Sequence[Scalar]) ->
             k = known.place(axle, direction)
             if k is None:
                 continue
-            if law:
-                given = [at.motion(body.face.other, "input") for at in own]
-                depends = names([*given, *(at.irregularity() for at in own), *law_at(law, i)])
+            if own_contacts:
+                depends = tuple(own_contacts[i - 1])
             else:
                 pushed = np.tile(known.through[k] != 0, len(body.layout.sides))
-                depends = names(at.force("input") for at in own if pushed[at.index])
+                depends = names(at.force("input", body.face) for at in own if pushed[at.index])
             # A wheelset's own force is its contact's; others reach it where suspensions are
             # strained.
             felt = strained & (known.modes[k] != 0)[:, None]
-            near = set(felt.any(axis=0).nonzero()[0].tolist()) | ({i - 1} if law else set())
+            near = set(felt.any(axis=0).nonzero()[0].tolist()) | ({i - 1} if own_contacts else set())
             table.append(
                 Scalar(
                     name=f"{axle}.a{direction}",
@@ -140,14 +151,15 @@ def axleboxes(body: ModalBody, heights: Sequence[str], law: Sequence[Scalar]) ->
     return table
 
 
-def journey(start_position: float, last: int) -> list[Scalar]:
-    """Of a vehicle that rolls, whose last wheelset has this number."""
+def journey(start_position: float, last: int, *, creeps: bool) -> list[Scalar]:
+    """Of a vehicle that rolls, whose last wheelset has this number, and may creep on the rails."""
+    speed = Scalar(
+        name="speed", role=Role.SPEED, unit="m/s", display_unit="km/h",
+        causality="parameter", variability="fixed",
+        start=250 / 3.6, nominal=100.0, description="speed, forward; 0 holds the positions",
+    )  # fmt: skip
     return [
-        Scalar(
-            name="speed", role=Role.SPEED, unit="m/s", display_unit="km/h",
-            causality="parameter", variability="fixed",
-            start=250 / 3.6, nominal=100.0, description="speed, forward; 0 holds the positions",
-        ),
+        replace(speed, minimum=LEAST_SPEED, description=CREEPING_SPEED) if creeps else speed,
         Scalar(
             name="start_position", role=Role.START_POSITION, unit="m", causality="parameter",
             variability="fixed", start=start_position, nominal=100.0,

@@ -45,6 +45,10 @@ class OwnLaw(Protocol):
         """How many, k."""
 
     @property
+    def given(self) -> int:
+        """How many, g."""
+
+    @property
     def of_rates(self) -> bool:
         """Whether forces depend on rates: then they act on what they depend on at once."""
 
@@ -83,6 +87,11 @@ class Pressed:
     def directions(self) -> int:
         """See `OwnLaw`."""
         return self.law.directions
+
+    @property
+    def given(self) -> int:
+        """See `OwnLaw`."""
+        return self.directions
 
     def force(self, q: FloatArray, v: FloatArray, given: FloatArray) -> FloatArray:
         """See `OwnLaw`."""

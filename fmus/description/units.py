@@ -18,6 +18,7 @@ UNITS: dict[str, dict[str, int]] = {
     "rad/s2": {"rad": 1, "s": -2},
     "N": {"kg": 1, "m": 1, "s": -2},
     "N.m": {"kg": 1, "m": 2, "s": -2},
+    "N.m2": {"kg": 1, "m": 3, "s": -2},
     "N/m": {"kg": 1, "s": -2},
     "N/m1.5": {},  # FMI has no fractional exponents
 }

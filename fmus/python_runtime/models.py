@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...mechanics.law import ContactLaw, HertzContact, LinearContact, Pressed
+from ...mechanics.contact.at_ports import AtPorts, Rolls
+from ...mechanics.contact.creep import LINEAR, Patch
+from ...mechanics.contact.geometry import LEFT, RIGHT, KnownCone, KnownTextbookCone
+from ...mechanics.contact.rolling import Flange, RollingContact
+from ...mechanics.contact.saturation import Saturated
+from ...mechanics.law import HertzContact, LinearContact, OwnLaw, Pressed
 from ...mechanics.modal import ModalBody
 from ...mechanics.motion import Forces, FromOutside, Inputs, Mover, OwnContact
+from ...mechanics.ports import Layout
 from ...mechanics.stepping import State
 from ..roles import Role, Slot
 
@@ -31,12 +37,50 @@ class Places:
         return np.array(at, dtype=int), np.array([self._slots[k].owner for k in at], dtype=int)
 
 
-def contact_law(parameters: Parameters, contacts: int) -> ContactLaw:
+def own_law(parameters: Parameters, body: ModalBody) -> OwnLaw:
     """The law the parameters ask for, of all wheels or of those of each wheelset."""
-    role = Role.HERTZ if parameters[Role.NONLINEAR, 0] else Role.STIFFNESS
-    numbers = [parameters[key] for key in sorted(parameters) if key[0] is role]
-    each = np.resize(numbers, contacts)  # wheelsets from the front, side by side
-    return HertzContact(C=each) if role is Role.HERTZ else LinearContact(k_H=each)
+    contacts = body.layout.contacts  # wheelsets from the front, side by side
+
+    def each(role: Role) -> FloatArray:
+        return np.resize([parameters[key] for key in sorted(parameters) if key[0] is role], contacts)
+
+    if (Role.NONLINEAR, 0) not in parameters:
+        return Rolls(_rolling(each, body.layout), body.face)
+    if parameters[Role.NONLINEAR, 0]:
+        return Pressed(HertzContact(C=each(Role.HERTZ)), body.sign)
+    return Pressed(LinearContact(k_H=each(Role.STIFFNESS)), body.sign)
+
+
+def _rolling(each: Callable[[Role], FloatArray], layout: Layout) -> AtPorts:
+    """Wheels that roll; friction of 0 bounds no creep."""
+    cone: Any = KnownTextbookCone if each(Role.TEXTBOOK).any() else KnownCone  # a number a contact
+    flange: Any = Flange
+    friction: Any = each(Role.FRICTION)
+    geometry = cone(
+        radius=each(Role.RADIUS),
+        half_distance=each(Role.HALF_DISTANCE),
+        conicity=each(Role.CONICITY),
+        head_radius=each(Role.HEAD_RADIUS),
+        known=Patch.measured(
+            C=each(Role.HERTZ),
+            f11=each(Role.CREEP_ALONG),
+            f22=each(Role.CREEP_ACROSS),
+            f23=each(Role.CREEP_SPIN),
+            f33=each(Role.CREEP_TURN),
+        ),
+    )
+    contact = RollingContact(
+        geometry=geometry,
+        side=np.repeat([LEFT, RIGHT][: len(layout.sides)], layout.wheelsets),
+        speed=float(each(Role.SPEED)[0]),
+        creep=Saturated(friction=friction) if friction.any() else LINEAR,
+        flange=flange(
+            stiffness=each(Role.FLANGE_STIFFNESS),
+            clearance=each(Role.FLANGE_CLEARANCE),
+            depth=each(Role.FLANGE_DEPTH),
+        ),
+    )
+    return AtPorts(contact=contact, half_distance=geometry.half_distance)
 
 
 class Model:
@@ -57,18 +101,19 @@ class Model:
         self._loads, self._less = u(Role.IN_LOAD), u(Role.IN_LOAD_LESS)
         self._out = {role: y(role) for role in Role}
         self.mover: Mover
+        self._given: int
         self._heights = np.zeros(body.layout.wheelsets)
         self._start, self._speed = self._heights, 0.0
 
     def configure(self, parameters: Parameters) -> None:
         """Take the parameters, before `rest`."""
         forces: Forces = FromOutside()
-        own = self._out[Role.OUT_FORCE][0].size > 0
+        self._given = self.body.ports
         # Where nothing is solved for and no position is an input, a step of any length is exact.
         step = parameters.get((Role.INTERNAL_STEP, 0), np.inf)
-        if own:
-            law = contact_law(parameters, self.body.layout.contacts)
-            forces = OwnContact(Pressed(law, self.body.sign))
+        if self._out[Role.OUT_FORCE][0].size:
+            law = own_law(parameters, self.body)
+            forces, self._given = OwnContact(law), law.given * self.body.layout.contacts
         self.mover = Mover(self.body, forces, step)
         known = self.body.coordinates
         if known is not None:
@@ -80,7 +125,7 @@ class Model:
 
     def read(self, u: FloatArray) -> Inputs:
         """Inputs from their vector."""
-        position, load = np.zeros(self.body.layout.wheelsets), np.zeros(self.body.ports)
+        position, load = np.zeros(self.body.layout.wheelsets), np.zeros(self._given)
         at, which = self._positions
         position[which] = u[at]
         for sign, (at, which) in ((1.0, self._loads), (-1.0, self._less)):
@@ -104,7 +149,9 @@ class Model:
         """Outputs into their vector."""
         met = self.mover.met(now.position)
         force = self.mover.forces.at(met, state, now.load)
-        answers = {Role.OUT_FORCE: force, Role.OUT_POSITION: self._start + self._speed * time}
+        answers = {Role.OUT_POSITION: self._start + self._speed * time}
+        if isinstance(self.mover.forces, OwnContact):
+            answers[Role.OUT_FORCE] = self.mover.forces.on_other(met, state, now.load, force)
         if self._out[Role.OUT_MOTION][0].size:
             answers |= {
                 Role.OUT_MOTION: met.motion(state),

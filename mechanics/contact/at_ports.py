@@ -124,6 +124,7 @@ class Rolls:
     law: AtPorts
     face: Face
     of_rates: ClassVar[bool] = True
+    given: ClassVar[int] = 2 * len(PORTS)
 
     @property
     def directions(self) -> int:

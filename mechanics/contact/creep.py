@@ -19,6 +19,9 @@ from .numbers import Numbers
 
 FloatArray = NDArray[np.float64]
 
+REFERENCE = 1e5
+"""A normal force, N: at about it wheels of full axle load press."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Patch:
@@ -53,6 +56,34 @@ class Patch:
         )
         return cls(
             ellipse=shape, kalker=kalker(shape.ratio, poisson_ratio), shear_modulus=shear_modulus
+        )
+
+    @classmethod
+    def measured(
+        cls,
+        *,
+        C: FloatArray | float,
+        f11: FloatArray | float,
+        f22: FloatArray | float,
+        f23: FloatArray | float,
+        f33: FloatArray | float,
+    ) -> Patch:
+        """Patches by what they do, whatever their shape: for laws that ask for no more.
+
+        Parameters
+        ----------
+        C : array or float
+            Of N = C delta^1.5, N/m^1.5.
+        f11, f22, f23, f33 : array or float
+            Of linear creep at a normal force of `REFERENCE`, N, N m and N m2.
+        """
+        at_reference = REFERENCE ** (-1 / 3) * np.ones(np.shape(C))  # axes of 1 m
+        return cls(
+            ellipse=Ellipse(along=at_reference, across=at_reference, C=np.asarray(C)),
+            kalker=Kalker(
+                C11=np.asarray(f11), C22=np.asarray(f22), C23=np.asarray(f23), C33=np.asarray(f33)
+            ),
+            shear_modulus=1.0,
         )
 
     def creep_coefficients(self, normal: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers]:

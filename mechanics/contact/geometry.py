@@ -74,7 +74,7 @@ class Geometry(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cone:
+class Conical:
     """A conical wheel on a rail head that is a circle across.
 
     The rail is inclined as the cone is, so the datum is in the middle of its head. The contact
@@ -83,40 +83,30 @@ class Cone:
     Attributes
     ----------
     radius : float
-        r0, m.
+        r0, m. Of this and of the others there may be one for every contact, shape (n,).
     half_distance : float
         b, of the contacts from the wheelset's middle, m.
     conicity : float
         lambda, the tangent of the cone's angle.
     head_radius : float
         R of the rail head across, m.
-    shear_modulus : float
-        G of wheel and rail, N/m2.
-    poisson_ratio : float
-        Of wheel and rail.
     """
 
     radius: float
     half_distance: float
     conicity: float
     head_radius: float
-    shear_modulus: float
-    poisson_ratio: float
 
-    @cached_property
+    @property
     def angle(self) -> float:
         """Of the cone, rad."""
-        return float(np.arctan(self.conicity))
+        angle: float = np.arctan(self.conicity)
+        return angle
 
-    @cached_property
+    @property
     def patch(self) -> Patch:
-        """The same everywhere."""
-        return Patch.of(
-            np.cos(self.angle) / self.radius,
-            1 / self.head_radius,
-            shear_modulus=self.shear_modulus,
-            poisson_ratio=self.poisson_ratio,
-        )
+        """The same wherever they touch."""
+        raise NotImplementedError
 
     def touch(self, q: Numbers, side: FloatArray) -> Touch[Numbers]:
         """See `Geometry`."""
@@ -150,7 +140,52 @@ class Cone:
         The moment of the normal force about z, x times its part across, is what follows from a
         compression that falls by half of this times the yaw's square.
         """
-        return float((self.half_distance - self.radius * self.conicity) * np.sin(self.angle))
+        sinking: float = (self.half_distance - self.radius * self.conicity) * np.sin(self.angle)
+        return sinking
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cone(Conical):
+    """A conical wheel whose patch follows from curvatures and material.
+
+    Attributes
+    ----------
+    shear_modulus : float
+        G of wheel and rail, N/m2.
+    poisson_ratio : float
+        Of wheel and rail.
+    """
+
+    shear_modulus: float
+    poisson_ratio: float
+
+    @cached_property
+    def patch(self) -> Patch:
+        """See `Conical`."""
+        return Patch.of(
+            np.cos(self.angle) / self.radius,
+            1 / self.head_radius,
+            shear_modulus=self.shear_modulus,
+            poisson_ratio=self.poisson_ratio,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownCone(Conical):
+    """A conical wheel whose patch is given.
+
+    Attributes
+    ----------
+    known : Patch
+        It.
+    """
+
+    known: Patch
+
+    @property
+    def patch(self) -> Patch:
+        """See `Conical`."""
+        return self.known
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,12 +271,12 @@ def _turned(y: Any, z: Any, roll: Numbers) -> tuple[Numbers, Numbers]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TextbookCone(Cone):
+class Textbook(Conical):
     """A cone whose contact springs are vertical, with the textbook's gravity stiffness by hand.
 
     Eqs 4 and 5 of Xu & Lu: a wheelset of axle load W that moves across by y from the middle of its
     rails is driven back by W lambda y / b, and one that yaws is driven on by W lambda b yaw. With
-    springs along the normals, `Cone`, this comes out by itself, and about twice as large across,
+    springs along the normals this comes out by itself, and about twice as large across,
     because load goes from wheel to wheel.
 
     References
@@ -265,3 +300,13 @@ class TextbookCone(Cone):
             compression=down + rise * across**2 / 2 - self.conicity * b * yaw**2 / 2,
             gradient=gradient,
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class TextbookCone(Textbook, Cone):
+    """Both."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownTextbookCone(Textbook, KnownCone):
+    """Both."""

@@ -39,7 +39,7 @@ class Flange:
         none, one = np.zeros_like(q[..., 0]), side * np.ones_like(q[..., 0])
         way = np.stack([one, none, -arm * one, none, none, -one, none, self.depth * one], axis=-1)
         pressed = positive((way * q).sum(axis=-1) - self.clearance)
-        found: Numbers = -self.stiffness * pressed[..., None] * way
+        found: Numbers = -(self.stiffness * pressed)[..., None] * way
         return found
 
 

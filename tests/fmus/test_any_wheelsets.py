@@ -152,7 +152,11 @@ def test_what_a_vehicle_says_of_rolling_is_not_passed_over_in_silence(dimension,
     long = Geometry(bogie_half_distance=60.0)  # so that nothing else is made
     vehicle = replace(Vehicle(), rolling=Rolling(conicity=0.3), geometry=long)
     with (
+<<<<<<< HEAD
         pytest.warns(UnusualWarning, match=rf"\[rolling\] is left out: these FMUs {why}"),
+=======
+        pytest.warns(UnusualWarning, match=r"\[rolling\] is left out: these FMUs are vertical"),
+>>>>>>> 98c1856 (Rolling contacts in the interface of FMUs, and in their Python runtime)
         pytest.raises(ParameterError, match=r"122\.5 m long"),
     ):
         content.contents(vehicle, Track(mesh=Mesh(cells=20)), dimension=dimension)

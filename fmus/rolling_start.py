@@ -1,0 +1,96 @@
+"""What the parameters of rolling contacts are at first: those of a vehicle's file."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railcosim.mechanics.contact.creep import REFERENCE
+from railcosim.mechanics.contact.geometry import Cone, TextbookCone
+from railcosim.parameters import ParameterError
+from railcosim.vehicle.multibody import Multibody
+from railcosim.vehicle.on_rails import GRAVITY
+from railcosim.vehicle.properties import Rolling
+from railcosim.vehicle.train import Train
+
+from .law_variables import in_common
+from .roles import Role
+from .rolling_variables import RollingWheels
+
+FloatArray = NDArray[np.float64]
+
+BOUNDED = {"linear": 0.0, "saturated": 1.0}
+"""Creep laws inside FMUs, by what part of friction bounds them."""
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """Of one wheelset."""
+
+    cone: Cone
+    rolling: Rolling
+
+    def numbers(self) -> dict[Role, float]:
+        """By role."""
+        cone, rolling = self.cone, self.rolling
+        f11, f22, f23, f33 = (
+            float(f) for f in cone.patch.creep_coefficients(np.array(REFERENCE))
+        )
+        return {
+            Role.RADIUS: cone.radius,
+            Role.HALF_DISTANCE: cone.half_distance,
+            Role.CONICITY: cone.conicity,
+            Role.HEAD_RADIUS: cone.head_radius,
+            Role.HERTZ: float(cone.patch.ellipse.C),
+            Role.CREEP_ALONG: f11,
+            Role.CREEP_ACROSS: f22,
+            Role.CREEP_SPIN: f23,
+            Role.CREEP_TURN: f33,
+            Role.FRICTION: BOUNDED[rolling.creep] * rolling.friction,
+            Role.FLANGE_STIFFNESS: rolling.flange_stiffness,
+            Role.FLANGE_CLEARANCE: rolling.flange_clearance,
+            Role.FLANGE_DEPTH: rolling.flange_depth,
+        }
+
+
+def why_not_inside(train: Train) -> str:
+    """Why FMUs cannot own the contacts of a train's wheels; empty if they can."""
+    why = ""
+    for rolling in (one.vehicle.rolling for one in train.vehicles):
+        if rolling.wheel_profile or rolling.rail_profile:
+            why = "[rolling] wheel_profile, rail_profile: contacts inside FMUs are of cones"
+        elif rolling.creep not in BOUNDED:
+            known = " or ".join(BOUNDED)
+            why = f"[rolling] creep = {rolling.creep!r}: inside FMUs creep is {known}"
+        elif rolling.gravity != train.vehicles[0].vehicle.rolling.gravity:
+            why = "[rolling] gravity: must be the same of all vehicles for contacts inside FMUs"
+    return why and f"{why}; VehicleWithContact and TrackWithContact are left out"
+
+
+def rolling_wheels(train: Train, cars: Multibody, load: FloatArray) -> RollingWheels | None:
+    """Of a train's wheelsets, or of as many others as there are loads; None if no FMU knows them.
+
+    Raises
+    ------
+    ParameterError
+        If they are others, and the train's wheels are not all alike.
+    """
+    if why_not_inside(train):
+        return None
+    rolling = [one.vehicle.rolling for one in train.vehicles for _ in range(one.wheelsets)]
+    wheels = [
+        Wheel(Cone(**asdict(cone) | {"conicity": own.conicity}), own).numbers()
+        for cone, own in zip(cars.wheels, rolling, strict=True)
+    ]
+    numbers = {role: in_common(np.array([one[role] for one in wheels])) for role in wheels[0]}
+    if load.size != len(wheels):
+        different = [role.name for role, values in numbers.items() if len(values) > 1]
+        if different:
+            raise ParameterError(
+                f"{load.size} wheelsets, but the vehicle has {len(wheels)} whose wheels roll "
+                f"differently ({different[0].lower()}): must be {len(wheels)}, or all alike"
+            )
+    gravity = GRAVITY[rolling[0].gravity]
+    return RollingWheels(numbers=numbers, textbook=issubclass(gravity, TextbookCone))
