@@ -36,6 +36,9 @@ class Runtime(Protocol):
     def prepare(self, progress: Callable[[str], None]) -> None:
         """Do what all FMUs need once."""
 
+    def takes(self, content: Content) -> bool:
+        """Whether it knows the contact law inside."""
+
     def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> str:
         """Write the FMU, replacing one that is there; return the digest of what was written."""
 
@@ -55,7 +58,7 @@ def export(
 ) -> dict[str, Path]:
     """Write Vehicle, Track, VehicleWithContact and TrackWithContact as FMUs.
 
-    Spatial ones come without the contact, whose law is vertical: Vehicle and Track.
+    What the runtime does not know is left out: natively, spatial ones with the contact inside.
 
     Parameters
     ----------
@@ -100,7 +103,7 @@ def export_track(
 ) -> dict[str, Path]:
     """Write Track and TrackWithContact as FMUs for any 1 to 64 wheelsets; see `export`.
 
-    A spatial track is met in y, z and roll, and comes without the contact, whose law is vertical.
+    A spatial track is met in y, z and roll.
 
     Parameters
     ----------
@@ -136,7 +139,7 @@ def packed(
     """
     out.mkdir(parents=True, exist_ok=True)
     files, written = {}, {}
-    for content in made:
+    for content in filter(runtime.takes, made):
         files[content.name] = place = out / f"{content.name}.fmu"
         written[place] = runtime.pack(content, place, progress)
     yield files

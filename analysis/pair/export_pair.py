@@ -61,7 +61,7 @@ def export_pair(
     runtime.prepare(progress)
     made = contents(vehicle, track, progress, separate=separate, dimension=dimension)
     with packed(made, folder, progress, runtime=runtime) as files:
-        if runtime.fmi == 2 and any(one.has_contact for one in made):
+        if runtime.fmi == 2 and any(one.has_contact for one in made if one.name in files):
             progress("wiring the pair")
             _wire(made, files, folder / PAIR)
         return files

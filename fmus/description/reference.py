@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.mechanics.modal import ModalBody
-from railcosim.mechanics.ports import FORCE, IRREGULARITY, RAIL, WHEEL, Port
+from railcosim.mechanics.ports import FORCE, IRREGULARITY, RAIL, WHEEL, Port, Z
 
 from ..interface import Scalar
 from ..python_runtime.models import Model
@@ -49,7 +49,10 @@ WAVES = {
     WHEEL.motion: Wave(1.5e-3, 0.02, 50.0),  # about the deflection under the static load
     RAIL.motion: Wave(-1e-4, 0.2, 50.0),  # about the compression under it
     IRREGULARITY: Wave(1e-5, 1.0, 120.0),
+    WHEEL.rate: Wave(None, 0.5, 50.0),
+    RAIL.rate: Wave(None, 0.5, 50.0),
 }
+"""Of what goes down; in other directions means are parts of nominal values."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +122,7 @@ def _input(v: Scalar, time: FloatArray, wheels: Mapping[str, int]) -> FloatArray
 
 
 def _mean(v: Scalar, wave: Wave) -> float:
-    if wave.mean is None:
+    if wave.mean is None or (v.port and v.port.direction is not Z):
         return float(v.start or OF_NOMINAL * v.nominal)
     return wave.mean
 
