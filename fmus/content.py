@@ -30,8 +30,12 @@ from .rolling_start import rolling_wheels, why_not_inside
 FloatArray = NDArray[np.float64]
 Annotations = dict[str, dict[str, str]]
 UNTOLD: Mapping[str, Callable[[Train], str]] = {
-    "vertical": lambda train: "[rolling] is left out: these FMUs are vertical, whatever a file says "
-    "of cones, creep and flanges (--dimension spatial)" if train.tells_rolling else "",
+    "vertical": lambda train: (
+        "[rolling] is left out: these FMUs are vertical, whatever a file says "
+        "of cones, creep and flanges (--dimension spatial)"
+        if train.tells_rolling
+        else ""
+    ),
     "spatial": why_not_inside,
 }
 """What FMUs of a dimension do not know of a train."""
@@ -238,8 +242,7 @@ def track_contents(
     """
     rails = track_under(track, start, progress, sides=sides, dimension=dimension)
     return [
-        _track(track, rails, start, with_contact=owned)
-        for owned in owners_in(rails.layout, start)
+        _track(track, rails, start, with_contact=owned) for owned in owners_in(rails.layout, start)
     ]
 
 

@@ -144,9 +144,7 @@ def _answers(body: ModalBody, contact: int, forces: Sequence[Scalar], known: Kno
         at_rest = known.everything if stays else standing
         table += [
             replace(at.motion(body.face, "output"), depends_on=here, starts_from=at_rest),
-            replace(
-                at.rate(body.face, "output"), depends_on=known.everything if stays else ()
-            ),
+            replace(at.rate(body.face, "output"), depends_on=known.everything if stays else ()),
         ]
     for force in forces:
         own = here + known.given[contact] + names(law_at(known.law, i + 1))

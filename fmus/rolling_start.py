@@ -35,9 +35,7 @@ class Wheel:
     def numbers(self) -> dict[Role, float]:
         """By role."""
         cone, rolling = self.cone, self.rolling
-        f11, f22, f23, f33 = (
-            float(f) for f in cone.patch.creep_coefficients(np.array(REFERENCE))
-        )
+        f11, f22, f23, f33 = (float(f) for f in cone.patch.creep_coefficients(np.array(REFERENCE)))
         return {
             Role.RADIUS: cone.radius,
             Role.HALF_DISTANCE: cone.half_distance,

@@ -141,7 +141,9 @@ class RollingWheels:
         face = body.face.other
         others = [k for k, (of, _) in enumerate(PORTS) if of is face]
         first = contact * len(others)
-        return [_at(body, contact, k, first + n).force("output", face) for n, k in enumerate(others)]
+        return [
+            _at(body, contact, k, first + n).force("output", face) for n, k in enumerate(others)
+        ]
 
     def counts(self, given: Scalar) -> bool:
         """See `OfContact`: how far wheels have turned does not matter."""

@@ -133,7 +133,9 @@ def axleboxes(
             # A wheelset's own force is its contact's; others reach it where suspensions are
             # strained.
             felt = strained & (known.modes[k] != 0)[:, None]
-            near = set(felt.any(axis=0).nonzero()[0].tolist()) | ({i - 1} if own_contacts else set())
+            near = set(felt.any(axis=0).nonzero()[0].tolist()) | (
+                {i - 1} if own_contacts else set()
+            )
             table.append(
                 Scalar(
                     name=f"{axle}.a{direction}",

@@ -42,7 +42,9 @@ def own_law(parameters: Parameters, body: ModalBody) -> OwnLaw:
     contacts = body.layout.contacts  # wheelsets from the front, side by side
 
     def each(role: Role) -> FloatArray:
-        return np.resize([parameters[key] for key in sorted(parameters) if key[0] is role], contacts)
+        return np.resize(
+            [parameters[key] for key in sorted(parameters) if key[0] is role], contacts
+        )
 
     if (Role.NONLINEAR, 0) not in parameters:
         return Rolls(_rolling(each, body.layout), body.face)

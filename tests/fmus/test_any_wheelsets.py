@@ -146,17 +146,18 @@ def test_the_icon_is_of_the_train(name, count, wheelsets, bogies, carbodies):
 
 
 @pytest.mark.parametrize(
-    ("dimension", "why"), [("vertical", "are vertical"), ("spatial", "have no contact inside")]
+    ("dimension", "rolling", "why"),
+    [
+        ("vertical", {"conicity": 0.3}, "is left out: these FMUs are vertical"),
+        ("spatial", {"creep": "fastsim"}, "creep = 'fastsim': inside FMUs creep is linear or"),
+        ("spatial", {"wheel_profile": "a", "rail_profile": "b"}, "wheel_profile.* are of cones"),
+    ],
 )
-def test_what_a_vehicle_says_of_rolling_is_not_passed_over_in_silence(dimension, why):
+def test_what_a_vehicle_says_of_rolling_is_not_passed_over_in_silence(dimension, rolling, why):
     long = Geometry(bogie_half_distance=60.0)  # so that nothing else is made
-    vehicle = replace(Vehicle(), rolling=Rolling(conicity=0.3), geometry=long)
+    vehicle = replace(Vehicle(), rolling=Rolling(**rolling), geometry=long)
     with (
-<<<<<<< HEAD
-        pytest.warns(UnusualWarning, match=rf"\[rolling\] is left out: these FMUs {why}"),
-=======
-        pytest.warns(UnusualWarning, match=r"\[rolling\] is left out: these FMUs are vertical"),
->>>>>>> 98c1856 (Rolling contacts in the interface of FMUs, and in their Python runtime)
+        pytest.warns(UnusualWarning, match=rf"\[rolling\] {why}"),
         pytest.raises(ParameterError, match=r"122\.5 m long"),
     ):
         content.contents(vehicle, Track(mesh=Mesh(cells=20)), dimension=dimension)
