@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from railcosim.analysis.pair.export_pair import export_pair as export
     from railcosim.analysis.response.frf import frequency_response
     from railcosim.analysis.response.hunting import critical_speed
+    from railcosim.analysis.response.limit_cycle import limit_cycles
     from railcosim.analysis.response.map import response_map
     from railcosim.analysis.response.receptance import receptance, track_receptance
     from railcosim.analysis.response.ride import ride
@@ -62,6 +63,7 @@ __all__ = [
     "export",
     "frequency_response",
     "irregularity",
+    "limit_cycles",
     "load",
     "open_result",
     "read_vehicle",
@@ -94,6 +96,7 @@ _PLACES = {
     "export": "analysis.pair.export_pair:export_pair",
     "frequency_response": "analysis.response.frf:frequency_response",
     "irregularity": "track.irregularity.named:irregularity",
+    "limit_cycles": "analysis.response.limit_cycle:limit_cycles",
     "load": "master.fmi.fmu:FmuComponent.load",
     "open_result": "master.files:load",
     "read_vehicle": "vehicle.files:read_stock",

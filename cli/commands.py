@@ -77,6 +77,11 @@ COMMANDS = {
         "critical_speed_command",
         "Speed from which on a vehicle hunts, by its poles, for each conicity of its wheels.",
     ),
+    "limit-cycle": Place(
+        "limit_cycle_command",
+        "limit_cycle",
+        "How far a vehicle hunts on rigid rails: limit cycles against speed, up and down, in time.",
+    ),
     "compare": Place(
         "compare",
         "compare",

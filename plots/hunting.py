@@ -68,3 +68,29 @@ def _curves(x: FloatArray, y: FloatArray, growth: FloatArray) -> tuple[Curve, ..
 def _in_a_row(columns: FloatArray) -> FloatArray:
     """Columns one behind the other, with a gap between."""
     return np.vstack([columns, np.full(columns.shape[1], np.nan)]).T.ravel()
+
+
+def limit_cycle_chart(found: xr.Dataset) -> Chart:
+    """Amplitudes and frequencies of limit cycles against speed, up and down.
+
+    Parameters
+    ----------
+    found : Dataset
+        ``amplitude_up``, ``amplitude_down`` (m), ``frequency_up`` and ``frequency_down`` (Hz) over
+        ``speed`` (km/h).
+    """
+    x = np.asarray(found["speed"])
+    at = float(found.attrs["critical_speed"])
+    marks = (Mark(label=f"linear, {at:.1f} km/h", x=at),) if x[0] <= at <= x[-1] else ()
+    panels = []
+    for what, label, factor in (
+        ("amplitude", "wheelsets across, at most (mm)", 1e3),
+        ("frequency", "frequency (Hz)", 1.0),
+    ):
+        curves = tuple(
+            Curve(name=way, x=x, y=factor * np.asarray(found[f"{what}_{way}"]), dashed=dashed)
+            for way, dashed in (("down", False), ("up", True))
+        )
+        panels.append(Panel(x_label="speed (km/h)", y_label=label, curves=curves, marks=marks))
+    return Chart(title=str(found.attrs["title"]), rows=tuple((panel,) for panel in panels),
+                 share_x=True)  # fmt: skip
