@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,6 @@ from railcosim.mechanics.contact.wheelset import at_rest
 
 from .assembly import assemble
 from .eigenmodes import poles_of
-from .hunting import Matrices
 from .multibody import SPATIAL, Multibody, build_multibody
 from .on_rails import gyroscopes, of_wheelsets
 from .parameters import Vehicle
@@ -31,6 +31,8 @@ from .rolling import rolling_law
 from .train import Train, train_of
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Matrices: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
 
 MOST_ITERATIONS = 30  # Newton takes four
 SETTLED = 1e-10  # m/s2 and rad/s2: ten digits below gravity
@@ -73,6 +75,10 @@ class Equations(ABC):
     def matrices(self, speed: float) -> Matrices:
         """M, C and K about straight running."""
 
+    def poles(self, speed: float) -> ComplexArray:
+        """Of these, rad/s."""
+        return poles_of(*self.matrices(speed))[0]
+
     def step_of(self, speeds: FloatArray) -> float:
         """A step (s) that Runge-Kutta's method bears at speeds.
 
@@ -83,8 +89,7 @@ class Equations(ABC):
         """
         fastest = 0.0
         for speed in (float(speeds.min()), float(speeds.max())):
-            poles, _ = poles_of(*self.matrices(speed))
-            fastest = max(fastest, float(np.abs(poles).max()))
+            fastest = max(fastest, float(np.abs(self.poles(speed)).max()))
         step = min(LONGEST, STABLE / fastest)
         if step < SHORTEST:
             raise ArithmeticError(

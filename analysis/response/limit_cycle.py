@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
@@ -12,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
+from railcosim.master.progress import Progress, unheard
 from railcosim.parameters import ArgumentError
 from railcosim.vehicle.eigenmodes import SLOW, poles_of
 from railcosim.vehicle.hunting import Critical, critical_speed
@@ -33,7 +33,6 @@ MOST = 200  # speeds
 
 BoolArray: TypeAlias = NDArray[np.bool_]
 IndexArray: TypeAlias = NDArray[np.intp]
-Progress = Callable[[float, float], None]
 
 
 @dataclass
@@ -72,7 +71,7 @@ def limit_cycles(
     *,
     longest: float = LONGEST,
     folder: Path | None = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = unheard,
 ) -> xr.Dataset:
     """Amplitudes with which a vehicle hunts on rigid rails, of nonlinear runs, up and down.
 
@@ -114,7 +113,7 @@ def limit_cycles(
     1e-3, or are below 1 micrometre.
     """
     vehicle = running(stock or Vehicle(), folder)
-    critical = critical_speed(vehicle.matrices, SPEEDS)
+    critical = critical_speed(vehicle.poles, SPEEDS)
     if speeds is None:
         if not critical.speed > 0:
             raise ArgumentError(

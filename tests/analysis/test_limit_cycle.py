@@ -43,7 +43,7 @@ class NormalForm(Equations):
 
 def swept(equations, speeds, longest=60.0):
     speeds = np.asarray(speeds, float)
-    critical = critical_speed(equations.matrices, np.arange(5.0, 100.0, 2.0))
+    critical = critical_speed(equations.poles, np.arange(5.0, 100.0, 2.0))
     sweep = Sweep(equations, speeds, critical, longest, lambda done, total: None)
     up = sweep.up()
     return sweep, up, sweep.down(up)
