@@ -140,7 +140,7 @@ def test_period_and_amplitude_over_a_hundred_steps_are_the_eigenvalues():
 
 def test_stable_at_any_step_from_theta_of_1_37_on():
     """The textbook's limit; exactly (1 + sqrt(3)) / 2, where a period is much less than a step."""
-    steps = np.geomspace(0.01, 1e4, 60)
+    steps = np.geomspace(0.01, 1e4, 25)
 
     def growth(theta):
         return max(np.abs(np.linalg.eigvals(amplification(w, theta))).max() for w in steps)
@@ -158,8 +158,8 @@ POSITION = np.array([18.5, 16.0, 2.8, 0.3125])
 
 @pytest.mark.filterwarnings("ignore::railcosim.track.decay.RingWarning")
 def test_second_order_on_the_track_towards_newmarks():
-    """Whole system on Hertz's springs, rough under held wheels: to Newmark's, of fine steps."""
-    duration, mono = 6e-3, assemble(Vehicle(), TRACK, POSITION)
+    """Whole system on Hertz's springs, rough under held wheels: both tend to the same."""
+    duration, mono = 3e-3, assemble(Vehicle(), TRACK, POSITION)
     contacts = Pressing(HertzContact(C=9.64e10))
 
     def rough(t):
@@ -170,11 +170,13 @@ def test_second_order_on_the_track_towards_newmarks():
         run = march(mono, contacts, lambda t: POSITION, rough, duration / steps, steps)
         return list(run)[-1]
 
-    exact = last(newmark, 1280).force
-    errors = [np.abs(last(wilson_theta, n).force - exact).max() for n in (160, 320)]
-    orders = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert orders.min() > 1.7, (errors, orders)
-    assert last(wilson_theta, 120).time == pytest.approx(duration)
+    coarse, middle, fine = (last(wilson_theta, n).force for n in (80, 160, 320))
+    change = [np.abs(one - other).max() for one, other in ((coarse, middle), (middle, fine))]
+    assert np.log2(change[0] / change[1]) > 1.8, change
+    # A third of the last change is what is left of Wilson's error; Newmark's, half as large, has
+    # its sign.
+    assert np.abs(fine - last(newmark, 320).force).max() < change[1] / 3
+    assert last(wilson_theta, 80).time == pytest.approx(duration)
 
 
 def test_a_theta_below_one_is_refused():
