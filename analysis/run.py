@@ -11,7 +11,7 @@ from railcosim.analysis.pair.contact import NONLINEAR, Parameters, contact_of
 from railcosim.analysis.pair.judged import judged
 from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.pair import Journey
-from railcosim.analysis.pair.roles import owners
+from railcosim.analysis.pair.roles import moves_aside, owners
 from railcosim.analysis.pair.standing import Position
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.schemes.choice import choice_of, usual_step
@@ -88,7 +88,7 @@ def run(
     name = scheme if isinstance(scheme, str) else None
     chosen, owner = choice_of(name, None, owners(*pair))
     if not isinstance(irregularity, Profile):
-        irregularity = named(irregularity, speed * time)
+        irregularity = named(irregularity, speed * time, spatial=moves_aside(pair[1]))
     journey = Journey(speed=speed, held=held, profile=irregularity, position=position)
     course = Course(
         scheme=scheme_of(chosen) if scheme is None or isinstance(scheme, str) else scheme,

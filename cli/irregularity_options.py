@@ -45,7 +45,8 @@ class IrregularityOptions:
         str | None,
         typer.Option(
             "--quantities",
-            help=QUANTITIES_HELP.removesuffix(".") + "; vertical if not given.",
+            help=QUANTITIES_HELP.removesuffix(".")
+            + "; vertical if not given, all of a run in space.",
             metavar="NAMES",
         ),
     ] = None
@@ -66,11 +67,12 @@ class IrregularityOptions:
         ),
     ] = False
 
-    def profile(self, length: float) -> Profile:
-        """The irregularity of a ride of some length, m."""
+    def profile(self, length: float, *, spatial: bool = False) -> Profile:
+        """The irregularity of a ride of some length, m, perhaps one in space."""
         from railcosim.track.irregularity.named import irregularity
 
+        acting = None if self.quantities is None else quantities_of(self.quantities)
         return irregularity(
             self.irregularity, length, seed=self.seed, fade=self.fade, repeat=self.repeat,
-            quantities=None if self.quantities is None else quantities_of(self.quantities),
+            quantities=acting, spatial=spatial,
         )  # fmt: skip

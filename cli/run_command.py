@@ -87,6 +87,7 @@ def run(
         return
     from railcosim.analysis.pair.numbering import files_of
     from railcosim.analysis.pair.pair import Journey
+    from railcosim.analysis.pair.roles import moves_aside
     from railcosim.analysis.pair.time_run import run_pair
 
     from .pair_charts import run_chart
@@ -99,7 +100,10 @@ def run(
     v = speed_of(speed)
     parameters = contact_parameters(contact_stiffness)
     journey = Journey(
-        speed=v, held=held, profile=rough.profile(v * taken.stop), position=positions_of(position)
+        speed=v,
+        held=held,
+        profile=rough.profile(v * taken.stop, spatial=moves_aside(track_fmu)),
+        position=positions_of(position),
     )
     with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh) as made:
         options = kept.checkpoints.options if kept.checkpoints else {}

@@ -7,7 +7,7 @@ from pathlib import Path
 from railcosim.analysis.pair.owner import Owner
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.description import describe_file
-from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Port, wheelset_name
+from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Port, Y, wheelset_name
 
 from .numbering import Vehicles, files_of
 
@@ -70,6 +70,18 @@ def owners(vehicle: Vehicles | None, track: Path | None) -> tuple[Owner, ...]:
     if len(having) > 1:
         raise CouplingError(f"{cars[0]} and {track} both own the contact springs; give one without")
     return tuple(having) or tuple(role for role in Owner if role not in owning)
+
+
+def moves_aside(track: Path | None) -> bool:
+    """Whether rails of a track FMU move to the side, too; None stands for one of ours.
+
+    Raises
+    ------
+    FmuError
+        If it is not an FMU.
+    """
+    across = Port(FIRST.wheelset, FIRST.side, Y).name(RAIL.motion)
+    return track is not None and across in _outputs(track)
 
 
 def _outputs(path: Path) -> set[str]:

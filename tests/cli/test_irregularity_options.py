@@ -36,6 +36,14 @@ def test_a_class_is_vertical_unless_more_is_asked_for() -> None:
     assert np.array_equal(found.left_y, -found.right_y)
 
 
+def test_a_run_in_space_has_all_that_a_class_has() -> None:
+    found = irregularity("german-low", 50.0, spatial=True)
+    assert found.recipe == irregularity("german-low", 50.0, quantities=["all"]).recipe
+    assert irregularity("german-low", 50.0, quantities=["gauge"], spatial=True).left.any() == 0
+    assert irregularity("fra-5", 50.0, spatial=True).left_y is None
+    assert irregularity("none", 50.0, spatial=True).left_y is None
+
+
 def test_a_class_fades_in_and_a_file_does_not(short) -> None:
     assert irregularity("german-low", 2.0).fade == 10.0
     assert irregularity(str(short), 2.0).fade == 0.0

@@ -10,6 +10,7 @@ from railcosim.parameters import ArgumentError
 
 from .files import read_profile
 from .profile import Profile, flat
+from .quantities import ALL
 from .repetition import repeated
 from .spectra import QUALITIES
 from .synthesis import synthesise
@@ -24,6 +25,7 @@ def irregularity(
     *,
     seed: int | None = None,
     quantities: Sequence[str] | None = None,
+    spatial: bool = False,
     fade: float | None = None,
     repeat: bool = False,
 ) -> Profile:
@@ -39,7 +41,9 @@ def irregularity(
         Which track of a class; 1 if not given.
     quantities : sequence of str, optional
         Of a class: which of vertical, cross_level, alignment and gauge act, or ``all`` that it has;
-        the vertical one alone if not given.
+        if not given the vertical one alone, or all of a run in space.
+    spatial : bool
+        Whether the run is one in space.
     fade : float, optional
         Length over which it fades in ahead of the first wheelset, m; the usual one of a class, 0
         for a file if not given.
@@ -76,7 +80,8 @@ def irregularity(
         must = f"must be {NONE}, {classes}, or a file that ends in .csv"
         raise ArgumentError("irregularity", text, must)
     else:
-        acting = ("vertical",) if quantities is None else quantities
+        usual = (ALL,) if spatial else ("vertical",)
+        acting = usual if quantities is None else quantities
         profile = synthesise(text, length, SEED if seed is None else seed, quantities=acting)
     if repeat:
         profile = repeated(profile, length)
