@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from railcosim.analysis.response.limit_cycle import Sweep
 from railcosim.mechanics.contact.creep import Patch
 from railcosim.mechanics.contact.geometry import Touch
 from railcosim.mechanics.contact.rolling import Flange, RollingContact
@@ -29,6 +30,7 @@ from railcosim.vehicle.hunting import critical_speed, root_locus
 from railcosim.vehicle.multibody import SPATIAL, build_multibody
 from railcosim.vehicle.on_rails import cones_of, gyroscopes, rolling
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.running import Equations
 
 SPEEDS = np.arange(5.0, 400.0, 2.0) / 3.6
 
@@ -172,6 +174,53 @@ def test_cooperriders_bogie_in_its_limit_cycle():
     run = solve_ivp(rates, (0.0, 2.0), begin, method="LSODA", rtol=1e-4, atol=1e-8, max_step=0.02)
     widest = 1e3 * np.abs(run.y[across][:, run.t > 1.5]).max(axis=1)
     assert widest == pytest.approx([10.19, 10.01, 11.50], abs=1e-2)
+
+
+class Bogie(Equations):
+    """Cooperrider's, between its flanges, at any speeds at once."""
+
+    def __init__(self):
+        self.M, self.C, self.K, self.names = cooperrider()
+        pairs = contacts_of(self.names, ("wheelset[1]", "wheelset[2]"))
+        self.linear, self.T = creeping(self.M, self.C, self.K, pairs), pairs.reshape(4, 8, 7)
+        rolls = law(1.0, Flange(stiffness=14.6e6, clearance=9.1e-3))
+        self.rolls = replace(rolls, side=np.tile([-1.0, 1.0], 2))
+
+    @property
+    def across(self):
+        return np.array([self.names.index(f"wheelset[{i}].y") for i in (1, 2)])
+
+    rest = np.zeros(14)
+
+    def matrices(self, speed):
+        return self.linear(speed)
+
+    def rates(self, state, speed):
+        q, v = np.split(state, 2, axis=-1)
+        at, moving = (np.einsum("cij,...j->...ci", self.T, x) for x in (q, v / speed[..., None]))
+        force = np.einsum("cij,...ci->...j", self.T, self.rolls.force(at, moving))
+        force = force - q @ self.K.T - v @ self.C.T
+        return np.concatenate([v, force / np.diag(self.M)], axis=-1)
+
+
+@pytest.mark.slow  # a minute: just below the fold the motion takes long to die
+def test_cooperriders_bogie_up_and_down():
+    """Hard: at rest below 68.66 m/s, against its flanges above, and from there down to 66.7 m/s.
+
+    By an independent run; at 70 m/s the front wheelset swings by 10.19 mm.
+    """
+    bogie, speeds = Bogie(), np.array([66.5, 66.8, 68.0, 70.0])
+    critical = critical_speed(bogie.poles, np.arange(20.0, 120.0, 1.0))
+    sweep = Sweep(bogie, speeds, critical, 120.0, lambda done, total: None)
+    up = sweep.up()
+    down = sweep.down(up)
+    assert up.settled.all()
+    assert down.settled.all()
+    assert up.alive.tolist() == [False, False, False, True]
+    assert down.alive.tolist() == [False, True, True, True]
+    # To the run's two decimals, and 1e-3 to which a cycle has settled.
+    assert 1e3 * up.amplitude[3] == pytest.approx(10.19, abs=0.015)
+    assert down.amplitude[3] == pytest.approx(up.amplitude[3], rel=1e-3)
 
 
 @pytest.mark.parametrize("stiffness", [1e6, 4e6])
