@@ -28,7 +28,7 @@ from .laboratory import (
 FORCE = "wheelset[1].left.force_z"
 QUANTITIES = {
     "car body acceleration": ("vehicle.carbody.z", "carbody.az", "m/s²", "(m/s²)²/Hz"),
-    "wheel-rail force": ("wheelset[1].left.force", FORCE, "N", "N²/Hz"),
+    "wheel-rail force": (FORCE, FORCE, "N", "N²/Hz"),
 }
 BAND = (SPEED / WAVELENGTHS[1], SPEED / WAVELENGTHS[0])  # Hz, where the irregularity is
 COMPARED = (1.0, 300.0)  # Hz; third octaves wholly inside the irregularity's band

@@ -147,7 +147,7 @@ def densities(
         for side in ("left", "right"):
             name = f"wheelset[{i}].{side}.force_z"
             about = {"units": "N2/Hz", "long_name": f"density of {name}"}
-            out[name] = ("frequency", columns[f"wheelset[{i}].{side}.force"], about)
+            out[name] = ("frequency", columns[name], about)
     for variable in out.data_vars.values():
         variable.attrs["standard_deviation"] = float(standard_deviation(frequency, variable.values))
     return out

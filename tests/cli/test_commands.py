@@ -112,6 +112,20 @@ def test_loss_of_contact_is_told(exported, railcosim, tmp_path) -> None:
     assert "not to be believed" in done.err
 
 
+def test_ride(exported, railcosim, tmp_path) -> None:
+    """All that it promises is there, and forces swing about a tenth of the static load."""
+    done = railcosim(
+        "ride", "--vehicle-fmu", exported["Vehicle"], "--track-fmu", exported["Track"],
+        "--frequencies", "0.5:40:40@log", "--out", "ride.nc", "--plot", "ride.png",
+    )  # fmt: skip
+    assert done.status == 0, done.err
+    found = load(tmp_path / "ride.nc")
+    names = ["carbody.az", "bogie[2].az", "wheelset[3].az", "wheelset[4].right.force_z"]
+    assert set(names) < set(found.data_vars)
+    assert 1e3 < found["wheelset[4].right.force_z"].attrs["standard_deviation"] < 2e4
+    assert 0 < found["carbody.az"].attrs["iso_2631"] < 1
+
+
 def test_gauss_seidel_and_rolling_wheels(exported, railcosim, tmp_path) -> None:
     done = railcosim(
         "run", "--vehicle-fmu", exported["Vehicle"], "--track-fmu", exported["TrackWithContact"],
