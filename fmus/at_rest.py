@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import root
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import Layout, Z
 
 from .content import Content
 from .roles import Role
-
-FloatArray = NDArray[np.float64]
 
 
 def heights_at_rest(vehicles: Sequence[Content], track: Content) -> list[dict[str, float]]:

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import DIMENSIONS, SIDES, Layout
@@ -27,7 +27,6 @@ from .interface import Contact, Scalar, Start, interface, owns_contact
 from .law_variables import OfContact, in_common
 from .rolling_start import rolling_wheels, why_not_inside
 
-FloatArray = NDArray[np.float64]
 Annotations = dict[str, dict[str, str]]
 UNTOLD: Mapping[str, Callable[[Train], str]] = {
     "vertical": lambda train: (

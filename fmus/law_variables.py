@@ -8,16 +8,14 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import Direction, Layout, Port, Z, wheelset_name
 
 from .port_variables import AtPort
 from .roles import Role
 from .scalar import Scalar
-
-FloatArray = NDArray[np.float64]
 
 
 class OfContact(Protocol):

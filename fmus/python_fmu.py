@@ -29,6 +29,7 @@ from .description.kind import KINDS
 # What travels in every FMU, by its place under the package; all of it needs numpy only.
 RUNTIME = {
     "mechanics": [
+        "arrays.py",
         "ports.py",
         "shape_functions.py",
         "shapes.py",

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.contact.creep import REFERENCE
 from railcosim.mechanics.contact.geometry import Cone, TextbookCone
 from railcosim.parameters import ParameterError
@@ -18,8 +18,6 @@ from railcosim.vehicle.train import Train
 from .law_variables import in_common
 from .roles import Role
 from .rolling_variables import RollingWheels
-
-FloatArray = NDArray[np.float64]
 
 BOUNDED = {"linear": 0.0, "saturated": 1.0}
 """Creep laws inside FMUs, by what part of friction bounds them."""

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from .arrays import ComplexArray, FloatArray
 
 APART = 1e-9  # of unit heights: what is less is rounding of the mode shapes
 

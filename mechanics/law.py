@@ -11,7 +11,8 @@ from typing import ClassVar, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from .arrays import FloatArray
+
 Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
 

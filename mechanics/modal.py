@@ -16,13 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .arrays import ComplexArray, FloatArray
 from .coordinates import Coordinates
 from .ports import DIRECTIONS, RAIL, SIDES, WHEEL, Face, Layout
 from .shapes import AlongRing, Everywhere
 from .stepping import Drive, State
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Arrays = dict[str, NDArray[Any]]
 
 

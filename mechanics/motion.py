@@ -13,6 +13,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .arrays import FloatArray
 from .law import OwnLaw
 from .modal import Met, ModalBody
 from .solve import VALUES, AtOnce, AtRest, OverStep, forces, solve_compression
@@ -25,8 +26,6 @@ from .stepping import (
     coefficients,
     rigid_weight,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

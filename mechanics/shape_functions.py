@@ -6,9 +6,9 @@ Needs numpy only: a copy of this file travels in every FMU of the track.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from .arrays import FloatArray
 
 
 def shape_functions(

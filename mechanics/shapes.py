@@ -12,10 +12,9 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .arrays import ComplexArray, FloatArray
 from .shape_functions import shape_functions
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Shaped: TypeAlias = tuple[ComplexArray, ComplexArray, ComplexArray]
 
 

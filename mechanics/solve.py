@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import FloatArray
 from .law import ContactLaw, OwnLaw
-
-FloatArray = NDArray[np.float64]
 
 MAX_ITERATIONS = 50  # Newton takes 3 or 4; far more means numbers without a physical meaning
 RELATIVE_TOLERANCE = 1e-12  # of the largest force: four digits above rounding

@@ -9,10 +9,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from .arrays import ComplexArray, FloatArray
 
 SMALL = 1.0  # |lambda h| below which the series (20 terms: to rounding) beats the quotients
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 
 MARGIN = 0.01  # of the frequency: where a response nearly vanishes, a relative error says nothing
 

@@ -11,9 +11,9 @@ from functools import cached_property
 from typing import ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.contact.geometry import OF_WHEELSET
 from railcosim.mechanics.contact.rolling import OfMotion, RollingContact
 from railcosim.mechanics.contact.wheelset import NAMES, selection
@@ -22,8 +22,6 @@ from railcosim.mechanics.ports import ROLL, ROUGH, SIDES, Direction, Y, Z
 from railcosim.vehicle import on_rails
 
 from .monolithic import Monolithic
-
-FloatArray = NDArray[np.float64]
 
 
 class Contacts(Protocol):

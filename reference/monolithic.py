@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.ports import DIMENSIONS, OF_WHEELS, ROLL, YAW, Direction, X, Y, Z
 from railcosim.track.decay import check_ring
 from railcosim.track.parameters import Track
@@ -21,8 +21,6 @@ from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train
 
 from .ring import SIDES, TrackRing, build_ring
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

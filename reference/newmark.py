@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
+from railcosim.mechanics.arrays import FloatArray
 
 from .contacts import Contacts
 from .monolithic import Monolithic
 from .rest import equilibrium
 from .state import Interval, State
 
-FloatArray = NDArray[np.float64]
 BETA, GAMMA = 0.25, 0.5  # constant average acceleration: second order, no numerical damping
 
 

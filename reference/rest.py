@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.solve import ContactError
 
 from .contacts import Contacts
 from .monolithic import Monolithic
 from .state import State, apart, together
 
-FloatArray = NDArray[np.float64]
 DEEP = 1e-4  # m, where Newton's method starts: wheels that press
 MOST_ITERATIONS = 50
 SETTLED = 1e-10  # of the largest motion: above the rounding of contacts beside soft suspensions

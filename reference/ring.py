@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.ports import ROLL, Direction, Y, Z
 from railcosim.track.cell import EVEN, NODE_TOLERANCE, ODD, railseats
 from railcosim.track.fastenings import springs_of
@@ -17,7 +18,6 @@ from railcosim.track.rail import element_matrices
 from railcosim.track.section import Section, moves_aside, section_of
 from railcosim.track.slab import PlateModes, free_plate_modes
 
-FloatArray = NDArray[np.float64]
 SIDES = (-1, 1)  # left, right
 
 

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.linalg import SuperLU, splu
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.solve import solve_compression
 
 from .contacts import Contacts
 from .monolithic import Monolithic
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,15 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
+from railcosim.mechanics.arrays import FloatArray
 
 from .contacts import Contacts
 from .monolithic import Monolithic
 from .rest import equilibrium
 from .state import Interval, State, met
 
-FloatArray = NDArray[np.float64]
 THETA = 1.4  # the usual one; unconditionally stable from (1 + sqrt(3)) / 2 = 1.366 on
 BETA, GAMMA = 1 / 6, 1 / 2  # linear acceleration
 

@@ -12,8 +12,8 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.ports import Direction, Y, Z
 
 from .fastenings import springs_of
@@ -21,9 +21,6 @@ from .parameters import Track
 from .rail import assemble, element_matrices
 from .section import VERTICAL, Section, moves_aside, section_of
 from .slab import SlabModes, free_plate_modes, no_plate_modes
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 EVEN, ODD = 1, -1
 NODE_TOLERANCE = 1e-6  # m; a point this near to a node is that node

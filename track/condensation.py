@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
-from .cell import Cell
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from .cell import Cell
 
 
 @dataclass(frozen=True, kw_only=True)

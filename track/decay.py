@@ -13,17 +13,14 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.parameters import ParameterError
 
 from .cell import EVEN, ODD, Cell, build_cell
 from .condensation import condense
 from .parameters import MOST_CELLS, Track
 from .waves import waves
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 PROMISED, PROMISED_TO = 0.01, 900.0  # error of the receptance, and Hz up to which it is asked for
 NEAREST = 1.5  # m between wheelsets that the reduced track is made for; bogies have 1.8 m or more

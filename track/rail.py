@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection
 
 import numpy as np
-from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.ports import Direction
 
 from .parameters import Rail
 from .section import GAUSS, VERTICAL, Section, section_of
-
-FloatArray = NDArray[np.float64]
 
 
 def element_matrices(

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.ports import Direction, Z
 
 from .cell import EVEN, ODD, Cell, build_cell
@@ -20,8 +20,6 @@ from .parameters import Track
 from .section import directions_for
 from .waves import waves
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Progress = Callable[[int, int], None]
 
 BLOCK = 64  # frequencies solved at once: some 20 MB of matrices

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import RAIL, Direction, Layout, Z
 from railcosim.mechanics.shapes import AlongRing
@@ -21,9 +22,6 @@ from .parameters import Track
 from .residual import head_shapes, residual
 from .ring import RingModes, ring_modes
 from .section import VERTICAL, moves_aside
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 SHORTEST_WAVES = 0.8  # of the highest frequency kept: what a mesh must have, if at its least
 FADE_FROM = 0.6  # of the highest frequency kept; modes below count in full

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.ports import Direction
 
 from .cell import Cell
@@ -19,8 +20,6 @@ from .receptance import Point, direct_receptance
 from .ring import RingModes
 from .section import Bar
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Directions = tuple[Direction, ...]
 
 FIT_FROM, FIT_TO = 0.1, 0.4  # of the highest frequency kept: where the residual's inertia shows

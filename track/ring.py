@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig, eigh
 
-from .cell import Cell
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from .cell import Cell
 
 REAL_POLE = 1e-9  # |Im| / |lambda| below which a pole counts as real (overdamped)
 SAME_SHAPE = 1e-6  # relative difference below which two shapes count as one; rounding gives 1e-9

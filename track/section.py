@@ -13,12 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.ports import DIMENSIONS, ROLL, Direction, Y, Z
 from railcosim.mechanics.shape_functions import shape_functions
 
 from .parameters import Rail
-
-FloatArray = NDArray[np.float64]
 
 VERTICAL, SPATIAL = DIMENSIONS["vertical"], DIMENSIONS["spatial"]
 

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.ports import ROLL, Direction, Y, Z
 
 from .parameters import Slab
-
-FloatArray = NDArray[np.float64]
 
 DEGREE_X = 30
 """Highest degree along the slab: 3 kHz modes have some 14 half waves, about two degrees each."""

@@ -20,10 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig
 
-from .condensation import CondensedCell
+from railcosim.mechanics.arrays import ComplexArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from .condensation import CondensedCell
 
 DOUBLINGS = 34  # of cells: waves with a decay of 1e-9 from cell to cell have died
 DEAD = 1e-25  # of the cell's stiffness: what is left between the ends of a long track

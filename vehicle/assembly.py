@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.parameters import ParameterError
 
 from .bodies import Body, Spring, names_of
-
-FloatArray = NDArray[np.float64]
 
 
 def assemble(

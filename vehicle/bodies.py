@@ -12,11 +12,9 @@ from itertools import groupby
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from railcosim.mechanics.contact.geometry import Cone
 
-FloatArray = NDArray[np.float64]
 Vector: TypeAlias = tuple[float, float, float]
 
 ALONG_X: Vector = (1.0, 0.0, 0.0)

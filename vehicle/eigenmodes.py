@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eig, eigh
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse.csgraph import connected_components
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 
 FREE = 1e-10  # of the greatest eigenvalue: rounding is 1e-15, springs differ by 1e4
 SLOW = 1e-3  # rad/s, two hours a period: double poles at 0 are split by rounding, 1e-5

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eig, null_space, qr
 from scipy.sparse.csgraph import connected_components
 
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.contact.geometry import LEFT, Cone
 from railcosim.mechanics.coordinates import Coordinates
 from railcosim.mechanics.modal import ModalBody
@@ -17,9 +18,6 @@ from railcosim.mechanics.ports import ROLL, WHEEL, YAW, Direction, Layout, X, Y,
 from railcosim.mechanics.shapes import Everywhere
 
 from .multibody import Multibody
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 RIGID = 1e-10  # of the largest stretch: rounding is 1e-15, levers and masses differ by 1e2
 CHECK_TOLERANCE = 1e-8  # two digits looser than the eigenproblem's usual rounding

@@ -8,10 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .bodies import BOGIE, CARBODY, WHEELSET
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from .bodies import BOGIE, CARBODY, WHEELSET
 
 WORDS = {CARBODY: "car body", BOGIE: "bogie", WHEELSET: "wheelset"}
 MOTIONS = {

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.contact.geometry import Cone
 from railcosim.mechanics.ports import OF_WHEELS, Direction
 
@@ -20,8 +21,6 @@ from .bodies import DOWN, MOVES, ODD, SPIN, TURNS, WHEELSET, Body, Spring, Vecto
 from .parameters import Vehicle
 from .statics import at_rest
 from .train import Train, train_of
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,14 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.contact.geometry import LEFT, OF_WHEELSET, RIGHT, Cone, TextbookCone
 from railcosim.mechanics.contact.wheelset import NAMES, linear_wheelset
 from railcosim.parameters import ArgumentError
 
 from .multibody import Multibody
 from .train import Train
-
-FloatArray = NDArray[np.float64]
 
 GRAVITY: dict[str, type[Cone]] = {"normals": Cone, "textbook": TextbookCone}
 """How the weight on conical wheels centres a wheelset, see the two classes."""

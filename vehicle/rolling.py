@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.contact.creep import CreepLaw, LinearCreep
 from railcosim.mechanics.contact.fastsim import Fastsim
 from railcosim.mechanics.contact.geometry import Cone, Geometry
@@ -22,7 +22,6 @@ from railcosim.parameters import ParameterError
 from .on_rails import GRAVITY
 from .properties import Contact, Rolling
 
-FloatArray = NDArray[np.float64]
 T = TypeVar("T")
 
 CREEP: Mapping[str, Callable[[float], CreepLaw]] = {

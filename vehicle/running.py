@@ -17,6 +17,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.contact.geometry import COORDINATES, LEFT, OF_WHEELSET, RIGHT
 from railcosim.mechanics.contact.numbers import Numbers, derivatives, positive
 from railcosim.mechanics.contact.rolling import RollingContact
@@ -30,8 +31,6 @@ from .parameters import Vehicle
 from .rolling import rolling_law
 from .train import Train, train_of
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Matrices: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
 
 MOST_ITERATIONS = 30  # Newton takes four

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.parameters import ParameterError
 
 from .assembly import assemble
 from .bodies import WHEELSET, Body, Parts, Spring, names_of
-
-FloatArray = NDArray[np.float64]
 
 VERTICAL = ("z", "pitch")
 """Coordinates that weights move."""

@@ -11,9 +11,9 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from railcosim.mechanics.arrays import FloatArray
+
 DARK, STEEL, BODY, SLAB, SPRING = "#263238", "#546e7a", "#2f6f9f", "#b0bec5", "#c0392b"
 REACH = 75  # of the outer wheels, in the icon's 200 x 200; the front is at the right
 PIXELS = 256

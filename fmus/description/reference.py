@@ -9,15 +9,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import FORCE, IRREGULARITY, RAIL, WHEEL, Port, Z
 
 from ..interface import Scalar
 from ..python_runtime.models import Model
-
-FloatArray = NDArray[np.float64]
 
 STEP, STEPS = 1e-4, 200  # s
 SPEED = 250 / 3.6  # m/s

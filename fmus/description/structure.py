@@ -13,13 +13,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.coordinates import Coordinates
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import FORCE
 from railcosim.mechanics.shapes import AlongRing
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Elements = Mapping[str, NDArray[np.intp]]  # by name of a block: which of its elements, from 0
 Names = tuple[str, ...]
 

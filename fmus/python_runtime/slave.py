@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
+from ...mechanics.arrays import FloatArray
 from ...mechanics.modal import ModalBody
 from ...mechanics.stepping import State
 from ..roles import Role, Slot
 from .models import Model
 
-FloatArray = NDArray[np.float64]
 EXTRAPOLATED, INTERPOLATED = 1, 2  # of input_hold; with 0 inputs are held
 
 

@@ -11,13 +11,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .ellipse import Ellipse, ellipse
 from .kalker import Kalker, kalker
 from .numbers import Numbers
-
-FloatArray = NDArray[np.float64]
 
 REFERENCE = 1e5
 """A normal force, N: at about it wheels of full axle load press."""

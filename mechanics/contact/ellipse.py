@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .numbers import Numbers
-
-FloatArray = NDArray[np.float64]
 
 HALVINGS = 8
 """Steps of the arithmetic-geometric mean: it squares its error; 6 do for a ratio of 1e-4."""

@@ -7,13 +7,11 @@ from functools import cached_property
 from typing import Generic
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .creep import Patch
 from .numbers import Numbers
 from .saturation import NO_LOAD
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,12 +15,10 @@ from functools import cached_property
 from typing import Any, Generic, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .creep import Patch
 from .numbers import Numbers
-
-FloatArray = NDArray[np.float64]
 
 OF_WHEELSET = ("y", "z", "roll", "spin", "yaw")
 """The spin is what an axle turns beyond its rolling."""

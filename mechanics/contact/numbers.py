@@ -6,10 +6,9 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from ..arrays import ComplexArray, FloatArray
+
 Numbers = TypeVar("Numbers", FloatArray, ComplexArray)
 
 STEP = 1e-30  # its square is lost in any sum, so the derivative has no error but rounding

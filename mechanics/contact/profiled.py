@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .creep import Patch
 from .ellipse import Ellipse
 from .geometry import Touch, relative_pose
@@ -16,7 +17,6 @@ from .kalker import Kalker
 from .numbers import Numbers
 from .profiles import PER_LOAD, ProfileError, ProfileTable
 
-FloatArray = NDArray[np.float64]
 Rows: TypeAlias = NDArray[np.int_]
 
 

@@ -15,9 +15,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .creep import Patch
 
-FloatArray = NDArray[np.float64]
 Rows: TypeAlias = NDArray[np.int_]
 
 MOST_POINTS = 2000  # of a profile; its spline is a full matrix

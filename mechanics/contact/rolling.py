@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import Generic
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .creep import LINEAR, CreepLaw
 from .geometry import COORDINATES, Geometry, Touch
 from .numbers import Numbers, derivatives, positive
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .creep import LINEAR, CreepLaw
 from .geometry import COORDINATES, LEFT, OF_RAIL, OF_WHEELSET, RIGHT, Geometry
 from .numbers import Numbers, derivatives
 from .rolling import RollingContact
-
-FloatArray = NDArray[np.float64]
 
 NAMES = (*OF_WHEELSET, *(f"{side}.rail_{name}" for side in ("left", "right") for name in OF_RAIL))
 """Coordinates of a wheelset and its two rails."""

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.parameters import ParameterError
 
-from .profile import FloatArray, Profile
+from .profile import Profile
 
 SAMPLES = 200  # over a defect: a spline is then within 1e-5 of a cosine
 LEVEL = 5.0  # m of level track behind it at least

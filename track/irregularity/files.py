@@ -11,10 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.parameters import ParameterError
 from railcosim.storage.whole import write_whole
 
-from .profile import MAX_ROWS, FloatArray, Profile
+from .profile import MAX_ROWS, Profile
 from .quantities import ASIDE, DOWN, QUANTITIES, SIDES, rails_of
 
 MAX_LINES = 2 * MAX_ROWS  # with comments

@@ -8,14 +8,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.ports import ROUGH, Direction, Z
 from railcosim.parameters import ParameterError
 
 from .quantities import ASIDE, DOWN, SIDES
-
-FloatArray = NDArray[np.float64]
 
 MAX_ROWS = 5_000_000  # of a profile: 1000 km at 0.2 m
 SLACK = 1e-6  # m beyond the end: rounding of a step's end

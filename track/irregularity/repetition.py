@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.parameters import ParameterError
 
-from .profile import MAX_ROWS, FloatArray, Profile
+from .profile import MAX_ROWS, Profile
 from .usual import BLEND
 
 SHARE = 0.25  # of a profile that is blended, at most

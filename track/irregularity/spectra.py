@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from .quantities import QUANTITIES
 
 if TYPE_CHECKING:  # the classes are named by commands that never look into them
-    from .profile import FloatArray
+    from railcosim.mechanics.arrays import FloatArray
 
 # Unit of a source to (factor to m2, wavenumber in it per rad/m).
 CYCLES = 1 / (2 * math.pi)

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from railcosim.mechanics.arrays import FloatArray
 from railcosim.parameters import ParameterError
 
-from .profile import MAX_ROWS, FloatArray, Profile
+from .profile import MAX_ROWS, Profile
 from .quantities import ALL, DOWN, QUANTITIES, rails_of
 from .spectra import QUALITIES, Quality, Spectrum
 from .usual import FADE_IN
