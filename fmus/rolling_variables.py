@@ -128,7 +128,7 @@ class RollingWheels:
         """See `OfContact`: motions and rates of what is met, places of the rail's surface."""
         first, count = 2 * len(PORTS) * contact, len(PORTS)
         met = body.face.other
-        others = [k for k, (face, _) in enumerate(PORTS) if face is met]
+        others = [k for k, (face, _) in enumerate(PORTS) if face == met]
         off = [PORTS.index((RAIL, direction)) for direction in (Z, Y)]
         return [
             *(_at(body, contact, k, first + k).motion(met, "input") for k in others),
@@ -139,7 +139,7 @@ class RollingWheels:
     def told_forces(self, body: ModalBody, contact: int) -> list[Scalar]:
         """See `OfContact`."""
         face = body.face.other
-        others = [k for k, (of, _) in enumerate(PORTS) if of is face]
+        others = [k for k, (of, _) in enumerate(PORTS) if of == face]
         first = contact * len(others)
         return [
             _at(body, contact, k, first + n).force("output", face) for n, k in enumerate(others)

@@ -158,4 +158,4 @@ class Rolls:
 
 def _places(face: Face) -> list[int]:
     """Of a face among `PORTS`."""
-    return [k for k, (of, _) in enumerate(PORTS) if of is face]
+    return [k for k, (of, _) in enumerate(PORTS) if of == face]

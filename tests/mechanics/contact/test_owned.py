@@ -3,7 +3,7 @@
 The wheelset is five oscillators, whose energy is known by heart; so is all that its contacts do.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from railcosim.mechanics.contact.creep import LINEAR
 from railcosim.mechanics.contact.geometry import LEFT, RIGHT, Cone
 from railcosim.mechanics.contact.rolling import RollingContact
 from railcosim.mechanics.contact.saturation import Saturated
+from railcosim.mechanics.contact.wheelset import at_rest
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.motion import Inputs, Mover, OwnContact
 from railcosim.mechanics.ports import DIMENSIONS, OF_WHEELS, RAIL, SIDES, WHEEL, Layout
@@ -163,6 +164,36 @@ def test_order_in_the_internal_step():
     errors = [np.abs(after(n) - exact).max() for n in (4, 8, 16)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert orders == pytest.approx(4, abs=0.1), orders  # measured 3.98, 4.00
+
+
+def test_a_free_wheelset_runs_along_klingels_wave():
+    """Held by hardly anything: 2 pi sqrt(b r0 / (lambda (1 + R lambda / b))) at low speed.
+
+    From one step as a linear map about rolling along the middle.
+    """
+    speed, h, conicity, soft = 3.0, 1e-3, 0.1, 1e-3
+    held = wheelset()
+    body = replace(
+        held, poles=soft * held.poles,
+        shapes=replace(held.shapes, into=held.shapes.into / soft),
+    )  # fmt: skip
+    law = rolling(WHEEL, speed=speed, conicity=conicity)
+    depth = at_rest(law.law.contact, LOAD)[0, 1]
+    mover, rails = Mover(body, OwnContact(law), h), Inputs(PLACE, np.zeros(32))
+    rest = np.array([depth, 0, 0, 0, 0, *np.zeros(5)])
+
+    def after(x):
+        s = mover.step(State(x[:5] + 1j * x[5:], np.empty(0), np.empty(0)), rails, rails, h).s
+        return np.concatenate([s.real, s.imag])
+
+    size = 1e-9
+    step = np.array([after(rest + size * e) - after(rest - size * e) for e in np.eye(10)]).T
+    poles = np.log(np.linalg.eigvals(step / (2 * size)).astype(complex)) / h
+    wave = 2 * np.pi * np.sqrt(B * R0 / (conicity * (1 + 0.3 * conicity / B)))
+    swinging = poles[(poles.imag > 0.1) & (poles.imag < 2 * np.pi * speed / wave * 2)]
+    assert swinging.size == 1
+    # The wave is of a wheelset without mass and spin creep.
+    assert 2 * np.pi * speed / swinging[0].imag == pytest.approx(wave, rel=0.01)
 
 
 @pytest.fixture(scope="module")
