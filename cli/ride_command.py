@@ -57,7 +57,7 @@ def ride_command(
 ) -> None:
     """Random response by pseudo-excitation: densities, standard deviations, ride comfort.
 
-    Both rails are alike, as the vertical vehicle does not roll. Comfort after ISO 2631-1 (W_k) and
+    Both rails are alike, as the vertical vehicle does not roll. Comfort after ISO 2631-1 and
     Sperling (Wz).
     """
     from railcosim.analysis.response.ride import ride
@@ -83,7 +83,7 @@ def ride_command(
 
 def _table(result: xr.Dataset, title: str) -> Table:
     table = Table(title=title)
-    for heading in ("", "standard deviation", "ISO 2631 W_k", "Sperling Wz", "people say"):
+    for heading in ("", "standard deviation", "ISO 2631", "Sperling Wz", "people say"):
         table.add_column(heading)
     for name, variable in result.data_vars.items():
         if ".right." in str(name):
@@ -92,7 +92,11 @@ def _table(result: xr.Dataset, title: str) -> Table:
         unit = "m/s²" if about["units"].startswith("(m") else "N"
         felt = ["", "", ""]
         if "sperling" in about:
-            felt = [f"{about['iso_2631']:.3f} m/s²", f"{about['sperling']:.2f}", about["reaction"]]
+            felt = [
+                f"{about['iso_2631']:.3f} m/s² {about['weighting']}",
+                f"{about['sperling']:.2f}",
+                about["reaction"],
+            ]
         table.add_row(str(name), f"{about['standard_deviation']:.3g} {unit}", *felt)
     return table
 

@@ -82,7 +82,9 @@ def _linear(lab: Laboratory, frequency: FloatArray, k_H: float) -> dict[str, Flo
     """Densities by pseudo-excitation."""
     omega = 2 * np.pi * frequency
     system = lab.coupled(k_H)(omega)
-    psd = response_psd(system, lab.positions, SPEED, QUALITIES[SPECTRUM].vertical.density)
+    psd = response_psd(
+        system, lab.positions, SPEED, {"vertical": QUALITIES[SPECTRUM].vertical.density}
+    )
     columns = {q: psd[:, system.rows([names[0]])[0]] for q, names in QUANTITIES.items()}
     columns["car body acceleration"] = acceleration_psd(omega, columns["car body acceleration"])
     return columns

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
 import numpy as np
 
 from railcosim.master.component import FloatArray
-from railcosim.master.linear.receptance import Response, lag
-from railcosim.mechanics.ports import Layout
+from railcosim.master.linear.receptance import Response
+
+from .excitation import loads_of
 
 Density: TypeAlias = Callable[[FloatArray], FloatArray]  # Omega (rad/m) to S, one-sided
 
@@ -18,29 +19,33 @@ def response_psd(
     system: Response,
     positions: FloatArray,
     speed: float,
-    vertical: Density,
-    cross_level: Density | None = None,
+    densities: Mapping[str, Density],
 ) -> FloatArray:
     """Power spectral densities of all outputs on an irregular track.
 
     Parameters
     ----------
     system : Response
-        With an input ``wheelset[i].side.irregularity_z`` for every wheel.
+        With an input ``wheelset[i].side.irregularity_z`` for every wheel, and of a system in space
+        ``irregularity_y``.
     positions : array, shape (n_wheelsets,)
         Wheelsets, m.
     speed : float
         m/s.
-    vertical : callable
-        Wavenumber (rad/m) to the one-sided density (m2/(rad/m)) of the mean height of both rails.
-    cross_level : callable, optional
-        The same of left minus right height, independent of the mean; without it both rails are
-        alike.
+    densities : mapping of str to callable
+        Of each quantity of irregularity, by its name in `QUANTITIES`: wavenumber (rad/m) to the
+        one-sided density (m2/(rad/m)). They are independent of each other; with the vertical one
+        alone both rails are alike.
 
     Returns
     -------
     array, shape (n_omega, n_outputs)
         One-sided, in the output's unit squared per Hz.
+
+    Raises
+    ------
+    CouplingError
+        If the system does not know of a quantity: all but the vertical one take a system in space.
 
     Notes
     -----
@@ -53,17 +58,11 @@ def response_psd(
     .. [1] J. H. Lin, W. S. Zhang, J. J. Li, Structural responses to arbitrarily coherent
        stationary random excitations, Computers & Structures 50 (1994) 629-633.
     """
-    wheels = Layout(len(positions)).wheels
-    sides = np.repeat([0.5, -0.5], len(positions))  # half of the cross-level on each rail
-    sources = [(vertical, np.ones(len(wheels)))]
-    if cross_level is not None:
-        sources.append((cross_level, sides))
     total = np.zeros((system.omega.size, len(system.outputs)))
-    phases = lag(system.omega, np.tile((positions.max() - positions) / speed, 2))
-    for density, share in sources:
+    for quantity, density in densities.items():
         amplitude = np.sqrt(density(system.omega / speed) * 2 * np.pi / speed)
-        weights = amplitude[:, None] * phases * share
-        total += np.abs(system.combined([f"{w}.irregularity_z" for w in wheels], weights)) ** 2
+        inputs, lagging = loads_of(system, quantity, positions, speed)
+        total += np.abs(system.combined(inputs, amplitude[:, None] * lagging)) ** 2
     return total
 
 

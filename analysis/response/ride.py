@@ -14,13 +14,14 @@ from railcosim.analysis.pair.ring import check_frequencies_of
 from railcosim.analysis.pair.standing import Position
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
-from railcosim.master.linear.receptance import FrequencyResponse
+from railcosim.master.linear.receptance import FrequencyResponse, Response
 from railcosim.master.linear.substructuring import couple
 from railcosim.master.progress import Progress, unheard
+from railcosim.mechanics.ports import FORCE, IRREGULARITY, SIDES, Layout, Port, Y, Z
 from railcosim.track.irregularity import Quality
 from railcosim.track.irregularity.synthesis import quality
 
-from .comfort import reaction, sperling, weighted_acceleration
+from .comfort import LATERAL, VERTICAL, reaction, sperling, weighted_acceleration
 from .critical import bogie_distance
 from .frequency import joints, responses
 from .frf import SPEED
@@ -29,9 +30,15 @@ from .random import acceleration_psd, response_psd, standard_deviation
 
 FLOOR = ("floor above front bogie", "floor above rear bogie")
 NEEDED = ("carbody.z", "carbody.pitch", "bogie[1].z", "bogie[2].z")
+BODY = {
+    "carbody.az": "vehicle.carbody.z",
+    **{name: f"vehicle.{name}" for name in FLOOR},
+    "carbody.ay": "vehicle.carbody.y",
+}
+FELT = {"carbody.ay": LATERAL}
+"""How what is not vertical is felt."""
 OTHERS = {
-    "bogie[1].az": "vehicle.bogie[1].z",
-    "bogie[2].az": "vehicle.bogie[2].z",
+    **{f"bogie[{i}].a{d}": f"vehicle.bogie[{i}].{d}" for d in "zy" for i in (1, 2)},
     **{f"wheelset[{i}].az": f"vehicle.wheelset[{i}].left.wheel_z" for i in (1, 2, 3, 4)},
 }
 
@@ -103,14 +110,15 @@ def densities(
     speed : float
         m/s.
     quality : Quality
-        Of the track. Both rails are alike: the vehicle does not roll, and a wheelset that cannot
-        would squeeze a cross-level out of its contact springs.
+        Of the track. In space all quantities of it act. Else both rails are alike: the vehicle does
+        not roll, and a wheelset that cannot would squeeze a cross-level out of its contact springs.
 
     Returns
     -------
     xarray.Dataset
         Accelerations in (m/s2)^2/Hz with the attributes ``standard_deviation``, and of the car body
-        also ``iso_2631`` (W_k-weighted, m/s2), ``sperling`` (Wz); contact forces in N^2/Hz.
+        also ``iso_2631`` (m/s2, with the ``weighting`` W_k, or W_d of what is lateral),
+        ``sperling`` (Wz); contact forces in N^2/Hz.
 
     Raises
     ------
@@ -130,22 +138,35 @@ def densities(
         track,
         joints(k_H, models.wheels),
     )
-    psd = response_psd(system, models.positions, speed, quality.vertical.density)
+    return told(system, frequency, models.positions, speed, quality)
+
+
+def told(
+    system: Response, frequency: FloatArray, positions: FloatArray, speed: float, quality: Quality
+) -> xr.Dataset:
+    """What of a coupled response is shown; see `densities`."""
+    omega, everything = system.omega, quality.spectra
+    across = Port(1, SIDES[0], Y).name(IRREGULARITY) in system.inputs
+    acting = everything if across else {"vertical": quality.vertical}
+    sources = {name: spectrum.density for name, spectrum in acting.items()}
+    psd = response_psd(system, positions, speed, sources)
     columns = dict(zip(system.outputs, psd.T, strict=True))
     hertz = {"units": "Hz", "long_name": "frequency"}
     out = xr.Dataset(coords={"frequency": ("frequency", frequency, hertz)})
-    body = {"carbody.az": "vehicle.carbody.z", **{name: f"vehicle.{name}" for name in FLOOR}}
-    for name, output in (body | OTHERS).items():
+    for name, output in (BODY | OTHERS).items():
+        if output not in columns:
+            continue
         density = acceleration_psd(omega, columns[output])
         about: dict[str, object] = {"units": "(m/s2)2/Hz", "long_name": f"density of {name}"}
-        if name in body:
-            about["iso_2631"] = weighted_acceleration(frequency, density)
-            about["sperling"] = sperling(frequency, density)
-            about["reaction"] = reaction(weighted_acceleration(frequency, density))
+        if name in BODY:
+            felt = FELT.get(name, VERTICAL)
+            weighted = weighted_acceleration(frequency, density, felt)
+            about |= {"weighting": felt.name, "iso_2631": weighted, "reaction": reaction(weighted)}
+            about["sperling"] = sperling(frequency, density, felt)
         out[name] = ("frequency", density, about)
-    for i in (1, 2, 3, 4):
-        for side in ("left", "right"):
-            name = f"wheelset[{i}].{side}.force_z"
+    forces = [port.name(FORCE) for d in (Z, Y) for port in Layout(4, directions=(d,)).ports]
+    for name in forces:
+        if name in columns:
             about = {"units": "N2/Hz", "long_name": f"density of {name}"}
             out[name] = ("frequency", columns[name], about)
     for variable in out.data_vars.values():

@@ -86,6 +86,8 @@ def test_random_response() -> None:
     """
     omega = 2 * np.pi * FREQUENCY
     in_step = np.tile(MET.conj()[:, None, :] / 2, 2)
-    psd = response_psd(system(omega, in_step), POSITIONS, SPEED, lambda Omega: 1 / Omega**2)
+    psd = response_psd(
+        system(omega, in_step), POSITIONS, SPEED, {"vertical": lambda Omega: 1 / Omega**2}
+    )
     expected = 16 / (omega / SPEED) ** 2 * 2 * np.pi / SPEED
     assert psd[:, 0] == pytest.approx(expected, rel=1e-6)
