@@ -6,7 +6,7 @@ do alike and what they do against each other are two problems of half the size.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from railcosim.master.linear.modal import Modal, modes_of
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.side_by_side import joined
 from railcosim.master.linear.state_space import ComplexArray, StateSpace
+from railcosim.master.progress import Progress
 from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
 from railcosim.mechanics.law import LinearContact
@@ -41,7 +42,6 @@ PROBES = 2 * np.pi * np.geomspace(1.0, 2000.0, 9)
 """rad/s, where models are held against each other."""
 ALIKE = 1e-6
 """Of the largest receptance at a frequency: differences that are rounding of a modal model."""
-Progress = Callable[[float, float], None]
 
 
 @dataclass(frozen=True, kw_only=True)

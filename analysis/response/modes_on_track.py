@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
+from railcosim.master.linear.state_space import ComplexArray
 from railcosim.master.progress import Progress, unheard
 from railcosim.mechanics.contact.geometry import OF_WHEELSET
 from railcosim.mechanics.contact.wheelset import NAMES
@@ -19,8 +19,6 @@ from railcosim.track.reduced import reduce_track
 from railcosim.vehicle.eigenmodes import Oscillation, Oscillations, swings
 from railcosim.vehicle.multibody import Multibody
 from railcosim.vehicle.on_rails import Contacts, of_wheelsets
-
-ComplexArray = NDArray[np.complex128]
 
 SETTLED = 1e-10  # of a pole: it squares its error, so the next would be rounding
 MOST_STEPS = 30

@@ -10,14 +10,12 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..ports import DIMENSIONS, OF_WHEELS, RAIL, WHEEL, Direction, Face
 from .geometry import COORDINATES
 from .numbers import Numbers, derivatives
 from .rolling import RollingContact
-
-FloatArray = NDArray[np.float64]
 
 PORTS: tuple[tuple[Face, Direction], ...] = (
     *((WHEEL, direction) for direction in OF_WHEELS["spatial"]),
