@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from railcosim.mechanics.contact.numbers import derivatives
 from railcosim.vehicle.eigenmodes import poles_of
 from railcosim.vehicle.hunting import critical_speed
 from railcosim.vehicle.multibody import SPATIAL, build_multibody
@@ -70,6 +71,20 @@ def test_linear_about_straight_running():
     expected = critical_speed(lambda speed: poles_of(*other(speed))[0], speeds)
     assert found.speed == pytest.approx(expected.speed, rel=1e-4)
     assert found.frequency == pytest.approx(expected.frequency, rel=1e-4)
+
+
+@pytest.mark.parametrize("speed", [15.0, 90.0])
+def test_matrices_are_what_the_rates_do_at_a_speed(paper, speed):
+    """What is scaled from 1 m/s, gyroscopes included, against derivatives at the speed."""
+    n, mass = paper.size, np.diag(paper.body.M)[:, None]
+    rest = paper.rest.copy()
+    rest[n:] *= speed
+    by = derivatives(lambda x: paper.rates(x, np.full(x.shape[:-1], speed)), rest)[n:]
+    _, C, K = paper.matrices(speed)
+    gyroscope = np.abs(paper.turning).max() * speed
+    assert gyroscope > 1e3
+    assert -mass * by[:, :n] == pytest.approx(K, rel=1e-9, abs=1.0)
+    assert -mass * by[:, n:] == pytest.approx(C, rel=1e-9, abs=1e-3 * gyroscope)
 
 
 def test_the_mirror_image_moves_as_the_mirror_image(paper):
