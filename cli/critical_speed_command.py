@@ -109,7 +109,8 @@ def _numbers(text: str) -> list[float]:
 
 
 def _table(result: xr.Dataset) -> Table:
-    from railcosim.analysis.response.hunting import KMH, SPEEDS
+    from railcosim.analysis.response.hunting import KMH
+    from railcosim.analysis.response.running import SPEEDS
 
     table = Table(title=f"{result.attrs['title'].capitalize()}, gravity: {result.attrs['gravity']}")
     for heading in ("conicity", "critical speed, km/h", "frequency, Hz"):

@@ -25,7 +25,7 @@ FreshOption = Annotated[
 
 @contextmanager
 def made(
-    vehicle: Vehicle | Train, track: Track, *, fresh: bool = False
+    vehicle: Vehicle | Train, track: Track, *, dimension: str = "vertical", fresh: bool = False
 ) -> Iterator[dict[str, Path]]:
     """Our four FMUs of these parameters by name, for as long as the block lasts."""
     from railcosim.analysis.pair.kept_fmus import fmus_of_pair
@@ -33,7 +33,9 @@ def made(
     tell_of_losses(track)
     with ExitStack() as stack:
         with status("exporting FMUs") as tell:
-            ours = stack.enter_context(fmus_of_pair(vehicle, track, tell, fresh=fresh))
+            ours = stack.enter_context(
+                fmus_of_pair(vehicle, track, tell, dimension=dimension, fresh=fresh)
+            )
         if ours.kept is not None:
             how = "made before (--fresh makes them anew)" if ours.found else "made now and kept"
             errors.print(f"FMUs: {how} in {ours.kept}")
@@ -47,9 +49,11 @@ def fmus_of(
     vehicle_name: str = "Vehicle",
     track_name: str = "Track",
     *,
+    stock: Vehicle | Train | None = None,
+    dimension: str = "vertical",
     fresh: bool = False,
 ) -> Iterator[tuple[tuple[Path, ...], Path]]:
-    """FMU files given by the user, of vehicles from the front, or ours.
+    """FMU files given by the user, of vehicles from the front, or ours of a vehicle.
 
     Raises
     ------
@@ -67,7 +71,7 @@ def fmus_of(
     if given and track is not None:
         yield given, track
         return
-    with made(Vehicle(), Track(), fresh=fresh) as ours:
+    with made(stock or Vehicle(), Track(), dimension=dimension, fresh=fresh) as ours:
         yield given or (ours[vehicle_name],), track or ours[track_name]
 
 

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
+from .export import DimensionName
 from .fmus import FreshOption, fmus_of
 from .options import (
-    ContactStiffness,
     Frequencies,
     Out,
     PlotFile,
@@ -16,12 +16,14 @@ from .options import (
     Speed,
     TrackFmu,
     UsageError,
+    VehicleFile,
     VehicleFmus,
     frequencies_of,
     positions_of,
     progress,
     speed_of,
     stiffness_of,
+    vehicle_of,
 )
 from .results import PICTURES, RESULTS, keep
 
@@ -31,15 +33,29 @@ def frf(
     vehicle_fmu: VehicleFmus = None,
     track_fmu: TrackFmu = None,
     fresh: FreshOption = False,
-    contact_stiffness: ContactStiffness = "1e9",
+    vehicle: VehicleFile = None,
+    dimension: Annotated[
+        DimensionName,
+        typer.Option(
+            "--dimension",
+            help="Of our FMUs. In space wheels roll at the speed, as [rolling] of --vehicle says.",
+        ),
+    ] = DimensionName.VERTICAL,
+    contact_stiffness: Annotated[
+        str | None,
+        typer.Option(
+            "--contact-stiffness", help="Of FMUs that meet downwards only, N/m; 1e9 if not given."
+        ),
+    ] = None,
     frequencies: Frequencies = "1:200:0.5",
     excitation: Annotated[
         str,
         typer.Option(
             "--input",
-            help="wheelset[i].force_z: unit force on a wheelset; wheelset[i].rail_force_z: on each "
-            "rail under it; wheelset[i].irregularity_z: unit irregularity under it alone; "
-            "irregularity_z: under all, met by each wheelset with its lag.",
+            help="wheelset[i].force_z: unit force on a wheelset; wheelset[i].rail_force_z (or _y): "
+            "on each rail under it; wheelset[i].irregularity_z: unit irregularity under it alone; "
+            "irregularity_z: under all, met by each wheelset with its lag. In space also "
+            "alignment, cross_level and gauge in its place.",
         ),
     ] = "wheelset[4].force_z",
     speed: Speed = 250.0,
@@ -49,6 +65,10 @@ def frf(
     ] = False,
     rigid_track: Annotated[
         bool, typer.Option("--rigid-track", help="Vehicle on its contact springs alone.")
+    ] = False,
+    believe: Annotated[
+        bool,
+        typer.Option("--believe", help="Take the response of a vehicle that hunts as it is."),
     ] = False,
     plot: PlotFile = None,
 ) -> None:
@@ -63,7 +83,10 @@ def frf(
     PICTURES.check(plot)
     if uncoupled and rigid_track:
         raise UsageError("--uncoupled and --rigid-track exclude each other")
-    k_H = stiffness_of(contact_stiffness)
+    k_H = None if contact_stiffness is None else stiffness_of(contact_stiffness)
+    if k_H is not None and dimension is DimensionName.SPATIAL:
+        raise UsageError("--contact-stiffness: is of the vertical model; in space wheels roll")
+    stock = vehicle_of(vehicle)
     v = speed_of(speed)
     if not vehicle_fmu:  # before ours is made
         check_excitation(excitation, Layout().wheelsets)
@@ -74,12 +97,15 @@ def frf(
     frequency = frequencies_of(frequencies)
     assembly = Assembly.RIGID_TRACK if rigid_track else Assembly.COUPLED
     with (
-        fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
+        fmus_of(vehicle_fmu, track_fmu, stock=stock, dimension=dimension, fresh=fresh) as (
+            vehicles,
+            track,
+        ),
         progress("linearising") as update,
     ):
         result = frequency_response(
-            vehicle, track, frequency,
-            excitation=excitation, contact_stiffness=k_H, speed=v, progress=update,
+            vehicles, track, frequency, excitation=excitation, contact_stiffness=k_H, stock=stock,
+            speed=v, believe=believe, progress=update,
             position=positions_of(position),
             assembly=Assembly.APART if uncoupled else assembly,
         )  # fmt: skip

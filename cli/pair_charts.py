@@ -5,8 +5,19 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.response.excitation import is_irregularity
-from railcosim.mechanics.ports import IRREGULARITY, RAIL, SIDES, WHEEL, Port, wheelset_of
+from railcosim.analysis.response.excitation import is_irregularity, is_mirrored
+from railcosim.mechanics.ports import (
+    FORCE,
+    IRREGULARITY,
+    RAIL,
+    SIDES,
+    WHEEL,
+    Direction,
+    Port,
+    Y,
+    Z,
+    wheelset_of,
+)
 from railcosim.plots.chart import Chart
 from railcosim.plots.results import Group, size_chart, time_chart
 
@@ -29,16 +40,27 @@ def run_chart(run: xr.Dataset) -> Chart:
 
 
 def response_chart(frf: xr.Dataset) -> Chart:
-    """Magnitude of displacements and of contact forces over frequency."""
-    per = "m" if is_irregularity(str(frf.attrs["excitation"])) else "N"
-    last = _left(frf)[-1]
-    moved = [f"{last}.{what.format('z')}" for what in (WHEEL.motion, RAIL.motion)]
-    cars, others = _bodies(frf, "z")
-    groups = (
-        Group(f"displacement (m/{per})", {**cars, **others, **{name: name for name in moved}}),
-        Group(f"contact force (N/{per})", _forces(frf, ".left")),
-    )
+    """Magnitude of displacements and of contact forces over frequency, aside where they are."""
+    excitation = str(frf.attrs["excitation"])
+    per = "m" if is_irregularity(excitation) else "N"
+    if is_mirrored(excitation):
+        return size_chart(frf, _responses(frf, Z, per, ""))
+    groups = (*_responses(frf, Y, per, " aside"), *_responses(frf, Z, per, " down"))
     return size_chart(frf, groups)
+
+
+def _responses(frf: xr.Dataset, direction: Direction, per: str, where: str) -> tuple[Group, Group]:
+    """Displacements, and contact forces, in a direction."""
+    last = _left(frf)[-1]
+    moved = [f"{last}.{what.format(direction.name)}" for what in (WHEEL.motion, RAIL.motion)]
+    cars, others = _bodies(frf, direction.name)
+    forces = {f"{w}.{FORCE.format(effort=direction.effort)}": w for w in _left(frf)}
+    return (
+        Group(
+            f"displacement{where} (m/{per})", {**cars, **others, **{name: name for name in moved}}
+        ),
+        Group(f"contact force{where} (N/{per})", forces),
+    )
 
 
 def _left(shown: xr.Dataset) -> list[str]:

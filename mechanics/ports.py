@@ -241,6 +241,11 @@ class Layout:
         return replace(self, directions=tuple(d for d in self.directions if d in ROUGH))
 
     @property
+    def rails(self) -> Layout:
+        """Ports of the rails under wheels that have these: the same, less what no rail gives."""
+        return Layout(self.wheelsets, self.sides, DIMENSIONS.get(self.dimension, self.directions))
+
+    @property
     def numbers(self) -> range:
         """Of the wheelsets."""
         return range(1, self.wheelsets + 1)

@@ -10,6 +10,10 @@ import xarray as xr
 
 from .chart import Chart, Curve, FloatArray, Panel
 
+ROUNDING = (
+    1e-9  # of the greatest of a group: what a mirror leaves out is not zero to the last digit
+)
+
 
 @dataclass(frozen=True)
 class Group:
@@ -48,7 +52,7 @@ def time_chart(run: xr.Dataset, groups: Sequence[Group]) -> Chart:
 
 
 def size_chart(frf: xr.Dataset, groups: Sequence[Group]) -> Chart:
-    """Magnitudes of groups of responses over frequency, those that are not zero."""
+    """Magnitudes of groups of responses over frequency, those that are not rounding."""
     f = np.asarray(frf["frequency"])
     rows = []
     for group in groups:
@@ -57,7 +61,10 @@ def size_chart(frf: xr.Dataset, groups: Sequence[Group]) -> Chart:
             for variable, name in group.curves.items()
             if variable in frf
         }
-        curves = tuple(Curve(name=n, x=f, y=size) for n, size in sizes.items() if size.max() > 0)
+        least = ROUNDING * max((size.max() for size in sizes.values()), default=0.0)
+        curves = tuple(
+            Curve(name=n, x=f, y=size) for n, size in sizes.items() if size.max() > least
+        )
         if curves:
             rows.append((_over_frequency(group.label, curves),))
     return Chart(title=str(frf.attrs.get("title", "")), rows=tuple(rows), share_x=True)

@@ -55,7 +55,7 @@ def critical_speed(poles: Poles, speeds: FloatArray) -> Critical:
     """
     before = None
     for speed in speeds.tolist():
-        if _greatest(poles(speed)).real > GROWS:
+        if greatest(poles(speed)).real > GROWS:
             break
         before = speed
     else:
@@ -65,14 +65,14 @@ def critical_speed(poles: Poles, speeds: FloatArray) -> Critical:
     low, high = before, speed
     while high - low > SETTLED * high:
         middle = (low + high) / 2
-        if _greatest(poles(middle)).real > GROWS:
+        if greatest(poles(middle)).real > GROWS:
             high = middle
         else:
             low = middle
-    return Critical(speed=high, frequency=abs(_greatest(poles(high)).imag) / (2 * np.pi))
+    return Critical(speed=high, frequency=abs(greatest(poles(high)).imag) / (2 * np.pi))
 
 
-def _greatest(poles: ComplexArray) -> complex:
+def greatest(poles: ComplexArray) -> complex:
     """The pole that grows fastest, or decays slowest."""
     moving = poles[(np.abs(poles) > SLOW) & (poles.imag >= 0)]
     return complex(moving[np.argmax(moving.real)])

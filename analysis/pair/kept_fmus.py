@@ -66,6 +66,7 @@ def fmus_of_pair(
     track: Track,
     progress: Callable[[str], None] = lambda text: None,
     *,
+    dimension: str = "vertical",
     fresh: bool = False,
 ) -> Iterator[Made]:
     """Our FMUs for as long as the block lasts: kept ones, or made now and kept.
@@ -78,6 +79,8 @@ def fmus_of_pair(
         Parameters.
     progress : callable
         Told what is being done.
+    dimension : str
+        ``vertical``, or ``spatial``: of these there are only those that take contact forces.
     fresh : bool
         Make them anew.
 
@@ -89,14 +92,15 @@ def fmus_of_pair(
     try:
         folder = cache() / "fmus"
         folder.mkdir(mode=0o700, exist_ok=True)
-        key = key_of(vehicle, track)
+        key = key_of(vehicle, track, dimension)
         place = None if fresh else find(folder, key)
         made = place is None
-        place = place or _make(vehicle, track, folder, key, progress)
+        place = place or _make(vehicle, track, dimension, folder, key, progress)
         said = [] if made else json.loads((place / SAID).read_text(encoding="utf-8"))
     except (CacheRefused, OSError):
         with TemporaryDirectory(dir=scratch()) as temporary:
-            yield Made(_export(vehicle, track, Path(temporary), progress), None, found=False)
+            files = _export(vehicle, track, dimension, Path(temporary), progress)
+            yield Made(files, None, found=False)
         return
     for kind, text in said:
         warnings.warn(text, NOTES[kind], stacklevel=3)
@@ -105,11 +109,12 @@ def fmus_of_pair(
     yield Made({path.stem: path for path in sorted(place.glob("*.fmu"))}, place, found=not made)
 
 
-def key_of(vehicle: Vehicle | Train, track: Track) -> str:
+def key_of(vehicle: Vehicle | Train, track: Track, dimension: str = "vertical") -> str:
     """What the FMUs are made from: parameters, our code, the libraries and the compiler wanted."""
     parts = {
         "vehicle": asdict(vehicle),
         "track": asdict(track),
+        "dimension": dimension,
         "code": _code(),
         "libraries": [version(name) for name in LIBRARIES],
         "compiler": os.environ.get("CC", ""),
@@ -126,13 +131,18 @@ def find(folder: Path, key: str) -> Path | None:
 
 
 def _make(
-    vehicle: Vehicle | Train, track: Track, folder: Path, key: str, progress: Callable[[str], None]
+    vehicle: Vehicle | Train,
+    track: Track,
+    dimension: str,
+    folder: Path,
+    key: str,
+    progress: Callable[[str], None],
 ) -> Path:
     """Make them in a folder of their own, which then gets its name: whole or not at all."""
     work = Path(mkdtemp(prefix=BEGUN, dir=folder))
     try:
         with _heard() as said:
-            _export(vehicle, track, work, progress)
+            _export(vehicle, track, dimension, work, progress)
         (work / SAID).write_text(json.dumps(said), encoding="utf-8")
         place = folder / f"{key}-{_content(work)}"
         if find(folder, key) != place:  # the same are as good, and may be in use
@@ -144,12 +154,16 @@ def _make(
 
 
 def _export(
-    vehicle: Vehicle | Train, track: Track, out: Path, progress: Callable[[str], None]
+    vehicle: Vehicle | Train,
+    track: Track,
+    dimension: str,
+    out: Path,
+    progress: Callable[[str], None],
 ) -> dict[str, Path]:
     # Here, since it loads what draws icons and documentation.
     from .export_pair import export_pair  # noqa: PLC0415
 
-    return export_pair(vehicle, track, out, progress)
+    return export_pair(vehicle, track, out, progress, dimension=dimension)
 
 
 @contextmanager

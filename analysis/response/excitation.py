@@ -8,7 +8,7 @@ from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import Response, lag
-from railcosim.mechanics.ports import IRREGULARITY, MOST_WHEELSETS, Layout, Port, Y
+from railcosim.mechanics.ports import DIRECTIONS, IRREGULARITY, MOST_WHEELSETS, Layout, Port, Y
 from railcosim.track.irregularity.quantities import QUANTITIES, Quantity
 
 WHEELSET_FORCE, RAIL_FORCE = "force_z", "rail_force_"
@@ -32,6 +32,16 @@ def check_excitation(excitation: str, wheelsets: int = MOST_WHEELSETS) -> None:
 def is_irregularity(excitation: str) -> bool:
     """Whether an excitation is in m, not in N."""
     return excitation.rpartition(".")[2] in IRREGULARITIES
+
+
+def is_mirrored(excitation: str) -> bool:
+    """Whether an excitation is its own mirror image, so that nothing goes aside or rolls."""
+    what = excitation.rpartition(".")[2]
+    if what not in IRREGULARITIES:
+        return what != f"{RAIL_FORCE}y"
+    quantity = IRREGULARITIES[what]
+    sign = {d.name: d.mirror for d in DIRECTIONS}[quantity.direction]
+    return quantity.left == sign * quantity.right
 
 
 def loads_of(

@@ -15,8 +15,7 @@ from railcosim.master.linear.state_space import StateSpace
 from railcosim.master.progress import Progress, unheard
 from railcosim.parameters import ArgumentError
 from railcosim.track.parameters import Track
-from railcosim.vehicle.hunting import Critical, Poles
-from railcosim.vehicle.hunting import critical_speed as first_growth
+from railcosim.vehicle.hunting import Critical
 from railcosim.vehicle.hunting import root_locus as followed
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import SPATIAL, Multibody, build_multibody
@@ -29,17 +28,10 @@ from .choices import CONICITIES, Gravity
 from .models import linear_track
 from .rolling import LinearContacts
 from .rolling_pair import compliance_of, places_on, rails_of, vehicle_of
-from .running import Rolling
+from .running import BEYOND, FIRST, SPEEDS, OnRails, Rolling
 
 KMH = 3.6
-SPEEDS = np.arange(5.0, 1001.0, 2.5) / KMH
-"""Where growth is looked for, m/s: a mode that grew between two of them only would be missed."""
-BEYOND = 1.5  # of the critical speed: how far the poles are followed
 POINTS = 120
-FIRST = 3.0  # Hz: where hunting is looked for if there is none on rigid rails
-NEAR = np.array([0.8, 0.9, 1.0, 1.1, 1.2])  # of a speed that is almost the critical one
-ALIKE = 1e-3  # of the frequency: a tenth of it changes the speed by 1e-4
-MOST_ROUNDS = 8
 HIGHEST = 15.0  # Hz: bodies on their suspensions, far below wheelsets on their contacts
 
 
@@ -70,36 +62,10 @@ class Way:
         """In words."""
         return "rigid rails" if self.rails is None else "a flexible track"
 
-    def critical(self, conicity: float) -> Critical:
-        """Where growth begins."""
-        found = first_growth(self.poles(conicity, None), SPEEDS)
-        if self.rails is None:
-            return found
-        frequency = found.frequency if found.frequency > 0 else FIRST
-        speeds = SPEEDS[BEYOND * found.speed > SPEEDS]
-        for _ in range(MOST_ROUNDS):
-            poles = self.poles(conicity, frequency)
-            found = first_growth(poles, speeds)
-            if not found.speed > 0:  # then it is not where it was looked for
-                found = first_growth(poles, SPEEDS)
-            if not found.speed > 0 or abs(found.frequency - frequency) <= ALIKE * frequency:
-                return found
-            # The track at another frequency is almost the same.
-            frequency, speeds = found.frequency, found.speed * NEAR
-        raise ArithmeticError(
-            "the frequency at which the vehicle hunts does not settle in "
-            f"{MOST_ROUNDS} rounds, last {found.frequency:g} Hz at {KMH * found.speed:g} km/h; see "
-            "what it does on rigid rails"
-        )
-
-    def poles(self, conicity: float, frequency: float | None) -> Poles:
-        """By the speed, on rails as they give way at a frequency, Hz; None: rigid."""
+    def on(self, conicity: float) -> OnRails:
+        """With wheels of a conicity."""
         cones = cones_of(self.body, conicity, self.gravity.value)
-        rolling = Rolling(self.vehicle, LinearContacts.of(self.body, cones))
-        if self.rails is None or frequency is None:
-            return lambda speed: rolling.poles(speed, None)
-        compliance = self.rails(frequency)
-        return lambda speed: rolling.poles(speed, compliance)
+        return OnRails(Rolling(self.vehicle, LinearContacts.of(self.body, cones)), self.rails)
 
 
 def critical_speed(
@@ -177,7 +143,7 @@ def critical_speeds(
     for k, one in enumerate(conicity):
         progress(k, len(conicity))
         try:
-            found.append(way.critical(one))
+            found.append(way.on(one).critical())
         except ArithmeticError as error:
             raise ArithmeticError(f"conicity {one:g}: {error}") from error
     return xr.Dataset(
@@ -245,7 +211,7 @@ def root_locus(way: Way, conicity: float, critical: Critical) -> xr.Dataset:
     conicity : float
         Tangent of the angle of its wheels.
     critical : Critical
-        What `Way.critical` found.
+        What `OnRails.critical` found.
 
     Returns
     -------
@@ -255,7 +221,7 @@ def root_locus(way: Way, conicity: float, critical: Critical) -> xr.Dataset:
     known = critical.speed > 0
     to = min(BEYOND * critical.speed, SPEEDS[-1]) if known else SPEEDS[-1]
     speeds = np.linspace(SPEEDS[0], to, POINTS)
-    poles_at = way.poles(conicity, critical.frequency if known else FIRST)
+    poles_at = way.on(conicity).poles(critical.frequency if known else FIRST)
     poles = followed(poles_at, speeds.tolist(), HIGHEST)
     over = ("speed", "mode")
     return xr.Dataset(

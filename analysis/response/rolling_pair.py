@@ -15,16 +15,20 @@ from railcosim.master.fmi.description import describe_file
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import frequency_response
+from railcosim.master.linear.side_by_side import SideBySide
 from railcosim.master.linear.state_space import StateSpace
 from railcosim.master.progress import Progress
 from railcosim.mechanics.ports import FORCE, RAIL, Layout
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, infinite_receptance
-from railcosim.vehicle.multibody import Multibody
+from railcosim.vehicle.multibody import SPATIAL, Multibody, build_multibody
 from railcosim.vehicle.on_rails import SIDES
+from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.rolling import geometry_of
+from railcosim.vehicle.train import Train, train_of
 
 from .models import linear_vehicle
-from .rolling import ON_RAIL
+from .rolling import ON_RAIL, LinearContacts
 
 
 def rails_of(track: Track, wheelset_x: FloatArray, frequency: float) -> ComplexArray:
@@ -67,10 +71,26 @@ def compliance_of(track: LinearForm, frequency: float) -> ComplexArray:
 def vehicle_of(fmu: Path, body: Multibody, progress: Progress) -> tuple[StateSpace, Multibody]:
     """Linear model of a vehicle FMU, and whose wheels, under the loads that it says it has."""
     model, _ = linear_vehicle(fmu, progress)
-    if not isinstance(model, StateSpace):
+    own = loaded(body, fmu, model)
+    x = places_of(fmu, model.standing, layout_of((fmu, model.inputs)))
+    return matrices_of(fmu, model), replace(own, wheelset_x=x - x.mean())
+
+
+def matrices_of(fmu: Path, model: LinearForm) -> StateSpace:
+    """A model of a vehicle, or of several, as matrices; CouplingError if it has none."""
+    try:
+        found = model.matrices if isinstance(model, SideBySide) else model
+    except TypeError:
+        found = model
+    if not isinstance(found, StateSpace):
         raise CouplingError(
             f"{fmu}: is for Co-Simulation only; poles take an FMU for Model Exchange as well"
         )
+    return found
+
+
+def loaded(body: Multibody, fmu: Path, model: LinearForm) -> Multibody:
+    """Under the static loads that a vehicle FMU tells, as start values of its forces."""
     starts = {v.name: v.start for v in model.inputs}
     layout = layout_of((fmu, model.inputs))
     if layout.wheelsets != body.wheelset_x.size:
@@ -83,9 +103,22 @@ def vehicle_of(fmu: Path, body: Multibody, progress: Progress) -> tuple[StateSpa
         raise CouplingError(
             f"{fmu}: does not tell its static loads as start values of wheelset[i].left.force_z"
         )
-    x = places_of(fmu, model.standing, layout)
-    one = loads.reshape(2, -1).mean(axis=0)
-    return model, replace(body, wheel_load=one, wheelset_x=x - x.mean())
+    return replace(body, wheel_load=loads.reshape(2, -1).mean(axis=0))
+
+
+def rolling_of(stock: Vehicle | Train, fmu: Path, model: LinearForm) -> LinearContacts:
+    """Contacts of a vehicle FMU whose wheels roll as parameters say, see `[rolling]`.
+
+    Creep is linear: about straight running what bounds it is far away.
+    """
+    train = train_of(stock)
+    body = loaded(build_multibody(train, SPATIAL), fmu, model)
+    own = [one.vehicle for one in train.vehicles for _ in range(one.wheelsets)]
+    wheels = [
+        geometry_of(vehicle.rolling, vehicle.contact, radius=cylinder.radius)
+        for vehicle, cylinder in zip(own, body.wheels, strict=True)
+    ]
+    return LinearContacts.of(body, wheels)
 
 
 def places_on(track: Path, body: Multibody) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,9 +16,18 @@ from railcosim.master.linear.state_space import StateSpace
 from railcosim.mechanics.contact.at_ports import PORTS
 from railcosim.mechanics.ports import FORCE, OF_WHEELS, WHEEL, Layout
 from railcosim.vehicle.eigenmodes import FASTEST, REAL
+from railcosim.vehicle.hunting import GROWS, Critical, Poles, critical_speed, greatest
 
 from .rolling import LinearContacts
 
+SPEEDS = np.arange(5.0, 1001.0, 2.5) / 3.6
+"""Where growth is looked for, m/s: a mode that grew between two of them only would be missed."""
+BEYOND = 1.5  # of the critical speed: how far the poles are followed
+FIRST = 3.0  # Hz: where hunting is looked for if there is none on rigid rails
+NEAR = np.array([0.8, 0.9, 1.0, 1.1, 1.2])  # of a speed that is almost the critical one
+ALIKE = 1e-3  # of the frequency: a tenth of it changes the speed by 1e-4
+MOST_ROUNDS = 8
+LEAST = 0.1  # Hz: below, a track gives way as it does at rest
 AT_ONCE = 1e-9
 """Of a velocity by a force over the greatest: what is rounding and no jump."""
 
@@ -108,3 +118,67 @@ class Rolling:
         return np.where(np.abs(poles.imag) <= REAL * np.abs(poles), poles.real, poles).astype(
             complex
         )
+
+
+@dataclass(frozen=True)
+class OnRails:
+    """The same on rails that give way as they do at the frequency of hunting.
+
+    Attributes
+    ----------
+    rolling : Rolling
+        Vehicle and contacts.
+    rails : callable or None
+        Compliance of the rails under the wheels at a frequency in Hz, in the order of the ports.
+        None: rails that do not move.
+    """
+
+    rolling: Rolling
+    rails: Callable[[float], ComplexArray] | None
+
+    def poles(self, frequency: float | None) -> Poles:
+        """By the speed, on rails as they give way at a frequency, Hz; None: rigid."""
+        if self.rails is None or frequency is None:
+            return lambda speed: self.rolling.poles(speed, None)
+        compliance = self.rails(frequency)
+        return lambda speed: self.rolling.poles(speed, compliance)
+
+    def critical(self) -> Critical:
+        """Where growth begins.
+
+        Raises
+        ------
+        ArithmeticError
+            If no frequency is found at which vehicle and track hunt.
+        """
+        found = critical_speed(self.poles(None), SPEEDS)
+        if self.rails is None:
+            return found
+        frequency = found.frequency if found.frequency > 0 else FIRST
+        speeds = SPEEDS[BEYOND * found.speed > SPEEDS]
+        for _ in range(MOST_ROUNDS):
+            poles = self.poles(frequency)
+            found = critical_speed(poles, speeds)
+            if not found.speed > 0:  # then it is not where it was looked for
+                found = critical_speed(poles, SPEEDS)
+            if not found.speed > 0 or abs(found.frequency - frequency) <= ALIKE * frequency:
+                return found
+            # The track at another frequency is almost the same.
+            frequency, speeds = found.frequency, found.speed * NEAR
+        raise ArithmeticError(
+            "the frequency at which the vehicle hunts does not settle in "
+            f"{MOST_ROUNDS} rounds, last {found.frequency:g} Hz at {3.6 * found.speed:g} km/h; see "
+            "what it does on rigid rails"
+        )
+
+    def growing(self, speed: float) -> complex | None:
+        """The pole (rad/s) that grows fastest at a speed in m/s; None if none does."""
+        pole = greatest(self.poles(FIRST)(speed))
+        for _ in range(MOST_ROUNDS):
+            frequency = abs(pole.imag) / (2 * np.pi)
+            if self.rails is None or frequency < LEAST:
+                break
+            before, pole = pole, greatest(self.poles(frequency)(speed))
+            if abs(pole.imag - before.imag) <= ALIKE * abs(before.imag):
+                break
+        return pole if pole.real > GROWS else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from railcosim.master.linear.realisation import ComplexArray
 
 SAME = 16 * np.finfo(float).eps
 """Relative difference of numbers that are one number, rounded in different ways."""
+_Poles: TypeAlias = NDArray[np.intp]
 FREQUENCIES, POLES = 64, 512
 """At once: the three numbers of each pole at each frequency stay in the cache."""
 PRODUCTS = 500_000
@@ -47,24 +49,46 @@ class PartialFractions:
 
     def at(self, s: ComplexArray) -> ComplexArray:
         """The sum at complex frequencies (n_s,) in 1/s, shape (n_s, n_outputs, n_inputs)."""
-        columns = self.slope.shape[1]
-        found = np.empty((len(s), columns), dtype=complex)
-        numerators = self._numerators
+        found = np.empty((len(s), self.slope.shape[1]), dtype=complex)
         for begin in range(0, len(s), FREQUENCIES):
             here = s[begin : begin + FREQUENCIES]
-            total = np.zeros((2 * len(here), 2 * columns))
-            for first in range(0, len(self.centre), POLES):
-                part = slice(first, first + POLES)
-                total += self._inverse(here, part) @ numerators[part]
+            total = np.zeros((2 * len(here), 2 * self.slope.shape[1]))
+            for poles, columns, numerators in self._groups:
+                total[:, columns] += self._sum(here, poles, numerators)
             level, slope = np.split(total[: len(here)] + 1j * total[len(here) :], 2, axis=1)
             found[begin : begin + FREQUENCIES] = level + here[:, None] * slope
         return found[:, self.column]
 
-    @cached_property
-    def _numerators(self) -> FloatArray:
-        return np.hstack([self.level, self.slope])
+    def _sum(self, s: ComplexArray, poles: _Poles, numerators: FloatArray) -> FloatArray:
+        """Real parts of numerators over denominators, and imaginary parts below them."""
+        total = np.zeros((2 * len(s), numerators.shape[1]))
+        for first in range(0, len(numerators), POLES):
+            part = slice(first, first + POLES)
+            total += self._inverse(s, poles[part]) @ numerators[part]
+        return total
 
-    def _inverse(self, s: ComplexArray, part: slice) -> FloatArray:
+    @cached_property
+    def _groups(self) -> list[tuple[_Poles, _Poles, FloatArray]]:
+        """Poles by what they are seen in: those of lateral waves are not in vertical motion.
+
+        Of each group its poles, levels and slopes that are not all zero, and these. A group of
+        fewer poles than are summed at once belongs to the largest.
+        """
+        numerators = np.hstack([self.level, self.slope])
+        seen = (self.level != 0.0) | (self.slope != 0.0)
+        patterns, which = np.unique(seen, axis=0, return_inverse=True)
+        count = np.bincount(which.ravel(), minlength=len(patterns))
+        largest = int(count.argmax()) if count.size else 0
+        group = np.where(count[which.ravel()] < POLES, largest, which.ravel())
+        found = []
+        for k in np.unique(group).tolist():
+            poles = np.flatnonzero(group == k)
+            columns = np.flatnonzero(seen[poles].any(axis=0))
+            both = np.concatenate([columns, columns + self.slope.shape[1]])
+            found.append((poles, both, np.ascontiguousarray(numerators[np.ix_(poles, both)])))
+        return found
+
+    def _inverse(self, s: ComplexArray, part: _Poles) -> FloatArray:
         """One over the denominators: real parts (n_s, n), and imaginary parts below them."""
         x, y = s.real[:, None], s.imag[:, None]
         if (x == x[0]).all():

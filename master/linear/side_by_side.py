@@ -67,6 +67,29 @@ class SideBySide:
         return replace(self, parts=tuple(r or p for r, p in zip(rougher, self.parts, strict=True)))
 
     @property
+    def matrices(self) -> StateSpace:
+        """The same as matrices.
+
+        Raises
+        ------
+        TypeError
+            If a part has none.
+        """
+        parts = [part for part in self.parts if isinstance(part, StateSpace)]
+        if len(parts) < len(self.parts):
+            raise TypeError(f"{self.name}: a part of it is known by its responses only")
+        return StateSpace(
+            name=self.name,
+            A=sparse_block_diag([part.A for part in parts], format="csc"),
+            B=block_diag(*(part.B for part in parts)),
+            C=block_diag(*(part.C for part in parts)),
+            D=block_diag(*(part.D for part in parts)),
+            inputs=self.inputs,
+            outputs=self.outputs,
+            standing=self.standing,
+        )
+
+    @property
     def error_floor(self) -> FloatArray:
         """See `LinearForm`."""
         floor: FloatArray = block_diag(*(part.error_floor for part in self.parts))
@@ -88,14 +111,4 @@ def joined(
     name: str, parts: Sequence[StateSpace], names: Sequence[Mapping[str, str]]
 ) -> StateSpace:
     """The same of matrices, as matrices; see `SideBySide.of`."""
-    both = SideBySide.of(name, parts, names)
-    return StateSpace(
-        name=name,
-        A=sparse_block_diag([part.A for part in parts], format="csc"),
-        B=block_diag(*(part.B for part in parts)),
-        C=block_diag(*(part.C for part in parts)),
-        D=block_diag(*(part.D for part in parts)),
-        inputs=both.inputs,
-        outputs=both.outputs,
-        standing=both.standing,
-    )
+    return SideBySide.of(name, parts, names).matrices

@@ -59,8 +59,8 @@ def of_matrices(compliance=None, conicity=0.1):
 @pytest.fixture(scope="module")
 def found():
     """The paper's pair at conicity 0.1, on rigid rails and on its track."""
-    rigid = way_of(None, Gravity.NORMALS, None, rigid_track=True).critical(0.1)
-    return rigid, way_of(None, Gravity.NORMALS, Track(), rigid_track=False).critical(0.1)
+    rigid = way_of(None, Gravity.NORMALS, None, rigid_track=True).on(0.1).critical()
+    return rigid, way_of(None, Gravity.NORMALS, Track(), rigid_track=False).on(0.1).critical()
 
 
 def test_a_track_that_hardly_gives_way_is_rigid(found):
@@ -178,7 +178,7 @@ def test_poles_of_the_linear_model_are_those_of_the_matrices(speed):
     ):
         ours, theirs = (
             np.sort_complex(p[(np.abs(p) < 400) & (p.imag > 1e-3)])
-            for p in (way.poles(0.1, frequency)(speed), matrices(speed))
+            for p in (way.on(0.1).poles(frequency)(speed), matrices(speed))
         )
         # Double poles are split by the root of rounding; the largest is 400.
         np.testing.assert_allclose(ours, theirs, atol=1e-6)

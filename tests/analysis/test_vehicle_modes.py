@@ -124,7 +124,7 @@ def test_on_the_track_as_vehicle_and_track_of_finite_elements():
 
 def test_the_reduced_track_is_as_near_to_growing_there():
     """Poles of vehicle and reduced track: at the critical speed one neither grows nor decays."""
-    critical = way_of(None, Gravity.NORMALS, TRACK, rigid_track=False).critical(0.1)
+    critical = way_of(None, Gravity.NORMALS, TRACK, rigid_track=False).on(0.1).critical()
     modes = vehicle_modes(wheels=Wheels.RAILS, speed=critical.speed, conicity=0.1, track=TRACK)
     least = modes.isel(name=int(np.argmin(modes["damping_ratio"].values)))
     assert str(least["name"].values).startswith("bogie hunting")
