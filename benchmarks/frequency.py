@@ -30,12 +30,15 @@ from rich.table import Table
 from railcosim.analysis.response.frequency import coupled, response
 from railcosim.analysis.response.models import Models, linear_models
 from railcosim.analysis.response.plane import plane, transfer
+from railcosim.analysis.response.rolling_pair import rolling_of
 from railcosim.fmus.export import export
 from railcosim.mechanics.law import LinearContact
+from railcosim.mechanics.ports import Layout
 from railcosim.paper.maps import OUTPUTS
 from railcosim.reference.contacts import Pressing
 from railcosim.reference.frequency import frequency_response, linearised
 from railcosim.reference.monolithic import assemble
+from railcosim.track.irregularity.quantities import QUANTITIES
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, direct_receptance
 from railcosim.vehicle.parameters import Vehicle
@@ -80,6 +83,21 @@ def frequency_domain(models: Models, memory: Memory) -> Rows:
         ("map, one direct solve a grid point (from a sample)", f"{every / 3600:.1f} h",
          f"{every / mapped:.0f} x"),
     ]  # fmt: skip
+
+
+def in_space(folder: Path, memory: Memory) -> Rows:
+    """The coupled response of wheels that roll: the four irregularities at once, all outputs."""
+    fmus = export(Vehicle(), Track(), folder, dimension="spatial")
+    models = linear_models(fmus["Vehicle"], fmus["Track"], lambda done, total: None)
+    contact = rolling_of(Vehicle(), fmus["Vehicle"], models.vehicle).at(100 / 3.6)
+    omega = 2 * np.pi * np.geomspace(0.14, 1111, 500)
+    wheels = Layout(len(models.positions)).wheels
+    gaps = [f"{wheel}.irregularity_{direction}" for wheel in wheels for direction in "zy"]
+    loads = np.random.default_rng(1).standard_normal((1, len(gaps), len(QUANTITIES)))
+    cost = seconds(lambda: coupled(models, omega, contact).to(gaps, loads), 9) / omega.size
+    outputs = len(coupled(models, omega[:1], contact).outputs)
+    what = f"in space: a frequency, {len(QUANTITIES)} excitations, {outputs} outputs"
+    return [(what, shown(cost), memory.beside(what, cost))]
 
 
 def receptances(python: str) -> Rows:
@@ -136,6 +154,7 @@ def main() -> None:
         models = linear_models(fmus["Vehicle"], fmus["Track"], lambda done, total: None)
         rows: Rows = [("linearise both FMUs, once", f"{perf_counter() - begun:.0f} s", "")]
         rows += frequency_domain(models, memory)
+        rows += in_space(folder / "space", memory)
         rows += receptances(python)
         if "--paper" in arguments:
             rows += paper(folder)

@@ -73,9 +73,9 @@ def frf(
     plot: PlotFile = None,
 ) -> None:
     """Linearise a vehicle FMU and a track FMU and couple them in the frequency domain."""
-    from railcosim.analysis.response.excitation import check_excitation
+    from railcosim.analysis.response.excitation import check_excitation, is_irregularity
     from railcosim.analysis.response.frf import Assembly, frequency_response
-    from railcosim.mechanics.ports import Layout
+    from railcosim.vehicle.train import train_of
 
     from .pair_charts import response_chart
 
@@ -89,8 +89,12 @@ def frf(
     stock = vehicle_of(vehicle)
     v = speed_of(speed)
     if not vehicle_fmu:  # before ours is made
-        check_excitation(excitation, Layout().wheelsets)
-    if uncoupled and "irregularity" in excitation:
+        check_excitation(
+            excitation,
+            sum(one.wheelsets for one in train_of(stock).vehicles),
+            in_space=dimension is DimensionName.SPATIAL,
+        )
+    if uncoupled and is_irregularity(excitation):
         raise UsageError(f"--input {excitation}: has no effect with --uncoupled, without contact")
     if rigid_track and "rail_force" in excitation:
         raise UsageError(f"--input {excitation}: has no effect with --rigid-track")

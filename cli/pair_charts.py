@@ -51,8 +51,9 @@ def response_chart(frf: xr.Dataset) -> Chart:
 
 def _responses(frf: xr.Dataset, direction: Direction, per: str, where: str) -> tuple[Group, Group]:
     """Displacements, and contact forces, in a direction."""
-    last = _left(frf)[-1]
-    moved = [f"{last}.{what.format(direction.name)}" for what in (WHEEL.motion, RAIL.motion)]
+    excited = wheelset_of(str(frf.attrs["excitation"]))
+    shown = Port(excited[0], SIDES[0]).wheel if excited else _left(frf)[-1]
+    moved = [f"{shown}.{what.format(direction.name)}" for what in (WHEEL.motion, RAIL.motion)]
     cars, others = _bodies(frf, direction.name)
     forces = {f"{w}.{FORCE.format(effort=direction.effort)}": w for w in _left(frf)}
     return (

@@ -16,16 +16,26 @@ FORCES = (WHEELSET_FORCE, *(f"{RAIL_FORCE}{direction}" for direction in "zy"))
 IRREGULARITIES: dict[str, Quantity] = {"irregularity_z": QUANTITIES["vertical"], **QUANTITIES}
 """By names of excitations: the vertical one by the name of the variables, too."""
 
+VERTICAL = {WHEELSET_FORCE, f"{RAIL_FORCE}z", "irregularity_z", "vertical"}
+"""Those that the vertical model knows."""
 
-def check_excitation(excitation: str, wheelsets: int = MOST_WHEELSETS) -> None:
+
+def check_excitation(
+    excitation: str, wheelsets: int = MOST_WHEELSETS, *, in_space: bool = True
+) -> None:
     """Raise CouplingError if nothing on so many wheelsets is excited so; see `loads_of`."""
     axles = Layout(wheelsets).axles
     axle, _, what = excitation.rpartition(".")
-    known = {*IRREGULARITIES, *FORCES} if axle else set(IRREGULARITIES)
+    wide, forces = (
+        [name for name in names if in_space or name in VERTICAL]
+        for names in (IRREGULARITIES, FORCES)
+    )
+    known = {*wide, *forces} if axle else set(wide)
     if what not in known or (axle and axle not in axles):
+        more = "" if in_space else "; vehicle and track in space know more (--dimension spatial)"
         raise CouplingError(
-            f"excitation {excitation}: must be {', '.join(IRREGULARITIES)}, or one of {axles[0]} "
-            f"to {axles[-1]} with .{', .'.join((*FORCES, *IRREGULARITIES))}"
+            f"excitation {excitation}: must be {', '.join(wide)}, or one of {axles[0]} "
+            f"to {axles[-1]} with .{', .'.join((*forces, *wide))}{more}"
         )
 
 
@@ -60,7 +70,9 @@ def loads_of(
         If there is no such excitation, or the system does not know of it.
     """
     layout = Layout(len(positions))
-    check_excitation(excitation, layout.wheelsets)
+    aside = tuple(f".{what}" for what in (Y.effort, IRREGULARITY.format(Y.name)))
+    in_space = any(name.endswith(aside) for name in system.inputs)
+    check_excitation(excitation, layout.wheelsets, in_space=in_space)
     axle, _, what = excitation.rpartition(".")
     wheels = [port for port in layout.ports if not axle or port.wheel.startswith(f"{axle}.")]
     if what in IRREGULARITIES:
@@ -72,15 +84,8 @@ def loads_of(
     else:
         along = what.removeprefix(RAIL_FORCE)
         wanted = {f"track.{port.wheel}.force_{along}": 1.0 for port in wheels}
-    known = set(system.inputs)
-    # Wheels that the vertical model moves down alike would be given no roll.
-    rolls = f"{layout.wheels[0]}.{IRREGULARITY.format(Y.name)}" in known
-    alike = len(set(wanted.values())) == 1
-    if not set(wanted) <= known or not (alike or rolls):
-        raise CouplingError(
-            f"excitation {excitation}: there is no such input in {system.name}, or it takes the "
-            "spatial model"
-        )
+    if not set(wanted) <= set(system.inputs):
+        raise CouplingError(f"excitation {excitation}: there is no such input in {system.name}")
     delays = [
         0.0 if axle else (positions.max() - positions[port.wheelset - 1]) / speed for port in wheels
     ]

@@ -109,8 +109,9 @@ def frequency_response(
     """
     told = [(file, describe_file(file)) for file in files_of(vehicle)]
     wheels = layouts_of([(file, [*one.inputs, *one.outputs]) for file, one in told])
-    check_excitation(excitation, sum(layout.wheelsets for layout in wheels))
-    if contact_stiffness is not None and wheels[0].directions == ON_WHEEL:
+    in_space = wheels[0].directions == ON_WHEEL
+    check_excitation(excitation, sum(layout.wheelsets for layout in wheels), in_space=in_space)
+    if contact_stiffness is not None and in_space:
         raise ArgumentError(
             "contact_stiffness", contact_stiffness,
             "is of wheels that meet rails downwards only; these are in space, and roll",
@@ -123,7 +124,7 @@ def frequency_response(
         check_frequencies_of(rails, float(frequency.max()))
     contact: Contact = contact_stiffness or STIFFNESS
     about: dict[str, object] = {"contact_stiffness": contact}
-    if wheels[0].directions == ON_WHEEL:
+    if in_space:
         rolling = rolling_of(stock or Vehicle(), files_of(vehicle)[0], models.vehicle)
         contact, about = rolling.at(speed), {"creep": "Kalker, linear; spins as gyroscopes"}
         if assembly is not Assembly.APART:

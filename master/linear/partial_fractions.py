@@ -49,15 +49,25 @@ class PartialFractions:
 
     def at(self, s: ComplexArray) -> ComplexArray:
         """The sum at complex frequencies (n_s,) in 1/s, shape (n_s, n_outputs, n_inputs)."""
-        found = np.empty((len(s), self.slope.shape[1]), dtype=complex)
+        found = np.empty((len(s), *self.column.shape), dtype=complex)
         for begin in range(0, len(s), FREQUENCIES):
             here = s[begin : begin + FREQUENCIES]
-            total = np.zeros((2 * len(here), 2 * self.slope.shape[1]))
-            for poles, columns, numerators in self._groups:
-                total[:, columns] += self._sum(here, poles, numerators)
+            total = self._total(here)
             level, slope = np.split(total[: len(here)] + 1j * total[len(here) :], 2, axis=1)
-            found[begin : begin + FREQUENCIES] = level + here[:, None] * slope
-        return found[:, self.column]
+            slope *= here[:, None]
+            level += slope
+            np.take(level, self.column, axis=1, out=found[begin : begin + len(here)], mode="clip")
+        return found
+
+    def _total(self, s: ComplexArray) -> FloatArray:
+        """Levels and slopes over denominators, real parts and below them imaginary ones."""
+        if len(self._groups) == 1:
+            ((poles, _, numerators),) = self._groups
+            return self._sum(s, poles, numerators)
+        total = np.zeros((2 * len(s), 2 * self.slope.shape[1]))
+        for poles, columns, numerators in self._groups:
+            total[:, columns] += self._sum(s, poles, numerators)
+        return total
 
     def _sum(self, s: ComplexArray, poles: _Poles, numerators: FloatArray) -> FloatArray:
         """Real parts of numerators over denominators, and imaginary parts below them."""
@@ -80,10 +90,10 @@ class PartialFractions:
         count = np.bincount(which.ravel(), minlength=len(patterns))
         largest = int(count.argmax()) if count.size else 0
         group = np.where(count[which.ravel()] < POLES, largest, which.ravel())
-        found = []
-        for k in np.unique(group).tolist():
+        found, groups = [], np.unique(group).tolist()
+        for k in groups:
             poles = np.flatnonzero(group == k)
-            columns = np.flatnonzero(seen[poles].any(axis=0))
+            columns = np.flatnonzero(seen[poles].any(axis=0) | (len(groups) == 1))
             both = np.concatenate([columns, columns + self.slope.shape[1]])
             found.append((poles, both, np.ascontiguousarray(numerators[np.ix_(poles, both)])))
         return found

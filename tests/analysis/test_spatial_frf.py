@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.response.bodies import linear_of
-from railcosim.analysis.response.excitation import is_mirrored, loads_of
+from railcosim.analysis.response.excitation import check_excitation, is_mirrored, loads_of
 from railcosim.analysis.response.frequency import coupled, dataset, on_rigid_track, response
 from railcosim.analysis.response.frf import check_stable
 from railcosim.analysis.response.models import Models
@@ -113,6 +113,8 @@ def test_wheelsets_meet_irregularity_one_after_the_other(alone):
         loads_of(system, "wheelset[1].rail_force_y", POSITIONS, SPEED)  # rails do not move
     with pytest.raises(CouplingError, match=r"must be irregularity_z, vertical, .*, or one of"):
         loads_of(system, "sideways", POSITIONS, SPEED)
+    with pytest.raises(CouplingError, match=r"must be irregularity_z, vertical, or .*in space"):
+        check_excitation("cross_level", in_space=False)
 
 
 def test_results_have_units(alone):

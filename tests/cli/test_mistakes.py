@@ -32,6 +32,8 @@ MISTAKES = {
     f"{RUN} --scheme magic": "'magic' is not one of",
     f"{RUN[:-3]}.txt": "must end in .nc or .csv",
     f"{RUN} --step=-1": "--step -1: must be > 0 s",
+    f"{FRF} --dimension spatial --contact-stiffness 1e9": "in space wheels roll",
+    f"{FRF} --input alignment": "vehicle and track in space know more (--dimension spatial)",
     f"{FRF} --contact-stiffness hertz": "--contact-stiffness hertz: must be a number from 1000 to",
     "export --out e --fmi 4": "--fmi 4: must be 2 or 3",
     "export --out e --runtime python --fmi 3": "FMI 2 only",
