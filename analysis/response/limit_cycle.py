@@ -19,7 +19,8 @@ from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.running import Equations, running
 from railcosim.vehicle.train import Train
 
-from .hunting import KMH, SPEEDS
+from .hunting import KMH
+from .running import SPEEDS
 
 PERIODS = 3  # in a window whose greatest displacement is an amplitude
 USUAL = 2.0  # Hz: of hunting, where no linear critical speed tells it
