@@ -7,7 +7,8 @@ set, outputs read, derivatives of inputs given, a step of 0.1 ms; one thread, le
 Beside it stand the megabytes that it must move at least, whatever the arithmetic: the table of
 shapes where wheels are; their shapes, written once and read once or, with contacts inside, two and
 three times; exponentials, poles and states. The last two columns say how fast they went by, and
-what the cost was when `wheelsets.csv` was last written, by --keep.
+what the cost was when `wheelsets.csv` was last written, by --keep. Below stand the FMUs of the
+built-in pair, vertical and spatial.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ from rich.console import Console
 from rich.table import Table
 
 from railcosim.fmus.content import contact_defaults
-from railcosim.fmus.export import Start, export_track
+from railcosim.fmus.export import Start, export, export_track
 from railcosim.master.fmi.fmu import FmuComponent
-from railcosim.mechanics.ports import Layout
+from railcosim.mechanics.ports import DIMENSIONS, Layout
 from railcosim.track.decay import RingWarning
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.parameters import Vehicle
@@ -69,7 +70,8 @@ def a_step(path: Path) -> float:
         quantity = np.array([v.name.rpartition(".")[2] for v in fmu.inputs])
         start = np.array([v.start for v in fmu.inputs])
         run = np.where(quantity == "position", SPEED, 0.0)
-        size = np.select([quantity == "force_z", quantity == "wheel_z"], [1e3, 1e-5], 0.0)
+        forces = ("force_x", "force_y", "force_z", "moment_x", "moment_z")
+        size = np.select([np.isin(quantity, forces), quantity == "wheel_z"], [1e3, 1e-5], 0.0)
         start += np.where(quantity == "wheel_z", 1e-3, 0.0)
         shift = np.arange(start.size)
         fmu.enter_initialization(0.0)
@@ -123,6 +125,15 @@ def main() -> None:
                 table.add_row(
                     what, str(modes), f"{1e6 * cost:.0f} µs", f"{cost / STEP:.2f}",
                     f"{moved:.1f} MB", f"{moved / 1e3 / cost:.0f} GB/s", memory.beside(what, cost),
+                )  # fmt: skip
+    for dimension in DIMENSIONS:
+        with TemporaryDirectory(prefix="railcosim_") as name:
+            files = export(Vehicle(), Track(), Path(name), dimension=dimension)
+            for fmu in ("Vehicle", "Track"):
+                cost, what = a_step(files[fmu]), f"{fmu}, built in, {dimension}"
+                table.add_row(
+                    what, str(modes_of(files[fmu])), f"{1e6 * cost:.0f} µs", f"{cost / STEP:.2f}",
+                    "", "", memory.beside(what, cost),
                 )  # fmt: skip
     Console().print(table)
     if "--keep" in sys.argv:

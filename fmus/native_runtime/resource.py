@@ -79,7 +79,7 @@ def _along(shapes: AlongRing, body: ModalBody) -> Sections:
             "highest_frequency"
         )
     return {
-        **_segments(shapes.partner, shapes.mu, body.even),
+        **_segments(shapes.partner, shapes.mu, body.even, _moved(shapes)),
         **_complex("table", shapes.table),
         **_complex("local", shapes.local_table),
         "geometry": np.array([shapes.cell_length]),
@@ -91,8 +91,13 @@ def _everywhere(body: ModalBody) -> Sections:
     known = body.coordinates
     if known is None:
         raise TypeError("a body with the same shapes everywhere needs coordinates")
+    n = body.poles.size
+    along = np.stack([out, into]).reshape(-1, len(body.layout.directions), n) != 0
+    moved = np.zeros(n, dtype=int)
+    for half in (slice(0, body.even), slice(body.even, n)):  # all of one parity alike: they are few
+        moved[half] = _bits(along[..., half].any(axis=(0, 2)))
     return {
-        **_segments(np.arange(body.poles.size), np.zeros(body.poles.size), body.even),
+        **_segments(np.arange(n), np.zeros(n), body.even, moved),
         **_complex("out", out),
         **_complex("in", into),
         **_complex("coordinate", known.modes),
@@ -106,13 +111,32 @@ def _everywhere(body: ModalBody) -> Sections:
     }
 
 
-def _segments(partner: NDArray[np.intp], mu: NDArray[np.float64], even: int) -> Sections:
-    """Runs of modes of one wavenumber whose partners run alike: (to, from, size), and mu."""
-    broken = np.flatnonzero((np.diff(partner) != 1) | (np.diff(mu) != 0)) + 1
-    starts = np.unique(np.concatenate([[0], broken, [even]]))
+def _moved(shapes: AlongRing) -> NDArray[np.intp]:
+    """Directions in which each mode moves anywhere, or its partner does, as bits."""
+    nodes, values, n = shapes.table.shape
+    along = shapes.table.reshape(nodes, values // 2, 2, n) != 0
+    moves = _bits(np.asarray(along.any(axis=(0, 2))))
+    return moves | moves[shapes.partner]
+
+
+def _bits(along: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """One bit a direction, the first axis; where there is none, of the first."""
+    bits = np.left_shift(1, np.arange(len(along)))
+    return np.maximum(np.tensordot(bits, along.astype(int), axes=1), 1)
+
+
+def _segments(
+    partner: NDArray[np.intp], mu: NDArray[np.float64], even: int, moved: NDArray[np.intp]
+) -> Sections:
+    """Runs of modes of one wavenumber whose partners run alike, and that move alike.
+
+    As (to, from, size, directions), and mu.
+    """
+    broken = (np.diff(partner) != 1) | (np.diff(mu) != 0) | (np.diff(moved) != 0)
+    starts = np.unique(np.concatenate([[0], np.flatnonzero(broken) + 1, [even]]))
     starts = starts[starts < partner.size]
     sizes = np.diff(np.append(starts, partner.size))
-    rows = np.stack([starts, partner[starts], sizes], axis=1)
+    rows = np.stack([starts, partner[starts], sizes, moved[starts]], axis=1)
     return {"segments": rows.astype(np.int32), "mu": mu[starts]}
 
 

@@ -126,6 +126,23 @@ def test_runtimes_repeat_the_reference_run(spatial, runtime):
     assert (np.abs(found - expected[:, 1:]) / size).max() < 1e-9
 
 
+def test_modes_that_move_in_all_directions(tmp_path):
+    """Of rails that tilt with their slabs; of upright ones zeros are skipped."""
+    tilted = replace(TINY, slab=replace(TINY.slab, tilts_rails=True))
+    path = export_track(tilted, start_of(VERTICAL), tmp_path, dimension="spatial")["Track"]
+    wanted, expected = table(path, "ref")
+    run = simulate_fmu(
+        path, fmi_type="CoSimulation", stop_time=200 * STEP, step_size=STEP, output_interval=STEP,
+        input=inputs_of(path), output=wanted,
+    )  # fmt: skip
+    found, size = np.array([run[name] for name in wanted]).T, np.abs(expected[:, 1:]).max(axis=0)
+    assert (np.abs(found - expected[:, 1:]) / size).max() < 1e-9
+    down = expected[:, 1 + wanted.index("wheelset[1].left.rail_z")]
+    upright = export_track(TINY, start_of(VERTICAL), tmp_path / "up", dimension="spatial")["Track"]
+    names, other = table(upright, "ref")
+    assert np.abs(down / other[:, 1 + names.index("wheelset[1].left.rail_z")] - 1).max() > 1e-6
+
+
 def test_mirrored_excitation_gives_the_vertical_answers(spatial, vertical):
     """Equal forces down, and whatever acts sideways and in roll: down nothing changes.
 

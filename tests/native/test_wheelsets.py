@@ -301,3 +301,18 @@ def test_sizes_that_make_no_sense(driver, tiny, tmp_path, place, value, words):
     reply = driver("new", 0, "cs", fmu.guid, f"{tmp_path}/", 0)
     assert reply.status == "NULL"
     assert words in reply.log[0]
+
+
+@pytest.mark.parametrize("moves", [0, 2, -1])
+def test_directions_that_there_are_not(driver, tiny, tmp_path, moves):
+    """Modes that move in no direction, or in a second one of a vertical track."""
+    fmu = tiny["TrackWithContact"]
+
+    def change(values):
+        values[3] = moves
+
+    whole = (fmu.resources / "model.bin").read_bytes()
+    (tmp_path / "model.bin").write_bytes(altered(whole, "segments", change))
+    reply = driver("new", 0, "cs", fmu.guid, f"{tmp_path}/", 0)
+    assert reply.status == "NULL"
+    assert "a segment of modes" in reply.log[0]

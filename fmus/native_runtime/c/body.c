@@ -9,9 +9,10 @@ static void set_shapes(Body *body, double *in_re, double *in_im)
 {
     const Model *m = body->model;
     for (size_t j = 0; j < m->chunks; j++)
-        for (size_t k = 0; k < m->rows; k++) {
+        for (size_t k = 0; k < m->chunk[j].rows; k++) {
             const Chunk *chunk = &m->chunk[j];
-            const size_t to = body_place(body, chunk, k), from = k * m->ring + chunk->to;
+            const size_t to = body_place(body, chunk, k);
+            const size_t from = chunk->row[k] * m->ring + chunk->to;
             const size_t bytes = chunk->size * sizeof(double);
             memcpy(body->shapes.out_re + to, m->out.re + from, bytes);
             memcpy(body->shapes.out_im + to, m->out.im + from, bytes);
@@ -25,7 +26,7 @@ static void set_shapes(Body *body, double *in_re, double *in_im)
 static void lay_out(Body *body, Arrays *arrays)
 {
     const Model *m = body->model;
-    const size_t R = m->padded_rows, all = R * m->width;
+    const size_t R = m->padded_rows, all = m->shapes;
     Shapes *set[3] = {&body->shapes, &body->slope, &body->between};
     for (size_t k = 0; k < 3; k++) {
         set[k]->out_re = arrays_take(arrays, all);
@@ -43,7 +44,7 @@ static void lay_out(Body *body, Arrays *arrays)
     body->rate = arrays_take(arrays, 2 * m->modes);
     for (int odd = 0; odd < 2; odd++) {
         for (size_t k = 0; k < sizeof body->split / sizeof *body->split; k++)
-            body->split[k].of[odd] = arrays_take(arrays, R);
+            body->split[k].of[odd] = arrays_take(arrays, R + 1);
         body->G[odd] = arrays_take(arrays, 3 * R * R);
     }
 }
@@ -76,7 +77,7 @@ int body_create(Body *body, const Model *model)
         body->flexibility[model->modes + r] = im / size;
     }
     if (model->nodes == 0)
-        set_shapes(body, body->receiving, body->receiving + model->padded_rows * model->width);
+        set_shapes(body, body->receiving, body->receiving + model->shapes);
     return 1;
 }
 
@@ -95,8 +96,21 @@ void body_split(const Model *m, const double *force, const ByParity *f)
         even[k] = force[k] + other;
         odd[k] = force[k] - other;
     }
-    for (size_t k = m->rows; k < m->padded_rows; k++)
+    for (size_t k = m->rows; k <= m->padded_rows; k++)
         even[k] = odd[k] = 0;
+}
+
+/* Numbers of a block of a chunk's rows, from `k` on, from those of all rows; and back. */
+static void gather(const Chunk *chunk, size_t k, const double *all, double own[BLOCK])
+{
+    for (size_t i = 0; i < BLOCK; i++)
+        own[i] = all[chunk->row[k + i]];
+}
+
+static void scatter(const Chunk *chunk, size_t k, const double own[BLOCK], double *all)
+{
+    for (size_t i = 0; i < BLOCK; i++)
+        all[chunk->row[k + i]] = own[i];
 }
 
 /* Displacements of the sides from those of even and odd modes. */
@@ -114,11 +128,12 @@ void body_drive_chunk(const Body *body, const Shapes *shapes, size_t place, cons
                       const ByParity *f, double *g)
 {
     const Model *m = body->model;
-    for (size_t k = 0; k < m->padded_rows; k += BLOCK) {
+    double own[BLOCK];
+    for (size_t k = 0; k < chunk->padded_rows; k += BLOCK) {
         const size_t from = place + k * chunk->room;
+        gather(chunk, k, f->of[chunk->odd], own);
         body->kernels->drive(chunk->room, chunk->room, shapes->in_re + from, shapes->in_im + from,
-                             f->of[chunk->odd] + k, k > 0, g + chunk->at,
-                             g + m->drives + chunk->at);
+                             own, k > 0, g + chunk->at, g + m->drives + chunk->at);
     }
 }
 
@@ -126,12 +141,14 @@ void body_drive_both(const Body *body, const Shapes *shapes, const Chunk *chunk,
                      const ByParity *e, double *g, double *d)
 {
     const Model *m = body->model;
-    for (size_t k = 0; k < m->padded_rows; k += BLOCK) {
+    double one[BLOCK], other[BLOCK];
+    for (size_t k = 0; k < chunk->padded_rows; k += BLOCK) {
         const size_t from = body_place(body, chunk, k);
+        gather(chunk, k, f->of[chunk->odd], one);
+        gather(chunk, k, e->of[chunk->odd], other);
         body->kernels->drive_both(chunk->room, chunk->room, shapes->in_re + from,
-                                  shapes->in_im + from, f->of[chunk->odd] + k,
-                                  e->of[chunk->odd] + k, k > 0, m->drives, g + chunk->at,
-                                  d + chunk->at);
+                                  shapes->in_im + from, one, other, k > 0, m->drives,
+                                  g + chunk->at, d + chunk->at);
     }
 }
 
@@ -171,7 +188,7 @@ void body_drive(const Body *body, const Shapes *shapes, const double *force, dou
 void body_no_motion(const Model *m, const ByParity *z)
 {
     for (int odd = 0; odd < 2; odd++)
-        memset(z->of[odd], 0, m->padded_rows * sizeof(double));
+        memset(z->of[odd], 0, (m->padded_rows + 1) * sizeof(double));
 }
 
 void body_observe_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
@@ -179,10 +196,13 @@ void body_observe_chunk(const Body *body, const Shapes *shapes, const Chunk *chu
 {
     const Model *m = body->model;
     const double *re = x + chunk->to, *im = re + m->modes;
-    for (size_t k = 0; k < m->padded_rows; k += BLOCK) {
+    double own[BLOCK];
+    for (size_t k = 0; k < chunk->padded_rows; k += BLOCK) {
         const size_t from = body_place(body, chunk, k);
+        gather(chunk, k, z->of[chunk->odd], own);
         body->kernels->observe(chunk->size, chunk->room, shapes->out_re + from,
-                               shapes->out_im + from, re, im, z->of[chunk->odd] + k);
+                               shapes->out_im + from, re, im, own);
+        scatter(chunk, k, own, z->of[chunk->odd]);
     }
 }
 
@@ -239,11 +259,16 @@ static void look_chunk(const Body *body, const Shapes *shapes, const Chunk *chun
     const Model *m = body->model;
     const double *re = x + chunk->to, *im = re + m->modes;
     const double *rate = body->rate + chunk->to, *rate_im = rate + m->modes;
+    double own[BLOCK], own_rate[BLOCK];
     find_rate(body, chunk, x, g);
-    for (size_t k = 0; k < m->padded_rows; k += BLOCK) {
+    for (size_t k = 0; k < chunk->padded_rows; k += BLOCK) {
         const size_t from = body_place(body, chunk, k);
+        gather(chunk, k, z->of[chunk->odd], own);
+        gather(chunk, k, vz->of[chunk->odd], own_rate);
         body->kernels->look(chunk->size, chunk->room, shapes->out_re + from, shapes->out_im + from,
-                            re, im, rate, rate_im, z->of[chunk->odd] + k, vz->of[chunk->odd] + k);
+                            re, im, rate, rate_im, own, own_rate);
+        scatter(chunk, k, own, z->of[chunk->odd]);
+        scatter(chunk, k, own_rate, vz->of[chunk->odd]);
     }
 }
 

@@ -16,7 +16,7 @@ typedef struct {
     double xi;
 } Place;
 
-/* Mode shapes at the wheelsets, (padded_rows, room) for each chunk, one after the other, so that a
+/* Mode shapes at the wheelsets, (padded_rows, room) of each chunk, one after the other, so that a
    chunk is one piece of memory; and of the local modes
    at the contacts: (contacts, directions), of a contact's oscillators one behind the other. */
 typedef struct {
@@ -26,7 +26,8 @@ typedef struct {
     Place *place; /* of each wheelset, what they are for */
 } Shapes;
 
-/* One number a row, padded_rows of them, for even modes and for odd ones. */
+/* One number a row, padded_rows of them, for even modes and for odd ones; and one behind that is
+   nobody's. */
 typedef struct {
     double *of[2];
 } ByParity;
@@ -83,7 +84,8 @@ void body_rate(const Body *body, const double *x, const double *g, double *rate)
 /* Where shapes of a chunk begin, and one row of it. */
 static inline size_t body_place(const Body *body, const Chunk *chunk, size_t row)
 {
-    return body->model->padded_rows * chunk->at + row * chunk->room;
+    (void)body;
+    return chunk->shapes + row * chunk->room;
 }
 /* A step of a track to `end` that passes `middle` (m). Then, for each chunk, shapes in the middle, at
    `place` of body->between, and at the end. */

@@ -34,7 +34,8 @@ static int find_partners(Model *m)
         if (s->partner == m->segments)
             return 0;
         const Segment *other = &m->segment[s->partner];
-        if (other->from != s->to || other->size != s->size || !same_poles(m, s, other))
+        if (other->from != s->to || other->size != s->size || other->moves != s->moves ||
+            !same_poles(m, s, other))
             return 0;
         s->pole = other->to < s->to ? other->to : s->to;
     }
@@ -45,10 +46,15 @@ static int find_partners(Model *m)
 static Chunk chunk_from(const Model *m, size_t first)
 {
     const size_t to = m->segment[first].to;
-    Chunk chunk = {first, first, to, m->width, 0, 0, to >= m->even};
+    Chunk chunk = {0};
+    chunk.first = chunk.end = first;
+    chunk.to = to;
+    chunk.at = m->width;
+    chunk.odd = to >= m->even;
     size_t reach = first; /* the last one that a partner in the chunk needs in it */
     for (size_t j = first; j < m->segments && (j <= reach || chunk.size < LEAST); j++) {
-        if ((m->segment[j].to >= m->even) != chunk.odd)
+        if ((m->segment[j].to >= m->even) != chunk.odd ||
+            m->segment[j].moves != m->segment[first].moves)
             break;
         reach = m->segment[j].partner > reach ? m->segment[j].partner : reach;
         chunk.size += m->segment[j].size;
@@ -58,14 +64,36 @@ static Chunk chunk_from(const Model *m, size_t first)
     return chunk;
 }
 
+/* Rows of a chunk, wheelset by wheelset, from where `row` has room. */
+static void find_rows(const Model *m, Chunk *chunk, size_t *row)
+{
+    for (size_t d = 0; d < m->directions; d++)
+        if (m->segment[chunk->first].moves >> d & 1)
+            chunk->direction[chunk->moving++] = d;
+    chunk->rows = m->wheelsets * chunk->moving;
+    chunk->padded_rows = (chunk->rows + BLOCK - 1) / BLOCK * BLOCK;
+    for (size_t k = 0; k < chunk->padded_rows; k++)
+        row[k] = k < chunk->rows ? k / chunk->moving * m->directions +
+                                       chunk->direction[k % chunk->moving]
+                                 : m->padded_rows;
+    chunk->row = row;
+}
+
 int model_find_chunks(Model *m)
 {
+    size_t table = 0, *row = m->chunk_rows;
     if (!find_partners(m))
         return 0;
     for (size_t j = 0; j < m->segments; j = m->chunk[m->chunks - 1].end) {
-        const Chunk chunk = chunk_from(m, j);
+        Chunk chunk = chunk_from(m, j);
         for (size_t k = j; k < chunk.end; k++)
             m->segment[k].out = chunk.at + m->segment[k].to - chunk.to;
+        find_rows(m, &chunk, row);
+        row += chunk.padded_rows;
+        chunk.shapes = m->shapes;
+        chunk.table = table;
+        m->shapes += chunk.padded_rows * chunk.room;
+        table += NODE_PARTS * chunk.moving * m->nodes * chunk.room;
         m->chunk[m->chunks++] = chunk;
         m->width += chunk.room;
     }
@@ -73,8 +101,9 @@ int model_find_chunks(Model *m)
         m->segment[j].in = m->segment[m->segment[j].partner].out;
     Segment *local = &m->segment[m->segments];
     local->out = local->in = m->width;
-    m->chunk[m->chunks] = (Chunk){m->segments, m->segments + 1, m->ring, m->width,
-                                  m->local, whole_lines(m->local), 0};
+    m->chunk[m->chunks] = (Chunk){.first = m->segments, .end = m->segments + 1, .to = m->ring,
+                                  .at = m->width, .size = m->local, .room = whole_lines(m->local),
+                                  .shapes = m->shapes, .table = table};
     m->drives = m->width + whole_lines(m->local);
     return 1;
 }
@@ -84,9 +113,13 @@ void model_fill_table(Model *m, const float *re, const float *im)
     const float *const parts[2] = {re, im};
     for (size_t j = 0; j < m->chunks; j++) {
         const Chunk *chunk = &m->chunk[j];
-        float *to = m->table + NODE_PARTS * m->directions * m->nodes * chunk->at;
-        for (size_t row = 0; row < 2 * m->nodes * m->directions; row++)
-            for (int part = 0; part < 2; part++, to += chunk->room)
-                memcpy(to, parts[part] + row * m->ring + chunk->to, chunk->size * sizeof(float));
+        float *to = m->table + chunk->table;
+        for (size_t k = 0; k < m->nodes * chunk->moving; k++) {
+            const size_t row = k / chunk->moving * m->directions +
+                               chunk->direction[k % chunk->moving];
+            for (int part = 0; part < NODE_PARTS; part++, to += chunk->room)
+                memcpy(to, parts[part % 2] + (2 * row + (size_t)part / 2) * m->ring + chunk->to,
+                       chunk->size * sizeof(float));
+        }
     }
 }

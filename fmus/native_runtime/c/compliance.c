@@ -27,21 +27,24 @@ static void respond(const Body *body, const Shapes *shapes, const Chunk *chunk, 
     const double part = a == b ? 0.5 : 1; /* its own partner counts twice in the kernel */
     double sums[3][BLOCK] = {{0}};
     body->kernels->respond(a->size, chunk->room, rows, &X, &Y, &S, &T, w, m->modes, sums);
+    double *G = body->G[chunk->odd] + chunk->row[row] * R;
     for (size_t i = 0; i < 3; i++)
-        for (size_t k = 0; k < rows; k++)
-            body->G[chunk->odd][i * R * R + row * R + from + k] += part * sums[i][k];
+        for (size_t k = 0; k < rows && from + k < chunk->rows; k++)
+            G[i * R * R + chunk->row[from + k]] += part * sums[i][k];
 }
 
 void body_respond_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
                         const double *const weight[3], int far)
 {
     const Model *m = body->model;
+    const size_t rows = BLOCK * chunk->moving; /* of four wheelsets */
     for (size_t j = chunk->first; j < chunk->end; j++)
-        for (size_t row = 0; row < m->rows && m->segment[j].partner >= j; row++) {
-            const size_t next = (row / BLOCK + 1) * BLOCK;
+        for (size_t row = 0; row < chunk->rows && m->segment[j].partner >= j; row++) {
+            const size_t next = (row / BLOCK + 1) * BLOCK, last = (row / rows + 1) * rows;
+            const size_t end = far || last > chunk->padded_rows ? chunk->padded_rows : last;
             const Segment *segment = &m->segment[j];
             respond(body, shapes, chunk, segment, weight, row, row, next - row);
-            for (size_t from = next; far && from < m->padded_rows; from += BLOCK)
+            for (size_t from = next; from < end; from += BLOCK)
                 respond(body, shapes, chunk, segment, weight, row, from, BLOCK);
         }
 }

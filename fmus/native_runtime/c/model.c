@@ -6,7 +6,6 @@
 #include <string.h>
 
 enum { MAX_PHASES = 1 << 22, MAX_WHOLE = 1 << 30 }; /* the latter of what becomes an int */
-enum { MAX_WHEELSETS = 64, MAX_DIRECTIONS = 6 };
 /* Shapes at all wheelsets, in numbers: what memory they take is not bounded by the file's size. */
 static const double MAX_SHAPES = 1 << 23;
 
@@ -80,9 +79,9 @@ static void read_layout(Reader *reader)
     const int32_t *sizes = section(reader, "layout", TYPE_INT32, 3, 0, 0);
     if (!reader->good)
         return;
-    demand(reader, sizes[0] >= 1 && sizes[0] <= MAX_WHEELSETS, "the number of wheelsets");
+    demand(reader, sizes[0] >= 1 && sizes[0] <= MOST_WHEELSETS, "the number of wheelsets");
     demand(reader, sizes[1] == 1 || sizes[1] == 2, "the number of sides");
-    demand(reader, sizes[2] >= 1 && sizes[2] <= MAX_DIRECTIONS, "the number of directions");
+    demand(reader, sizes[2] >= 1 && sizes[2] <= MOST_DIRECTIONS, "the number of directions");
     if (!reader->good)
         return;
     m->wheelsets = (size_t)sizes[0];
@@ -137,15 +136,17 @@ static void read_segments(Reader *reader)
 {
     Model *m = reader->model;
     m->segments = resource_length(&m->resource, "segments");
-    const int32_t *rows = section(reader, "segments", TYPE_INT32, m->segments, 3, 0);
+    const int32_t *rows = section(reader, "segments", TYPE_INT32, m->segments, 4, 0);
     const double *mu = doubles(reader, "mu", m->segments, 0, 0);
     m->segment = allocate(reader, m->segments + 1, sizeof *m->segment);
     size_t next = 0;
-    for (size_t k = 0; reader->good && k < m->segments; k++, rows += 3) {
-        demand(reader, rows[0] >= 0 && rows[1] >= 0 && rows[2] > 0, "a segment of modes");
+    for (size_t k = 0; reader->good && k < m->segments; k++, rows += 4) {
+        demand(reader, rows[0] >= 0 && rows[1] >= 0 && rows[2] > 0 && rows[3] > 0 &&
+               rows[3] < 1 << m->directions, "a segment of modes");
         if (!reader->good)
             return;
-        Segment s = {(size_t)rows[0], (size_t)rows[1], (size_t)rows[2], 0, 0, 0, 0, mu[k]};
+        Segment s = {(size_t)rows[0], (size_t)rows[1], (size_t)rows[2], 0, 0, 0, 0,
+                     (unsigned)rows[3], mu[k]};
         const size_t first = s.to < m->even ? 0 : m->even;
         const size_t end = s.to < m->even ? m->even : m->ring;
         /* One after the other, and even and odd modes apart. */
@@ -156,9 +157,11 @@ static void read_segments(Reader *reader)
     }
     demand(reader, next == m->ring, "segments leave modes out");
     m->chunk = allocate(reader, m->segments + 1, sizeof *m->chunk);
+    m->chunk_rows = allocate(reader, m->segments * m->padded_rows, sizeof *m->chunk_rows);
     if (!reader->good)
         return;
-    m->segment[m->segments] = (Segment){m->ring, m->ring, m->local, 0, 0, m->segments, m->ring, 0};
+    m->segment[m->segments] = (Segment){m->ring, m->ring, m->local, 0, 0, m->segments, m->ring, 0,
+                                        0};
     demand(reader, model_find_chunks(m), "a segment of modes without a partner");
 }
 
@@ -180,7 +183,8 @@ static void read_track(Reader *reader)
 {
     Model *m = reader->model;
     const float *re = floats(reader, "table.re"), *im = floats(reader, "table.im");
-    m->table = allocate(reader, NODE_PARTS * m->directions * m->nodes * m->width, sizeof(float));
+    /* What is of local modes begins behind the table. */
+    m->table = allocate(reader, reader->good ? m->chunk[m->chunks].table : 0, sizeof(float));
     if (reader->good)
         model_fill_table(m, re, im);
     m->local_shape = complexes(reader, "local", m->nodes, m->directions, m->directions);
@@ -223,13 +227,13 @@ static size_t owners(const Model *m, int role)
     switch (role) {
     case ROLE_IN_POSITION: return m->nodes > 0 ? m->wheelsets : 0;
     case ROLE_OUT_POSITION: return m->nodes > 0 ? 0 : m->wheelsets;
-    case ROLE_START_Z: case ROLE_STIFFNESS: case ROLE_HERTZ: return m->wheelsets;
+    case ROLE_START_Z: return m->wheelsets;
     case ROLE_OUT_FORCE: return m->contact_sign != 0 ? m->contacts : 0;
     case ROLE_IN_LOAD: case ROLE_IN_LOAD_LESS: return m->contacts;
     case ROLE_OUT_CONTACT_Z: case ROLE_OUT_CONTACT_VZ: return m->contacts;
     case ROLE_OUT_COORDINATE: case ROLE_OUT_RATE: return m->coordinates;
     case ROLE_OUT_ACCELERATION: return m->coordinates;
-    default: return 1;
+    default: return law_number((Role)role) < LAW_NUMBERS ? m->wheelsets : 1;
     }
 }
 
@@ -372,6 +376,7 @@ void model_free(Model *model)
 {
     free(model->segment);
     free(model->chunk);
+    free(model->chunk_rows);
     free(model->phase);
     free(model->table);
     free(model->variable);

@@ -13,6 +13,7 @@
 
 /* Kernels take modes and rows by so many. */
 enum { BLOCK = 4 };
+enum { MOST_WHEELSETS = 64, MOST_DIRECTIONS = 6 };
 /* Parts of a node in the table of shapes, each an array over modes: shape, real and imaginary, and
    slope. */
 enum { NODE_PARTS = 4 };
@@ -43,8 +44,32 @@ typedef enum {
     ROLE_SPEED = 16,
     ROLE_START_POSITION = 17,
     ROLE_START_Z = 18, /* of a wheelset */
+    ROLE_RADIUS = 19,  /* this and what follows: of rolling contacts, of all or of a wheelset */
+    ROLE_HALF_DISTANCE = 20,
+    ROLE_CONICITY = 21,
+    ROLE_HEAD_RADIUS = 22,
+    ROLE_CREEP_ALONG = 23,
+    ROLE_CREEP_ACROSS = 24,
+    ROLE_CREEP_SPIN = 25,
+    ROLE_CREEP_TURN = 26,
+    ROLE_FRICTION = 27,
+    ROLE_FLANGE_STIFFNESS = 28,
+    ROLE_FLANGE_CLEARANCE = 29,
+    ROLE_FLANGE_DEPTH = 30,
+    ROLE_TEXTBOOK = 31, /* of all */
     ROLES
 } Role;
+
+/* Parameters of contacts that may be one of all wheelsets or one of each. */
+enum { LAW_NUMBERS = 2 + ROLE_FLANGE_DEPTH - ROLE_RADIUS + 1 };
+/* Which of these a role is; LAW_NUMBERS if none. */
+static inline size_t law_number(Role role)
+{
+    if (role == ROLE_STIFFNESS || role == ROLE_HERTZ)
+        return (size_t)(role - ROLE_STIFFNESS);
+    return role >= ROLE_RADIUS && role <= ROLE_FLANGE_DEPTH ? (size_t)(2 + role - ROLE_RADIUS)
+                                                            : LAW_NUMBERS;
+}
 
 typedef enum { REAL = 0, INTEGER = 1, BOOLEAN = 2 } ValueType;
 typedef enum { INDEPENDENT = 0, INPUT = 1, OUTPUT = 2, PARAMETER = 3 } Causality;
@@ -67,6 +92,7 @@ typedef struct {
     size_t out, in; /* `to` and `from` among the columns of shapes */
     size_t partner; /* the segment that begins at `from`, whose force is received from here */
     size_t pole;    /* the first mode with these poles: its own or its partner's, whichever is first */
+    unsigned moves; /* directions, a bit each; in others its shapes are zero */
     double mu;
 } Segment;
 
@@ -77,6 +103,12 @@ typedef struct {
     size_t first, end; /* segments */
     size_t to, at, size, room;
     int odd;
+    /* Only directions in which its modes move have rows: `moving` of them. A row is `row` among all;
+       those that fill a block stand behind all. */
+    size_t moving, rows, padded_rows;
+    size_t direction[MOST_DIRECTIONS];
+    const size_t *row;
+    size_t shapes, table; /* where its shapes begin, and its part of the table */
 } Chunk;
 
 typedef struct {
@@ -89,6 +121,8 @@ typedef struct {
        contact. */
     size_t even, odd, ring, local, modes;
     size_t width;  /* columns of shapes: those of all chunks */
+    size_t shapes; /* numbers in shapes of all chunks, real or imaginary */
+    size_t *chunk_rows; /* what the chunks' `row` point to */
     size_t drives; /* complex generalised forces: width + local, in whole lines */
     size_t rigid, coordinates, states;
     size_t even_rigid, even_coordinates; /* even ones first: no odd mode moves an even coordinate */
@@ -98,8 +132,8 @@ typedef struct {
     Segment *segment;
     size_t chunks;
     Chunk *chunk; /* the local modes stand behind as one more, which has no shapes */
-    /* Shapes of a track: a table along one cell, (nodes, directions, NODE_PARTS, room) for each
-       chunk, one after the other. The node after the last is the first one of the next cell. */
+    /* Shapes of a track: a table along one cell, (nodes, moving, NODE_PARTS, room) for each chunk,
+       one after the other. The node after the last is the first one of the next cell. */
     size_t nodes, cells;
     float *table;
     Complexes local_shape;
@@ -130,13 +164,13 @@ void model_free(Model *model);
 /* A node in the table of shapes of a chunk. */
 static inline const float *model_node(const Model *m, const Chunk *chunk, size_t node)
 {
-    return m->table + NODE_PARTS * m->directions * (m->nodes * chunk->at + node * chunk->room);
+    return m->table + chunk->table + NODE_PARTS * chunk->moving * node * chunk->room;
 }
 
 /* --- part of reading, in chunks.c -------------------------------------------------------------- */
 
 /* Find the segments' partners and the chunks, `segments` + 1 of which have room, and with them
-   columns. 0: there is a segment without a partner that has the same poles. */
+   columns and rows. 0: there is a segment without a partner that has the same poles. */
 int model_find_chunks(Model *model);
 /* Fill the table from the file's, (nodes, directions, shape and slope, ring). */
 void model_fill_table(Model *model, const float *re, const float *im);

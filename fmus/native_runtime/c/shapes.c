@@ -56,7 +56,7 @@ static void evaluate_both(const Body *body, const Place *place, const Chunk *chu
     const size_t last = place->node + 1 == m->nodes; /* the next node is the next cell's first */
     const double *phase_a = m->phase + 2 * place->cell * m->segments;
     const double *phase_b = m->phase + 2 * ((place->cell + last) % m->cells) * m->segments;
-    for (size_t d = 0; d < m->directions; d++) {
+    for (size_t d = 0; d < chunk->moving; d++) {
         const float *a = model_node(m, chunk, place->node) + NODE_PARTS * d * chunk->room;
         const float *b = model_node(m, chunk, last ? 0 : place->node + 1) +
                          NODE_PARTS * d * chunk->room;
@@ -107,7 +107,7 @@ static void evaluate_all(const Body *body, const Shapes *shapes, size_t wheelset
 {
     const Model *m = body->model;
     for (size_t j = 0; j < m->chunks; j++) {
-        const size_t to = body_place(body, &m->chunk[j], wheelset * m->directions);
+        const size_t to = body_place(body, &m->chunk[j], wheelset * m->chunk[j].moving);
         evaluate(body, place, &m->chunk[j], w, shapes->out_re + to, shapes->out_im + to);
     }
 }
@@ -156,7 +156,7 @@ void body_pass(Body *body, const Chunk *chunk, size_t place)
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
         const Place *middle = &body->middle[k], *end = &body->end[k];
         const double *w = body->weights + 8 * k, *v = w + 4;
-        const size_t row = k * m->directions, at = body_place(body, chunk, row);
+        const size_t row = k * chunk->moving, at = body_place(body, chunk, row);
         double *X_re = body->between.out_re + place + row * chunk->room;
         double *X_im = body->between.out_im + place + row * chunk->room;
         if (same_element(middle, end)) {
