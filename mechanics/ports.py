@@ -246,6 +246,11 @@ class Layout:
         return Layout(self.wheelsets, self.sides, DIMENSIONS.get(self.dimension, self.directions))
 
     @property
+    def down(self) -> Layout:
+        """The same wheels, downwards alone."""
+        return replace(self, directions=(Z,))
+
+    @property
     def numbers(self) -> range:
         """Of the wheelsets."""
         return range(1, self.wheelsets + 1)

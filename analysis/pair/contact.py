@@ -67,7 +67,7 @@ def layout_of(
         other = Layout.among([v.name for v in given])
         if other is None:
             raise CouplingError(f"{under}: has no wheel; a track needs wheelset[1].left.force_z")
-        if other != layout.rails:
+        if other.rails != layout.rails:
             raise CouplingError(
                 f"{under}: is made for {_counted(other)}, and {file} has {_counted(layout)}: "
                 "export the track for that vehicle"

@@ -9,10 +9,9 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import root
 
 from railcosim.master.component import Component, FloatArray, Variable
-from railcosim.master.connections import Connection, CouplingError, connect_by_name
+from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.law import Law
@@ -35,11 +34,11 @@ from .contact import (
 )
 from .numbering import Vehicles, places_of
 from .ring import check_ring_of
+from .rest import columns, settled
 from .several import Load, load_vehicles
 from .standing import Position, start_positions
+from .wiring import wired
 
-FIRST_COMPRESSION = 1e-4  # m, about the static one: where the search for equilibrium begins
-STILL = 1e-6  # m/s2, and 0.1 N: a thousandth of what a bump of 1e-6 m does
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class Pair:
     def static_loads(self) -> FloatArray:
         """Forces at rest (n_wheelsets,), N, of the more loaded wheel; before the pair has moved."""
         self.system.exchange()
-        forces = self.system.outputs[_columns(self.system, self.layout.names(FORCE))]
+        forces = self.system.outputs[columns(self.system, self.layout.down.names(FORCE))]
         largest: FloatArray = forces.reshape(-1, self.layout.wheelsets).max(axis=0)
         return largest
 
@@ -133,18 +132,17 @@ def open_pair(
         irregularity = _irregularity(journey, layout, place)
         owned = any(v.name == forces[0] for fmu in (cars, rails) for v in fmu.outputs)
         nominal = {v.name: v.nominal for v in (*cars.inputs, *rails.inputs)}
-        law: list[Law] = [] if owned else [contact_law(law_of(first, layout), layout, nominal)]
+        law = [] if owned else [law_in_master(first, layout, nominal, journey.speed)]
         components = [irregularity, cars, *law, rails]
-        needed = [*layout.of_axles("position"), *forces]
-        connections = connect_by_name(components, required=needed)
-        settle = partial(_settle, components, connections, layout, cars, rails)
+        connections = wired(irregularity, cars, law, rails, layout)
+        settle = partial(settled, components, connections, layout, cars, rails)
         rest = settle()
         complete = first
         if TANGENT in given:
             complete = at_load(given, _static_loads(cars, layout, rest), layout)
             _set(complete, layout, cars, rails)
-            for spring in law:
-                spring.law = law_of(complete, layout)
+            for one in law:
+                one.law = law_in_master(complete, layout, nominal, journey.speed).law
             rest = settle()
         system = System(components, connections)
         system.outputs[:] = rest.outputs[: system.outputs.size]
@@ -164,15 +162,9 @@ def _variables(fmu: LoadedFmu) -> list[Variable]:
     return [*fmu.inputs, *fmu.outputs]
 
 
-def _columns(system: System, names: Sequence[str]) -> list[int]:
-    """Where outputs of these names, whoever's, stand in the system."""
-    known = [name.partition(".")[2] for name in system.names]
-    return [known.index(name) for name in names]
-
-
 def _static_loads(vehicle: LoadedFmu, layout: Layout, rest: System) -> FloatArray:
     """The mean of the contact forces of each wheelset at rest, N."""
-    forces = rest.outputs[_columns(rest, layout.names(FORCE))]
+    forces = rest.outputs[columns(rest, layout.down.names(FORCE))]
     load: FloatArray = forces.reshape(-1, layout.wheelsets).mean(axis=0)
     if layout.of_axles("start_z")[0] in vehicle.description.parameters and load.min() > 0.0:
         return load
@@ -196,61 +188,3 @@ def _irregularity(journey: Journey, layout: Layout, place: FloatArray) -> Signal
         for port in surface.ports
     ]
     return Signal("irregularity", variables, lies, vectorised=True)
-
-
-def _settle(
-    components: Sequence[Component],
-    connections: Sequence[Connection],
-    layout: Layout,
-    vehicle: LoadedFmu,
-    track: LoadedFmu,
-) -> System:
-    """Find the heights (and forces) for which vehicle and track are at rest together, as a system.
-
-    The vehicle is at rest on wheelsets held at `start_z`; it needs no holding where the wheelsets'
-    accelerations vanish. A track that is given forces sinks under them at once, in initialisation:
-    the forces are then unknown, too, and cut from where they come. Wheelsets without `start_z`
-    start as their maker wants.
-    """
-    able = [
-        k
-        for k, name in enumerate(layout.of_axles("start_z"))
-        if name in vehicle.description.parameters
-    ]
-    starts, count = [layout.of_axles("start_z")[k] for k in able], len(able)
-    known = {v.name: v for v in track.inputs}
-    cut = [known[name] for name in layout.names(FORCE) if name in known]
-    held = np.array([v.start for v in cut])
-    pressing = Signal("forces at rest", cut, lambda t: held)
-    wires = [
-        replace(c, source=pressing.name) if c.input in {v.name for v in cut} else c
-        for c in connections
-    ]
-    system = System([*components, pressing], wires)
-    system.begin(0.0)
-    if not able:
-        return system
-    forces, accelerations = (
-        _columns(system, names)
-        for names in (layout.names(FORCE), [layout.of_axles("az")[k] for k in able])
-    )
-
-    def imbalance(unknown: FloatArray) -> FloatArray:
-        """Heights (mm), forces (100 kN) to accelerations (m/s2) and what is wrong of the forces."""
-        heights, held[:] = 1e-3 * unknown[:count], 1e5 * unknown[count:]
-        vehicle.set_parameters(dict(zip(starts, heights.tolist(), strict=True)))
-        system.begin(0.0)
-        unequal = system.outputs[forces[: held.size]] - held
-        return np.concatenate([system.outputs[accelerations], unequal / 1e5])
-
-    guess = np.full(count, 2.0)
-    if cut:
-        rail = system.outputs[_columns(system, [layout.names(RAIL.motion)[k] for k in able])]
-        guess = np.concatenate([1e3 * (rail + FIRST_COMPRESSION), held / 1e5])
-    rest = imbalance(root(imbalance, guess, tol=1e-13).x)
-    if not np.abs(rest).max() < STILL:
-        raise CouplingError(
-            "no static equilibrium of vehicle and track was found (largest remaining acceleration "
-            f"{np.abs(rest[:count]).max():g} m/s2): check contact stiffness and wheel loads"
-        )
-    return system

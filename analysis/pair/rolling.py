@@ -15,11 +15,12 @@ from railcosim.mechanics.ports import (
     IRREGULARITY,
     RAIL,
     WHEEL,
-    Direction,
     Face,
     Layout,
     Port,
 )
+
+from .wiring import force_of
 
 SENT = [k for k, (face, d) in enumerate(PORTS) if face is WHEEL or d.force == "N.m"]
 """Of the forces at `PORTS`, those that differ: a push is the same on wheel and rail, and a moment
@@ -87,15 +88,6 @@ def rolling_law(law: AtPorts, layout: Layout, nominal: Mapping[str, float]) -> L
         "contact", OverRates(law), motions, forces, compression, contacts=layout.contacts,
         rate_of=rate_of,
     )  # fmt: skip
-
-
-def force_of(face: Face, port: Port) -> str:
-    """What the law in the master calls the force on a face, which each FMU calls `FORCE`."""
-    two = port.direction in _TURNING
-    return port.name(face.effort if two else FORCE)
-
-
-_TURNING: tuple[Direction, ...] = tuple(d for face, d in PORTS if face is RAIL and d.force == "N.m")
 
 
 def contacts_of(layout: Layout) -> Iterator[list[tuple[Face, Port]]]:
