@@ -97,7 +97,7 @@ def contact_of(contact: float | Parameters) -> Parameters:
 
 
 def completed(
-    parameters: Parameters, fmus: Sequence[LoadedFmu], layout: Layout
+    parameters: Parameters, fmus: Sequence[LoadedFmu], layout: Layout, needed: Sequence[str]
 ) -> dict[str, float | bool]:
     """With the numbers that the contact law needs and that are not given, if an FMU tells them.
 
@@ -110,28 +110,39 @@ def completed(
         the vehicle, whose wheels they are. If another tells something else, a warning says so.
     layout : Layout
         Of the wheels.
+    needed : sequence of str
+        Names of the numbers.
 
     Raises
     ------
     CouplingError
         If a number is given for all wheels, and one for some of them, or one that nobody knows.
     """
-    _check_names(parameters, fmus, layout)
-    known = {NONLINEAR: True, **parameters}
-    needed = HERTZ if known[NONLINEAR] else STIFFNESS
+    _check_names(parameters, fmus, layout, needed)
+    known = dict(parameters)
+    for name in needed:
+        known |= _completed(name, known, fmus, layout)
+    return known
+
+
+def _completed(
+    needed: str, known: Parameters, fmus: Sequence[LoadedFmu], layout: Layout
+) -> dict[str, float | bool]:
+    """One of the numbers, of all wheels or of each wheelset, as far as it is told."""
     each = layout.of_axles(needed)
     if needed in known and (own := [name for name in each if name in known]):
         raise CouplingError(
             f"{needed} = {known[needed]:g} is given for all wheels, and {own[0]} = "
             f"{known[own[0]]:g} as well: give one for all, or those of wheelsets"
         )
-    if needed in known or TANGENT in known or known.keys() >= set(each):
-        return known
+    by_tangent = needed == HERTZ and TANGENT in known
+    if needed in known or by_tangent or known.keys() >= set(each):
+        return {}
     numbers_of = {fmu.description.path.name: told(fmu, needed, each) for fmu in fmus}
     numbers_of = {path: numbers for path, numbers in numbers_of.items() if numbers}
     first = next(iter(numbers_of), None)
     if first is None:
-        return known
+        return {}
     for path, numbers in numbers_of.items():
         ours, theirs = (
             np.resize(list(of.values()), len(each)) for of in (numbers_of[first], numbers)
@@ -142,20 +153,21 @@ def completed(
                 f"{needed} is {ours[i]:.6g} in {first} and {theirs[i]:.6g} in {path} "
                 f"({layout.axles[i]}): that of the vehicle is taken; --contact-stiffness hertz:N/m "
                 "or N/m sets another",
-                stacklevel=2,
+                stacklevel=4,
             )
-    if known.keys() & set(each):  # some are given: the others are those of the FMU
-        return (
-            dict(zip(each, np.resize(list(numbers_of[first].values()), len(each)), strict=True))
-            | known
-        )
-    return known | numbers_of[first]
+    given = known.keys() & set(each)
+    if given:  # some are given: the others are those of the FMU
+        those = np.resize(list(numbers_of[first].values()), len(each))
+        return dict(zip(each, those, strict=True)) | {name: known[name] for name in given}
+    return dict(numbers_of[first])
 
 
-def _check_names(parameters: Parameters, fmus: Sequence[LoadedFmu], layout: Layout) -> None:
+def _check_names(
+    parameters: Parameters, fmus: Sequence[LoadedFmu], layout: Layout, needed: Sequence[str]
+) -> None:
     """Raise CouplingError if a parameter of a contact is none: the vehicle's would be taken."""
-    known = {NONLINEAR, TANGENT, STIFFNESS, HERTZ}
-    known |= {*layout.of_axles(STIFFNESS), *layout.of_axles(HERTZ)}
+    known = {NONLINEAR, TANGENT, STIFFNESS, HERTZ, *needed}
+    known = known.union(*(layout.of_axles(name) for name in (STIFFNESS, HERTZ, *needed)))
     known = known.union(*(fmu.description.parameters for fmu in fmus))
     for name in parameters:
         if CONTACT in f".{name}" and name not in known:
@@ -168,8 +180,14 @@ def told(fmu: LoadedFmu, needed: str, each: Iterable[str]) -> dict[str, float]:
     """The number of all wheels, or those of each wheelset, that an FMU tells; else none."""
     rows = fmu.description.parameters
     names = [needed] if needed in rows else list(each)
-    starts = {name: float(rows[name].start or 0.0) for name in names if name in rows}
-    return starts if len(starts) == len(names) and all(starts.values()) else {}
+    starts = {name: _number(rows[name].start) for name in names if name in rows}
+    least = 0.0 if needed in {HERTZ, STIFFNESS} else -np.inf  # without any nothing is pressed
+    return starts if len(starts) == len(names) and min(starts.values()) > least else {}
+
+
+def _number(start: str | None) -> float:
+    """A start value; of a Boolean 0 or 1."""
+    return {"true": 1.0, "false": 0.0}[start] if start in {"true", "false"} else float(start or 0.0)
 
 
 def fitting(parameters: Parameters, fmu: LoadedFmu, layout: Layout) -> dict[str, float | bool]:
@@ -219,18 +237,29 @@ def law_of(parameters: Parameters, layout: Layout) -> HertzContact | LinearConta
         If a number is missing.
     """
     needed = HERTZ if parameters[NONLINEAR] else STIFFNESS
-    number: Stiffness
-    if needed in parameters:
-        number = float(parameters[needed])
-    else:
-        each = layout.of_axles(needed)
-        if not parameters.keys() >= set(each):
-            raise CouplingError(
-                f"neither FMU tells {needed}, and it is not given: the vehicle should have it as a "
-                "parameter, or give --contact-stiffness hertz:N/m or N/m"
-            )
-        number = layout.at_wheelsets(float(parameters[name]) for name in each)
+    numbers = numbers_of(needed, parameters, layout)
+    number: Stiffness = numbers[0] if needed in parameters else layout.down.at_wheelsets(numbers)
     return HertzContact(C=number) if needed == HERTZ else LinearContact(k_H=number)
+
+
+def numbers_of(needed: str, parameters: Parameters, layout: Layout) -> list[float]:
+    """A number of all wheels, alone, or those of each wheelset.
+
+    Raises
+    ------
+    CouplingError
+        If it is missing.
+    """
+    each = layout.of_axles(needed)
+    if needed in parameters:
+        return [float(parameters[needed])]
+    if parameters.keys() >= set(each):
+        return [float(parameters[name]) for name in each]
+    cure = ", or give --contact-stiffness hertz:N/m or N/m" if needed in {HERTZ, STIFFNESS} else ""
+    raise CouplingError(
+        f"neither FMU tells {needed}, and it is not given: the vehicle should have it as a "
+        f"parameter{cure}"
+    )
 
 
 def stiffness_at(parameters: Parameters, loads: FloatArray, layout: Layout) -> FloatArray:

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
-from railcosim.master.component import Component, FloatArray, Variable
+from railcosim.master.component import FloatArray, Variable
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
-from railcosim.master.law import Law
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
-from railcosim.mechanics.ports import FORCE, IRREGULARITY, RAIL, Layout
+from railcosim.mechanics.ports import FORCE, IRREGULARITY, Layout
 from railcosim.track.irregularity import Profile
 
 from .contact import (
@@ -27,18 +24,16 @@ from .contact import (
     Parameters,
     at_load,
     completed,
-    contact_law,
     fitting,
-    law_of,
     layout_of,
 )
+from .law_in_master import KINDS
 from .numbering import Vehicles, places_of
-from .ring import check_ring_of
 from .rest import columns, settled
+from .ring import check_ring_of
 from .several import Load, load_vehicles
 from .standing import Position, start_positions
 from .wiring import wired
-
 
 
 @dataclass(frozen=True)
@@ -115,8 +110,9 @@ def open_pair(
         cars = stack.enter_context(load_vehicles(vehicle, load))
         rails = stack.enter_context(load(track, name="track"))
         layout = layout_of((cars.description.path, _variables(cars)), (track, _variables(rails)))
-        told = {**parameters, **start_positions(vehicle, journey.position)}
-        given = completed(told, (cars, rails), layout)
+        kind = KINDS[layout.dimension]
+        told = {NONLINEAR: True, **parameters, **start_positions(vehicle, journey.position)}
+        given = completed(told, (cars, rails), layout, kind.needed(told))
         first = given
         if TANGENT in given:  # the static load does not depend on the law: any does to find it
             first = {**given, NONLINEAR: False, STIFFNESS: given[TANGENT]}
@@ -132,7 +128,7 @@ def open_pair(
         irregularity = _irregularity(journey, layout, place)
         owned = any(v.name == forces[0] for fmu in (cars, rails) for v in fmu.outputs)
         nominal = {v.name: v.nominal for v in (*cars.inputs, *rails.inputs)}
-        law = [] if owned else [law_in_master(first, layout, nominal, journey.speed)]
+        law = [] if owned else [kind.law(first, layout, nominal, journey.speed)]
         components = [irregularity, cars, *law, rails]
         connections = wired(irregularity, cars, law, rails, layout)
         settle = partial(settled, components, connections, layout, cars, rails)
@@ -142,7 +138,7 @@ def open_pair(
             complete = at_load(given, _static_loads(cars, layout, rest), layout)
             _set(complete, layout, cars, rails)
             for one in law:
-                one.law = law_in_master(complete, layout, nominal, journey.speed).law
+                one.law = kind.law(complete, layout, nominal, journey.speed).law
             rest = settle()
         system = System(components, connections)
         system.outputs[:] = rest.outputs[: system.outputs.size]

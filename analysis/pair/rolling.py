@@ -7,6 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from railcosim.fmus.python_runtime.models import rolling_contact
+from railcosim.fmus.roles import Role
+from railcosim.fmus.rolling_variables import ROWS
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.law import Law
 from railcosim.mechanics.contact.at_ports import PORTS, AtPorts
@@ -19,12 +22,53 @@ from railcosim.mechanics.ports import (
     Layout,
     Port,
 )
+from railcosim.parameters import ArgumentError
 
+from .contact import HERTZ, Parameters, numbers_of
 from .wiring import force_of
 
+NAMES = {role: f"contact.{row['name']}" for role, row in ROWS.items()} | {
+    Role.HERTZ: HERTZ,
+    Role.TEXTBOOK: "contact.textbook",
+}
+"""Numbers of the law: parameters of all wheels, or of those of each wheelset."""
+LEAST_SPEED = 0.1  # m/s: standing wheels do not creep, they hold
 SENT = [k for k, (face, d) in enumerate(PORTS) if face is WHEEL or d.force == "N.m"]
 """Of the forces at `PORTS`, those that differ: a push is the same on wheel and rail, and a moment
 about each one's own datum."""
+
+
+def at_ports(parameters: Parameters, layout: Layout, speed: float) -> AtPorts:
+    """The law of complete parameters.
+
+    Parameters
+    ----------
+    parameters : mapping
+        Of the contact.
+    layout : Layout
+        Of the wheels.
+    speed : float
+        m/s: creepages are velocities over it.
+
+    Raises
+    ------
+    CouplingError
+        If a number is missing.
+    ArgumentError
+        If wheels stand.
+    """
+    if not speed >= LEAST_SPEED:
+        raise ArgumentError(
+            "speed", f"{3.6 * speed:g} km/h", f"must be at least {3.6 * LEAST_SPEED:g} km/h: "
+            "standing wheels do not creep, they hold",
+        )  # fmt: skip
+
+    def each(role: Role) -> FloatArray:
+        if role is Role.SPEED:
+            return np.full(layout.contacts, speed)
+        return np.resize(numbers_of(NAMES[role], parameters, layout), layout.contacts)
+
+    return rolling_contact(each, layout)
 
 
 @dataclass(frozen=True)
@@ -43,7 +87,9 @@ class OverRates:
         return np.concatenate(by, axis=-1)[..., SENT, :]
 
 
-def rolling_law(law: AtPorts, layout: Layout, nominal: Mapping[str, float]) -> Law:
+def rolling_law(
+    parameters: Parameters, layout: Layout, nominal: Mapping[str, float], speed: float
+) -> Law:
     """All contacts as a component named ``contact``: motions and rates of wheel and rail to forces.
 
     A moment about the forward axis is two outputs, ``wheel_moment_x`` and ``rail_moment_x``:
@@ -51,13 +97,12 @@ def rolling_law(law: AtPorts, layout: Layout, nominal: Mapping[str, float]) -> L
 
     Parameters
     ----------
-    law : AtPorts
-        Of the contacts, in the layout's order.
-    layout : Layout
-        Of the wheels.
+    parameters, layout, speed
+        See `at_ports`.
     nominal : mapping
         Nominal values of the forces, N and N m, by name.
     """
+    law = OverRates(at_ports(parameters, layout, speed))
     motions: list[Variable] = []
     rows, rate_of = [], {}
     for contact in contacts_of(layout):
@@ -85,7 +130,7 @@ def rolling_law(law: AtPorts, layout: Layout, nominal: Mapping[str, float]) -> L
         for k in SENT
     ]  # fmt: skip
     return Law(
-        "contact", OverRates(law), motions, forces, compression, contacts=layout.contacts,
+        "contact", law, motions, forces, compression, contacts=layout.contacts,
         rate_of=rate_of,
     )  # fmt: skip
 

@@ -52,9 +52,7 @@ def wired(
     needed = [name for name in layout.names(FORCE) if name not in made]
     found = connect_by_name(components, required=[*layout.of_axles("position"), *needed])
     late = {*_jumping(cars, layout), *_jumping(rails, layout)}
-    return tuple(
-        replace(c, delayed=(c.source, c.output) in late) for c in (*found, *by_face)
-    )
+    return tuple(replace(c, delayed=(c.source, c.output) in late) for c in (*found, *by_face))
 
 
 def _jumping(component: Component, layout: Layout) -> Iterator[tuple[str, str]]:

@@ -47,14 +47,17 @@ def own_law(parameters: Parameters, body: ModalBody) -> OwnLaw:
         )
 
     if (Role.NONLINEAR, 0) not in parameters:
-        return Rolls(_rolling(each, body.layout), body.face)
+        return Rolls(rolling_contact(each, body.layout), body.face)
     if parameters[Role.NONLINEAR, 0]:
         return Pressed(HertzContact(C=each(Role.HERTZ)), body.sign)
     return Pressed(LinearContact(k_H=each(Role.STIFFNESS)), body.sign)
 
 
-def _rolling(each: Callable[[Role], FloatArray], layout: Layout) -> AtPorts:
-    """Wheels that roll; friction of 0 bounds no creep."""
+def rolling_contact(each: Callable[[Role], FloatArray], layout: Layout) -> AtPorts:
+    """Wheels that roll, by what their parameters are at each contact; friction of 0 bounds no creep.
+
+    A master that owns the contact takes it, too.
+    """
     cone: Any = KnownTextbookCone if each(Role.TEXTBOOK).any() else KnownCone  # a number a contact
     flange: Any = Flange
     friction: Any = each(Role.FRICTION)

@@ -1,0 +1,47 @@
+"""What the contact between a vehicle and a track asks to know, and its law in the master."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from railcosim.master.law import Law
+from railcosim.mechanics.ports import Layout
+
+from .contact import HERTZ, NONLINEAR, STIFFNESS, Parameters, contact_law, law_of
+from .rolling import NAMES, rolling_law
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """Contacts of a dimension.
+
+    Attributes
+    ----------
+    needed : callable
+        Names of the numbers that the law of these parameters takes.
+    law : callable
+        That law in the master, from complete parameters, the wheels, nominal values of forces by
+        name, and the speed, m/s.
+    """
+
+    needed: Callable[[Parameters], tuple[str, ...]]
+    law: Callable[[Parameters, Layout, Mapping[str, float], float], Law]
+
+
+def _pressed(parameters: Parameters) -> tuple[str, ...]:
+    return (HERTZ if parameters[NONLINEAR] else STIFFNESS,)
+
+
+def _pressing(
+    parameters: Parameters, layout: Layout, nominal: Mapping[str, float], speed: float
+) -> Law:
+    del speed
+    return contact_law(law_of(parameters, layout), layout, nominal)
+
+
+KINDS = {
+    "vertical": Kind(needed=_pressed, law=_pressing),
+    "spatial": Kind(needed=lambda parameters: tuple(NAMES.values()), law=rolling_law),
+}
+"""By the dimension of the layout."""
