@@ -186,8 +186,9 @@ def told(fmu: LoadedFmu, needed: str, each: Iterable[str]) -> dict[str, float]:
 
 
 def _number(start: str | None) -> float:
-    """A start value; of a Boolean 0 or 1."""
-    return {"true": 1.0, "false": 0.0}[start] if start in {"true", "false"} else float(start or 0.0)
+    """A start value, also of a Boolean."""
+    known = {"true": True, "false": False}
+    return known[start] if start in known else float(start or 0.0)
 
 
 def fitting(parameters: Parameters, fmu: LoadedFmu, layout: Layout) -> dict[str, float | bool]:
