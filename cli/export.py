@@ -14,6 +14,7 @@ import typer
 
 from .fmus import tell_of_losses
 from .options import (
+    DimensionName,
     TrackFile,
     UsageError,
     VehicleFile,
@@ -42,13 +43,6 @@ class RuntimeName(StrEnum):
 
     NATIVE = "native"
     PYTHON = "python"
-
-
-class DimensionName(StrEnum):
-    """How dimensions are spelt."""
-
-    VERTICAL = "vertical"
-    SPATIAL = "spatial"
 
 
 def export(

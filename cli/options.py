@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -204,6 +205,13 @@ def grid_of(
         return spaced
     grid: FloatArray = start + third * np.arange(count, dtype=np.float64)
     return grid if stop - grid[-1] < 1e-9 * stop else np.append(grid, stop)
+
+
+class DimensionName(StrEnum):
+    """How dimensions are spelt."""
+
+    VERTICAL = "vertical"
+    SPATIAL = "spatial"
 
 
 def contact_parameters(text: str) -> dict[str, float | bool]:

@@ -14,6 +14,7 @@ from .fmus import FreshOption, fmus_of
 from .irregularity_options import IrregularityOptions
 from .keeping_options import KeepingOptions
 from .options import (
+    DimensionName,
     Out,
     PlotFile,
     PositionsOption,
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 TIME = 1.0  # s
 OF_THE_PAIR = (
-    "vehicle_fmu", "track_fmu", "contact", "contact_stiffness", "position", "speed",
+    "vehicle_fmu", "track_fmu", "contact", "contact_stiffness", "dimension", "position", "speed",
     "irregularity", "seed", "quantities", "fade", "repeat", "held", "fresh",
 )  # fmt: skip
 
@@ -61,6 +62,14 @@ def run(
             help="N/m: linear; hertz: nonlinear, may lose contact; hertz:N/m: tangent at rest.",
         ),
     ] = "hertz",
+    dimension: Annotated[
+        DimensionName,
+        typer.Option(
+            "--dimension",
+            help="Of our FMUs: spatial, where wheels roll on rails that move aside and turn as "
+            "well; with --vehicle-fmu or --track-fmu theirs counts.",
+        ),
+    ] = DimensionName.VERTICAL,
     position: PositionsOption = None,
     speed: Speed = 250.0,
     rough: IrregularityOptions,
@@ -96,6 +105,8 @@ def run(
     PICTURES.check(plot)
     course.check()
     kept = keeping.keeping(context, out)
+    if dimension is DimensionName.SPATIAL and contact is None and course.scheme is None:
+        contact = Owner.MASTER  # who solves creep against both sides
     owner, taken = _taken(course, contact, kept, (vehicle_fmu or None, track_fmu))
     v = speed_of(speed)
     parameters = contact_parameters(contact_stiffness)
@@ -105,7 +116,7 @@ def run(
         profile=rough.profile(v * taken.stop, spatial=moves_aside(track_fmu)),
         position=positions_of(position),
     )
-    with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh) as made:
+    with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh, dimension=dimension) as made:
         options = kept.checkpoints.options if kept.checkpoints else {}
         cars, rails = keep_fmus(keeping.checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1])
         vehicle, (track,) = files_of(cars), files_of(rails)

@@ -15,6 +15,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from railcosim.fmus.roles import Role
+from railcosim.fmus.rolling_variables import ROWS
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
@@ -39,6 +41,13 @@ NONLINEAR, STIFFNESS = "contact.nonlinear", "contact.stiffness"
 HERTZ = "contact.hertz_coefficient"
 AT_REST = 1e-6
 """Of a static load: how well it is found, see `STILL` of a pair."""
+ROLLING = {role: f"contact.{row['name']}" for role, row in ROWS.items()} | {
+    Role.HERTZ: HERTZ,
+    Role.TEXTBOOK: "contact.textbook",
+}
+"""Numbers of wheels that roll, by what they are to a model."""
+NUMBERS = (STIFFNESS, *ROLLING.values())
+"""Of all contact laws: parameters of all wheels, or of those of each wheelset."""
 TANGENT = "contact.tangent"
 """Asks for Hertz's law whose tangent at every wheelset's static load is this, N/m; `at_load`
 answers."""
@@ -201,7 +210,7 @@ def fitting(parameters: Parameters, fmu: LoadedFmu, layout: Layout) -> dict[str,
     """
     rows = fmu.description.parameters
     given = dict(parameters)
-    for name in (STIFFNESS, HERTZ):
+    for name in NUMBERS:
         each = layout.of_axles(name)
         if name in given:
             given |= dict.fromkeys(each, given[name])

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from railcosim.master.law import Law
 from railcosim.mechanics.ports import Layout
 
-from .contact import HERTZ, NONLINEAR, STIFFNESS, Parameters, contact_law, law_of
-from .rolling import NAMES, rolling_law
+from .contact import HERTZ, NONLINEAR, ROLLING, STIFFNESS, Parameters, contact_law, law_of
+from .rolling import rolling_law
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,6 +42,6 @@ def _pressing(
 
 KINDS = {
     "vertical": Kind(needed=_pressed, law=_pressing),
-    "spatial": Kind(needed=lambda parameters: tuple(NAMES.values()), law=rolling_law),
+    "spatial": Kind(needed=lambda parameters: tuple(ROLLING.values()), law=rolling_law),
 }
 """By the dimension of the layout."""

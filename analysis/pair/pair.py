@@ -35,6 +35,9 @@ from .several import Load, load_vehicles
 from .standing import Position, start_positions
 from .wiring import wired
 
+SPEED = "speed"
+"""Of a vehicle, and of a track whose own contacts creep, m/s."""
+
 
 @dataclass(frozen=True)
 class Pair:
@@ -117,8 +120,7 @@ def open_pair(
         if TANGENT in given:  # the static load does not depend on the law: any does to find it
             first = {**given, NONLINEAR: False, STIFFNESS: given[TANGENT]}
         _set(first, layout, cars, rails)
-        if "speed" in cars.description.parameters:
-            cars.set_parameters({"speed": 0.0 if journey.held else journey.speed})
+        _set_speed(journey, layout, cars, rails)
         for fmu in (cars, rails):
             fmu.enter_initialization(0.0)
         forces = layout.names(FORCE)
@@ -152,6 +154,21 @@ def _set(parameters: Parameters, layout: Layout, *fmus: LoadedFmu) -> None:
     """Set the parameters that an FMU has."""
     for fmu in fmus:
         fmu.set_parameters(fitting(parameters, fmu, layout))
+
+
+def _set_speed(journey: Journey, layout: Layout, cars: LoadedFmu, rails: LoadedFmu) -> None:
+    """Let the vehicle roll, or hold it; whoever owns contacts that creep knows the speed."""
+    if SPEED in rails.description.parameters:
+        rails.set_parameters({SPEED: journey.speed})
+    if SPEED not in cars.description.parameters:
+        return
+    owns = any(v.name == layout.names(FORCE)[0] for v in cars.outputs)
+    if owns and journey.held and layout.dimension != layout.down.dimension:
+        raise CouplingError(
+            f"{cars.description.path}: its wheels creep at its speed, at which it rolls on, too: "
+            "wheels can be held (--held) where the track or the master owns the contact"
+        )
+    cars.set_parameters({SPEED: 0.0 if journey.held else journey.speed})
 
 
 def _variables(fmu: LoadedFmu) -> list[Variable]:

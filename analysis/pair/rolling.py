@@ -9,7 +9,7 @@ import numpy as np
 
 from railcosim.fmus.python_runtime.models import rolling_contact
 from railcosim.fmus.roles import Role
-from railcosim.fmus.rolling_variables import ROWS
+from railcosim.fmus.stepping_variables import LEAST_SPEED
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.law import Law
 from railcosim.mechanics.contact.at_ports import PORTS, AtPorts
@@ -24,15 +24,9 @@ from railcosim.mechanics.ports import (
 )
 from railcosim.parameters import ArgumentError
 
-from .contact import HERTZ, Parameters, numbers_of
+from .contact import ROLLING, Parameters, numbers_of
 from .wiring import force_of
 
-NAMES = {role: f"contact.{row['name']}" for role, row in ROWS.items()} | {
-    Role.HERTZ: HERTZ,
-    Role.TEXTBOOK: "contact.textbook",
-}
-"""Numbers of the law: parameters of all wheels, or of those of each wheelset."""
-LEAST_SPEED = 0.1  # m/s: standing wheels do not creep, they hold
 SENT = [k for k, (face, d) in enumerate(PORTS) if face is WHEEL or d.force == "N.m"]
 """Of the forces at `PORTS`, those that differ: a push is the same on wheel and rail, and a moment
 about each one's own datum."""
@@ -66,7 +60,7 @@ def at_ports(parameters: Parameters, layout: Layout, speed: float) -> AtPorts:
     def each(role: Role) -> FloatArray:
         if role is Role.SPEED:
             return np.full(layout.contacts, speed)
-        return np.resize(numbers_of(NAMES[role], parameters, layout), layout.contacts)
+        return np.resize(numbers_of(ROLLING[role], parameters, layout), layout.contacts)
 
     return rolling_contact(each, layout)
 

@@ -21,7 +21,7 @@ from railcosim.master.fmi.description import FmuDescription, Parameter
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.mechanics.ports import wheelset_name, wheelset_of
 
-from .contact import HERTZ, STIFFNESS, fitting, told
+from .contact import NUMBERS, fitting, told
 from .numbering import (
     START_POSITION,
     Vehicles,
@@ -115,7 +115,7 @@ class SeveralVehicles(LoadedFmu):
             for name, row in fmu.description.parameters.items():
                 own = name == START_POSITION or wheelset_of(name)
                 rows.setdefault(through(name, number, ahead) if own else name, row)
-        for name in (STIFFNESS, HERTZ):
+        for name in NUMBERS:
             each = [row for at in range(len(self.fmus)) for row in self._contact_rows(at, name)]
             rows |= {row.name: row for row in each}
             alike = len({row.start for row in each}) == 1

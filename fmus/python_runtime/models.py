@@ -54,7 +54,7 @@ def own_law(parameters: Parameters, body: ModalBody) -> OwnLaw:
 
 
 def rolling_contact(each: Callable[[Role], FloatArray], layout: Layout) -> AtPorts:
-    """Wheels that roll, by what their parameters are at each contact; friction of 0 bounds no creep.
+    """Wheels that roll, by their parameters at each contact; friction of 0 bounds no creep.
 
     A master that owns the contact takes it, too.
     """
