@@ -1,0 +1,154 @@
+"""Vehicle and track in space, coupled by the master: at rest, mirrored, aside, orders, steps."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from railcosim.analysis.pair.contact import CouplingError
+from railcosim.analysis.pair.export_pair import export_pair
+from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.master.cosimulation import cosimulate
+from railcosim.master.schemes.interface_jacobian import interface_jacobian
+from railcosim.mechanics.contact.geometry import RIGHT
+from railcosim.mechanics.ports import FORCE, Layout
+from railcosim.parameters import ArgumentError
+from railcosim.track.irregularity import Profile, synthesise
+from railcosim.track.parameters import Mesh, Track
+from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.rolling import geometry_of
+
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:.*a ring of"),  # as short as it can be
+    pytest.mark.filterwarnings("ignore:.rolling. is left out"),  # of the vertical pair
+]
+TINY = Track(mesh=Mesh(cells=6, elements_per_bay=2, highest_slab_frequency=200,
+                       highest_frequency=400))  # fmt: skip
+SPEED = 60.0  # m/s
+DOWN = Layout().names(FORCE)
+ASIDE = tuple(name.replace("force_z", "force_y") for name in DOWN)
+
+
+@pytest.fixture(scope="module")
+def spatial(tmp_path_factory):
+    return export_pair(Vehicle(), TINY, tmp_path_factory.mktemp("spatial"), dimension="spatial")
+
+
+def forces(files, profile, *, step=1e-4, stop=0.02, names=DOWN, held=False, speed=SPEED, **more):
+    """Forces of the contacts, (n, forces), and evaluations of the steps."""
+    journey = Journey(speed=speed, held=held, profile=profile)
+    scheme = interface_jacobian(**more.pop("scheme", {}))
+    with open_pair(files["Vehicle"], files["Track"], more, journey) as pair:
+        at = [pair.system.names.index(f"contact.{name}") for name in names]
+        points = list(cosimulate(pair.system, scheme, step, stop))
+    evaluations = {p.report.evaluations for p in points[1:]}
+    return np.array([p.outputs[at] for p in points]), evaluations
+
+
+def shifted(length, height=1e-3, begin=2.0, over=4.0):
+    """Both rails to the right and back, as a cosine: m."""
+    x = np.linspace(0.0, length, 4001)
+    inside = (x > begin) & (x < begin + over)
+    y = np.where(inside, height * np.sin(np.pi * (x - begin) / over) ** 2, 0.0)
+    level = np.zeros_like(x)
+    return Profile(
+        name="shift", x=x, left=level, right=level, left_y=y, right_y=y, level_beyond=True
+    )
+
+
+def test_rest(spatial) -> None:
+    """Wheels carry their weight and spread the rails by what cones make of it, and nothing moves.
+
+    The cone's slope is 0.05, of which spin creep takes three quarters: the normal force leans
+    outwards, and the wheel, whose own spin about the normal is sin(slope)/r0, is pushed inwards.
+    """
+    level = shifted(1.0, height=0.0)
+    down, _ = forces(spatial, level, stop=2e-4)
+    aside, _ = forces(spatial, level, stop=2e-4, names=ASIDE)
+    vehicle = Vehicle()
+    weight = vehicle.carbody.mass + 2 * vehicle.bogie.mass + 4 * vehicle.wheelset.mass
+    assert down[0].sum() == pytest.approx(weight * vehicle.geometry.gravity, rel=1e-9)
+    np.testing.assert_allclose(aside[0][:4], -aside[0][4:], rtol=1e-8)  # left and right
+    assert (aside[0][4:] > 0).all()  # the right rail is pushed to the right
+    assert (aside[0][4:] < 0.05 * down[0][4:]).all()
+
+
+def test_mirrored_it_is_the_vertical_pair(tmp_path) -> None:
+    """To 1e-9, where nothing makes a difference.
+
+    Which takes cylinders (a cone turns and spreads the rails, which changes wheel loads by 0.3 % of
+    their swing), springs along the track at the height of all centres of mass (through levers they
+    hold pitch), and one number for Hertz's law, which the vertical model takes from Johnson's
+    formula and rolling wheels from the ellipse.
+    """
+    vehicle = Vehicle()
+    vehicle = replace(
+        vehicle,
+        geometry=replace(
+            vehicle.geometry, carbody_height=0.0, bogie_height=0.0, wheelset_height=0.0
+        ),
+        rolling=replace(vehicle.rolling, conicity=1e-9),
+    )
+    profile = synthesise("german-low", SPEED * 0.1)
+    profile = replace(profile, right=profile.left, left_y=None, right_y=None)
+    wheel = geometry_of(vehicle.rolling, vehicle.contact, radius=vehicle.wheelset.radius)
+    C = float(wheel.touch(np.zeros((1, 8)), np.array([RIGHT])).patch.ellipse.C)
+    found = []
+    for dimension in ("vertical", "spatial"):
+        files = export_pair(vehicle, TINY, tmp_path / dimension, dimension=dimension)
+        # The iteration within a step is closed: it leaves another 1e-4 in each.
+        found.append(
+            forces(
+                files,
+                profile,
+                stop=5e-3,
+                scheme={"tolerance": 1e-11},
+                **{"contact.hertz_coefficient": C},
+            )[0]
+        )
+    swing = np.abs(found[0] - found[0][0]).max()
+    assert swing > 500.0
+    assert np.abs(found[0] - found[1]).max() < 1e-9 * swing
+
+
+@pytest.mark.slow  # 3000 steps of eight rolling contacts, wheels held and rolling: a minute
+@pytest.mark.parametrize("held", [False, True])
+def test_steps_of_a_tenth_and_of_one_millisecond(spatial, held) -> None:
+    """Stable, by two evaluations a step, and of the same forces aside.
+
+    1 ms is an eighth of the shift's time at the first wheelset: a second-order scheme is some
+    per cent off.
+    """
+    profile, names = shifted(20.0), ASIDE
+    fine, evaluations = forces(spatial, profile, stop=0.15, names=names, held=held)
+    assert evaluations == {2}
+    long, evaluations = forces(spatial, profile, stop=0.15, step=1e-3, names=names, held=held)
+    assert evaluations == {2}
+    swing = np.abs(fine - fine[0]).max()
+    assert swing > 500.0
+    assert np.abs(long - fine[::10])[5:].max() < 0.1 * swing
+
+
+@pytest.mark.slow  # 700 steps of eight rolling contacts: half a minute
+def test_order(spatial) -> None:
+    """Second, also of forces aside, wheels held: halving the step quarters the difference."""
+    profile = shifted(20.0, begin=0.0)
+    runs = [
+        forces(spatial, profile, stop=0.01, step=h, names=ASIDE, held=True)[0][:: round(1e-4 / h)]
+        for h in (1e-4, 5e-5, 2.5e-5)
+    ]
+    coarse, fine = (np.abs(a - b)[20:].max() for a, b in itertools.pairwise(runs))
+    assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.4)
+
+
+def test_what_cannot_be(spatial, tmp_path) -> None:
+    """Standing wheels that creep; a vertical track; a number that no contact has."""
+    level = shifted(1.0, height=0.0)
+    with pytest.raises(ArgumentError, match="speed"):
+        forces(spatial, level, speed=0.0)
+    vertical = export_pair(Vehicle(), TINY, tmp_path)
+    with pytest.raises(CouplingError, match="4 wheelsets, spatial"):
+        forces(spatial | {"Track": vertical["Track"]}, level)
+    with pytest.raises(CouplingError, match=r"contact\.conicity"):
+        forces(spatial, level, **{"contact.conicty": 0.1})
