@@ -72,6 +72,11 @@ def fmus_of(
         yield given, track
         return
     with made(stock or Vehicle(), Track(), dimension=dimension, fresh=fresh) as ours:
+        for name in (vehicle_name, track_name):
+            if name not in ours:
+                raise UsageError(
+                    f"--contact: there is no {name}.fmu among ours, {dimension}: it must be master"
+                )
         yield given or (ours[vehicle_name],), track or ours[track_name]
 
 

@@ -22,10 +22,10 @@ def exports(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     made = []
 
-    def export(vehicle, track, out, progress):
+    def export(vehicle, track, dimension, out, progress):
         files = {name: out / f"{name}.fmu" for name in NAMES}
         for name, path in files.items():
-            path.write_text(f"{name} {vehicle} {track}")
+            path.write_text(f"{name} {vehicle} {track} {dimension}")
         made.append(out)
         return files
 
@@ -44,6 +44,13 @@ def test_the_second_time_they_are_there(exports):
     assert first.files == second.files
     assert content == again
     assert set(first.files) == set(NAMES)
+
+
+def test_those_in_space_are_others(exports):
+    (_, content), (made, others) = pair(), pair(dimension="spatial")
+    assert not made.found
+    assert content != others
+    assert len(exports) == 2
 
 
 @pytest.mark.parametrize("kind", NOTES.values())
