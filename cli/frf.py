@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from .export import DimensionName
 from .fmus import FreshOption, fmus_of
 from .options import (
+    DimensionName,
     Frequencies,
     Out,
     PlotFile,

@@ -66,6 +66,7 @@ def run(
         DimensionName,
         typer.Option(
             "--dimension",
+            metavar="NAME",
             help="Of our FMUs: spatial, where wheels roll on rails that move aside and turn as "
             "well; with --vehicle-fmu or --track-fmu theirs counts.",
         ),
