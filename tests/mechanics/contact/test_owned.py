@@ -7,14 +7,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve
 
 from railcosim.mechanics.contact.at_ports import AtPorts, Rolls
 from railcosim.mechanics.contact.creep import LINEAR
 from railcosim.mechanics.contact.geometry import LEFT, RIGHT, Cone
 from railcosim.mechanics.contact.rolling import RollingContact
 from railcosim.mechanics.contact.saturation import Saturated
-from railcosim.mechanics.contact.wheelset import at_rest
+from railcosim.mechanics.contact.wheelset import NAMES, at_rest, linear_wheelset
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.motion import Inputs, Mover, OwnContact
 from railcosim.mechanics.ports import DIMENSIONS, OF_WHEELS, RAIL, SIDES, WHEEL, Layout
@@ -299,3 +299,70 @@ def test_mirrored(track):
     ):
         turned = (other.reshape(2, -1) * mirror)[::-1].ravel()
         assert one == pytest.approx(turned, rel=1e-9, abs=1e-9 * np.abs(one).max())
+
+
+@pytest.mark.slow  # a step is made twice for each state of the track
+@pytest.mark.parametrize("moved", ["y", "yaw"])
+def test_small_swings_against_the_linear_wheelset(moved):
+    """A wheelset that swings at 60 Hz: one step as a linear map, against K, C and receptances.
+
+    Those are of a wheelset on rails that lie where they were made to, these of rails that its
+    weight has turned by 1e-4, which moves contacts on the heads by 0.03 mm.
+    """
+    mesh = Mesh(cells=4, elements_per_bay=2, highest_slab_frequency=100, highest_frequency=300)
+    layout = Layout(1, SIDES, DIMENSIONS["spatial"])
+    track = reduce_track(Track(mesh=mesh), DIMENSIONS["spatial"]).under(layout)
+    law, h, omega, speed = rolling(RAIL, speed=70.0), 1e-4, 2 * np.pi * 60.0, 70.0
+    met, own = track.at(PLACE), OwnContact(law)
+    given = np.zeros((2, 16))
+    given[:, 0] = brentq(
+        lambda z: own.rest(met, np.tile([z, *np.zeros(15)], 2))[0] - LOAD, 5e-4, 3e-3, rtol=1e-10
+    )
+    state, n = met.rest(own.rest(met, given.ravel())), track.poles.size
+    mover = Mover(track, own, h)
+
+    def after(x, begin, end):
+        s = State(x[:n] + 1j * x[n:], np.empty(0), np.empty(0))
+        ends = (Inputs(PLACE, (given + way).ravel()) for way in (begin, end))
+        s = mover.step(s, *ends, h).s
+        return np.concatenate([s.real, s.imag])
+
+    way = {
+        "y": np.tile([0, 1, 0, 0, 0], (2, 1)),
+        "yaw": np.array([[0, 0, 0, s * B, 1] for s in (1, -1)]),
+    }
+    place, rate, still = np.zeros((3, 2, 16))
+    place[:, :5], rate[:, 8:13] = way[moved], way[moved]
+    size, rest = 1e-8, np.concatenate([state.s.real, state.s.imag])
+    scale = size * np.abs(rest).max() * 1e2
+    A = np.array([after(rest + scale * e, still, still) - after(rest - scale * e, still, still)
+                  for e in np.eye(2 * n)]).T / (2 * scale)  # fmt: skip
+
+    def by(direction, where):
+        ends = [[still, still], [still, still]]
+        ends[0][where], ends[1][where] = size * direction, -size * direction
+        return (after(rest, *ends[0]) - after(rest, *ends[1])) / (2 * size)
+
+    z = np.exp(1j * omega * h)
+    driven = sum(
+        weight * (by(place, k) + 1j * omega * by(rate, k)) for k, weight in ((0, 1.0), (1, z))
+    )
+    x = np.linalg.solve(z * np.eye(2 * n) - A, driven)
+    found = sum(
+        met.motion(State(s, np.empty(0), np.empty(0))) * unit
+        for s, unit in ((x[:n].real + 1j * x[n:].real, 1.0), (x[:n].imag + 1j * x[n:].imag, 1j))
+    )
+    # Receptances at the ports, from poles and shapes.
+    R = np.empty((6, 6), complex)
+    for j, force in enumerate(np.eye(6)):
+        g = met.drive(force).s
+        plus, minus = g / (1j * omega - track.poles), g / (-1j * omega - track.poles)
+        R[:, j] = met.motion(State((plus + minus) / 2, np.empty(0), np.empty(0)))
+        R[:, j] += 1j * met.motion(State(1j * (minus - plus) / 2, np.empty(0), np.empty(0)))
+    linear = linear_wheelset(law.law.contact.geometry, speed=speed, load=LOAD)
+    Z = -(linear.K + 1j * omega * linear.C)
+    rails = [NAMES.index(f"{s}.rail_{d}") for s in ("left", "right") for d in ("z", "y", "roll")]
+    push, answer = Z[rails, NAMES.index(moved)], Z[np.ix_(rails, rails)]
+    expected = R @ np.linalg.solve(np.eye(6) - answer @ R, push)
+    # Measured 2.7e-4; inputs on lines are (omega h)^2 / 12 = 1.2e-4 of a sine's.
+    assert np.abs(found - expected).max() < 1e-3 * np.abs(expected).max()
