@@ -11,6 +11,8 @@ import pytest
 from fmpy import simulate_fmu
 
 from railcosim.analysis.pair.export_pair import PAIR, export_pair
+from railcosim.analysis.response.frf import frequency_response
+from railcosim.analysis.response.hunting import critical_speed
 from railcosim.fmus.content import Content, contents, start_of
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, export, packed
 from railcosim.fmus.interface import interface
@@ -18,6 +20,7 @@ from railcosim.master.component import Hold
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.model_exchange import differences, linear_model
 from railcosim.mechanics.ports import DIMENSIONS, FORCE, OF_WHEELS, WHEEL, Layout
+from railcosim.parameters import ArgumentError
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import MODELS, SPATIAL, build_multibody
@@ -348,3 +351,28 @@ def test_toppling_is_no_error(tmp_path):
 def test_a_dimension_that_is_none(tmp_path):
     with pytest.raises(ValueError, match="dimension = lateral: must be one of vertical, spatial"):
         export(Vehicle(), SHORT, tmp_path, dimension="lateral")
+
+
+def test_it_hunts_as_its_parameters_do(made):
+    """The critical speed from the linearised FMU, on rigid rails."""
+    on_rails = {"stock": DAMPED, "conicity": [0.2], "rigid_track": True}
+    of_fmu = critical_speed(**on_rails, vehicle_fmu=made["native"]["Vehicle"])
+    of_file = critical_speed(**on_rails)
+    assert of_file["critical_speed"][0] > 0
+    for name in ("critical_speed", "frequency"):
+        # Halving ends at 1e-9; the static loads are rounded in the description.
+        np.testing.assert_allclose(of_fmu[name], of_file[name], rtol=1e-6)
+
+
+def test_it_answers_in_space_and_is_refused_where_it_hunts(made):
+    """From both FMUs by the one door; slowly, wheelsets go where an alignment goes."""
+    fmus = made["native"]
+    pair = fmus["Vehicle"], fmus["Track"], np.array([0.01, 5.0])
+    found = frequency_response(*pair, excitation="alignment", stock=DAMPED, speed=15.0)
+    # A wave of 1.5 km, 18 m long vehicles.
+    assert abs(found["wheelset[1].left.wheel_y"].values[0] - 1.0) < 0.02
+    assert found["wheelset[4].right.rail_moment_x"].attrs["units"] == "N.m/m"
+    with pytest.raises(ArithmeticError, match=r"hunts.*it does from \d+\.\d km/h on.*--believe"):
+        frequency_response(*pair, excitation="alignment", stock=DAMPED, speed=150.0)
+    with pytest.raises(ArgumentError, match="roll"):
+        frequency_response(*pair, contact_stiffness=1e9)
