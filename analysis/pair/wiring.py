@@ -49,7 +49,9 @@ def wired(
         and name != port.name(FORCE)
     ]
     made = {c.input for c in by_face}
-    needed = [name for name in layout.names(FORCE) if name not in made]
+    taken = {v.name for component in components for v in component.inputs}
+    # A vehicle that owns the contact gives a rail no more than it feels.
+    needed = {*layout.down.names(FORCE), *(n for n in layout.names(FORCE) if n in taken)} - made
     found = connect_by_name(components, required=[*layout.of_axles("position"), *needed])
     late = {*_jumping(cars, layout), *_jumping(rails, layout)}
     return tuple(replace(c, delayed=(c.source, c.output) in late) for c in (*found, *by_face))
