@@ -89,8 +89,8 @@ def export(
         DimensionName,
         typer.Option(
             "--dimension",
-            help="In spatial FMUs wheels and rails move aside and turn as well; so far Vehicle and "
-            "Track only, without the contact inside.",
+            help="In spatial FMUs wheels and rails move aside and turn as well, and contacts "
+            "inside roll.",
         ),
     ] = DimensionName.VERTICAL,
     separate: Annotated[

@@ -36,9 +36,6 @@ class Runtime(Protocol):
     def prepare(self, progress: Callable[[str], None]) -> None:
         """Do what all FMUs need once."""
 
-    def takes(self, content: Content) -> bool:
-        """Whether it knows the contact law inside."""
-
     def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> str:
         """Write the FMU, replacing one that is there; return the digest of what was written."""
 
@@ -57,8 +54,6 @@ def export(
     runtime: Runtime = NATIVE,
 ) -> dict[str, Path]:
     """Write Vehicle, Track, VehicleWithContact and TrackWithContact as FMUs.
-
-    What the runtime does not know is left out: natively, spatial ones with the contact inside.
 
     Parameters
     ----------
@@ -139,7 +134,7 @@ def packed(
     """
     out.mkdir(parents=True, exist_ok=True)
     files, written = {}, {}
-    for content in filter(runtime.takes, made):
+    for content in made:
         files[content.name] = place = out / f"{content.name}.fmu"
         written[place] = runtime.pack(content, place, progress)
     yield files

@@ -21,7 +21,6 @@ from .native_runtime.compile import build, headers, sources
 from .native_runtime.platforms import Platform, platforms_named
 from .native_runtime.resource import resource
 from .native_runtime.universal import universal
-from .roles import Role
 
 (MAC,) = platforms_named("darwin64")
 WRITERS = {2: fmi2.model_description, 3: fmi3.model_description}
@@ -45,11 +44,6 @@ class NativeRuntime:
     def prepare(self, progress: Callable[[str], None]) -> None:
         """Compile, so that a missing compiler is told before anything is computed."""
         build(self.fmi, self.platforms, progress)
-
-    def takes(self, content: Content) -> bool:
-        """All but contacts that roll."""
-        rolls = any(v.role is Role.TEXTBOOK for v in content.table)
-        return not (content.has_contact and rolls)
 
     def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> str:
         """Write the FMU; return the digest of what was written."""

@@ -77,10 +77,6 @@ class PythonRuntime:
     def prepare(self, progress: Callable[[str], None]) -> None:
         """Nothing: the binaries are pythonfmu's."""
 
-    def takes(self, content: Content) -> bool:
-        """All."""
-        return True
-
     def pack(self, content: Content, target: Path, progress: Callable[[str], None]) -> str:
         """Write the FMU; return the digest of what was written."""
         progress(f"packing {target.name}")

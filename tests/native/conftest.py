@@ -232,18 +232,35 @@ def made() -> Callable[..., Fmu]:
 
 
 @pytest.fixture(scope="session")
-def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Callable[[int], list[str]]:
+def sanitizing() -> Callable[[], list[str]]:
+    """Function that gives the command of a compiler with ASan and UBSan."""
+
+    def command() -> list[str]:
+        return [
+            needs("gcc", "gcc"), "-std=c99", "-g", "-O1", "-fno-omit-frame-pointer",
+            "-ffp-contract=off", "-fsanitize=address,undefined", "-fsanitize=float-cast-overflow",
+            "-fno-sanitize-recover=all",
+        ]  # fmt: skip
+
+    return command
+
+
+@pytest.fixture(scope="session")
+def sanitizers() -> dict[str, str]:
+    """Environment of programs that such a compiler made."""
+    return SANITIZERS
+
+
+@pytest.fixture(scope="session")
+def sanitized(
+    tmp_path_factory: pytest.TempPathFactory, sanitizing: Callable[[], list[str]]
+) -> Callable[[int], list[str]]:
     """Command of the driver with the runtime, both under ASan and UBSan, for FMI 2 or 3.
 
     Requests of the runtime for memory go through the driver, which can refuse them.
     """
-    gcc, folder = needs("gcc", "gcc"), tmp_path_factory.mktemp("sanitized")
+    common, folder = sanitizing(), tmp_path_factory.mktemp("sanitized")
     made: dict[int, list[str]] = {}
-    common = [
-        gcc, "-std=c99", "-g", "-O1", "-fno-omit-frame-pointer", "-ffp-contract=off",
-        "-fsanitize=address,undefined", "-fsanitize=float-cast-overflow",
-        "-fno-sanitize-recover=all",
-    ]  # fmt: skip
     wraps = [f"-Wl,--wrap={name}" for name in ("malloc", "calloc", "realloc")]
 
     def command(fmi: int) -> list[str]:

@@ -68,6 +68,9 @@ void body_look(const Body *body, const Shapes *shapes, const double *x, const do
                int known, double *g, double *z, double *vz);
 /* Displacements per force where forces move modes by a weight: (contacts, contacts). */
 void body_compliance(const Body *body, const Shapes *shapes, const double *weight, double *G);
+/* Velocities per force at once, likewise; `ones` are 2 * modes numbers, ones then zeros. */
+void body_through_force(const Body *body, const Shapes *shapes, const double *ones,
+                        double *through);
 /* The state at rest under generalised forces. */
 void body_at_rest(const Body *body, const double *g, double *x);
 /* Coordinate of the multibody model from the displacements in x. */
@@ -120,8 +123,14 @@ void body_no_motion(const Model *model, const ByParity *z);
 /* Displacements at the contacts of those of even and odd modes, and of what is left. */
 void body_observe_rest(const Body *body, const Shapes *shapes, const double *x, const ByParity *z,
                        double *at_contacts);
-/* Contacts of a block of rows, at most MOST_IN_BLOCK; returns how many. */
-enum { MOST_IN_BLOCK = 2 * BLOCK };
+/* Blocks are of so many wheelsets, which stand one behind the other. */
+static inline size_t body_blocks(const Model *model)
+{
+    return (model->wheelsets + BLOCK - 1) / BLOCK;
+}
+/* Contacts of a block, at most so many; returns how many. */
+#define MOST_IN_BLOCK(model) (2 * BLOCK * (model)->directions)
+enum { MOST_PORTS = 2 * BLOCK * MOST_DIRECTIONS };
 size_t body_block(const Model *model, size_t block, size_t *contact);
 /* Compliance by three weights of modes: begin with none, add chunks, of rows of one block or (`far`)
    all; then make three matrices of it, between `n` contacts. */

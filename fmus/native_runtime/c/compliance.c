@@ -89,8 +89,9 @@ void body_respond_rest(const Body *body, const Shapes *shapes, const double *con
 size_t body_block(const Model *m, size_t block, size_t *contact)
 {
     size_t n = 0;
+    const size_t rows = BLOCK * m->directions;
     for (size_t side = 0; side < m->sides; side++)
-        for (size_t row = block * BLOCK; row < (block + 1) * BLOCK && row < m->rows; row++)
+        for (size_t row = block * rows; row < (block + 1) * rows && row < m->rows; row++)
             contact[n++] = side * m->rows + row;
     return n;
 }
@@ -106,4 +107,43 @@ void body_compliance(const Body *body, const Shapes *shapes, const double *weigh
     for (size_t k = 0; k < C; k++)
         for (size_t j = 0; j < C; j++)
             G[k * C + j] = between(body, shapes, weight, 0, 0, k, j);
+}
+
+/* What a force at row `row` makes modes of a chunk go at, in body->rate. */
+static void set_off(const Body *body, const Shapes *shapes, const Chunk *chunk, size_t row)
+{
+    const Model *m = body->model;
+    const size_t at = body_place(body, chunk, row) - chunk->at; /* of column 0 */
+    for (size_t j = chunk->first; j < chunk->end; j++) {
+        const Segment *s = &m->segment[j];
+        memcpy(body->rate + s->to, shapes->in_re + at + s->in, s->size * sizeof(double));
+        memcpy(body->rate + m->modes + s->to, shapes->in_im + at + s->in,
+               s->size * sizeof(double));
+    }
+}
+
+void body_through_force(const Body *body, const Shapes *shapes, const double *ones, double *through)
+{
+    const Model *m = body->model;
+    const size_t R = m->padded_rows, C = m->contacts;
+    body_no_compliance(body);
+    for (size_t j = 0; j < m->chunks; j++) {
+        const Chunk *chunk = &m->chunk[j];
+        const double *re = body->rate + chunk->to, *im = re + m->modes;
+        for (size_t row = 0; row < chunk->rows; row++) {
+            double *G = body->G[chunk->odd] + chunk->row[row] * R;
+            set_off(body, shapes, chunk, row);
+            for (size_t from = row / BLOCK * BLOCK; from < chunk->rows; from += BLOCK) {
+                const size_t place = body_place(body, chunk, from);
+                double sums[BLOCK] = {0};
+                body->kernels->observe(chunk->size, chunk->room, shapes->out_re + place,
+                                       shapes->out_im + place, re, im, sums);
+                for (size_t k = 0; k < BLOCK && from + k < chunk->rows; k++)
+                    G[chunk->row[from + k]] += sums[k];
+            }
+        }
+    }
+    for (size_t k = 0; k < C; k++)
+        for (size_t j = 0; j < C; j++)
+            through[k * C + j] = between(body, shapes, ones, 0, 0, k, j);
 }

@@ -3,189 +3,148 @@
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 50 }; /* Newton takes 3 or 4 */
-static const double RELATIVE_TOLERANCE = 1e-12; /* four digits above rounding */
-
-double contact_force(const ContactLaw *law, size_t k, double compression)
+ContactLaw contact_law(const Model *m)
 {
-    if (!law->nonlinear)
-        return law->number[k] * compression;
-    return compression > 0 ? law->number[k] * compression * sqrt(compression) : 0.0;
+    ContactLaw law = {1, m->given, 1, 0, 1, 0, 0, m->contact_sign, 0, NULL, NULL,
+                      m->wheelsets};
+    if (m->rolls) {
+        const int wheel = m->contact_sign > 0;
+        law.motions = ROLLING_MOTIONS;
+        law.own = wheel ? WHEEL_DIRECTIONS : RAIL_DIRECTIONS;
+        law.other = wheel ? RAIL_DIRECTIONS : WHEEL_DIRECTIONS;
+        law.first = wheel ? 0 : WHEEL_DIRECTIONS;
+        law.beyond = wheel ? WHEEL_DIRECTIONS : 0;
+        law.of_rates = 1;
+    }
+    return law;
 }
 
-double contact_stiffness(const ContactLaw *law, size_t k, double compression)
+/* All motions and rates of a contact, or changes of them. */
+static void meet(const ContactLaw *law, const double *q, const double *v, const double *given,
+                 double *motion, double *rate)
 {
-    if (!law->nonlinear)
-        return law->number[k];
-    return compression > 0 ? 1.5 * law->number[k] * sqrt(compression) : 0.0;
+    if (!law->of_rates) {
+        motion[0] = law->sign * (q[0] - given[0]);
+        return;
+    }
+    memcpy(motion, given, law->motions * sizeof(double));
+    memcpy(rate, given + law->motions, law->motions * sizeof(double));
+    for (size_t i = 0; i < law->own; i++) {
+        motion[law->first + i] += q[i];
+        rate[law->first + i] += v[i];
+    }
 }
 
-/* Nodes (0..1) and weights of Gauss's rule: exact for a line times a parabola. */
-static const double NODE[3] = {0.11270166537925831, 0.5, 0.88729833462074169};
-static const double WEIGHT[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-
-void contact_over_step(const ContactLaw *law, size_t k, const double d[3], double force[2],
-                       double tangent[2][3])
+void contact_at(const ContactLaw *law, size_t k, const double *q, const double *v,
+                const double *given, Contact *contact)
 {
-    memset(force, 0, 2 * sizeof(double));
-    memset(tangent, 0, 6 * sizeof(double));
+    double motion[MOST_MOTIONS], rate[MOST_MOTIONS];
+    meet(law, q, v, given, motion, rate);
+    if (law->of_rates) {
+        rolling_force(&law->rolling[k], k < law->left ? -1 : 1, motion, rate, contact->force,
+                      contact->by_q, contact->by_v);
+        return;
+    }
+    const double d = motion[0], number = law->number[k], root = d > 0 ? sqrt(d) : 0;
+    contact->force[0] = law->nonlinear ? (d > 0 ? number * d * root : 0.0) : number * d;
+    contact->by_q[0][0] = law->sign * (law->nonlinear ? 1.5 * number * root : number);
+    contact->by_v[0][0] = 0;
+}
+
+void contact_change(const ContactLaw *law, const Contact *contact, const double *dq,
+                    const double *dv, const double *dgiven, double dforce[MOST_MOTIONS])
+{
+    double motion[MOST_MOTIONS], rate[MOST_MOTIONS];
+    meet(law, dq, dv, dgiven, motion, rate);
+    if (!law->of_rates) {
+        dforce[0] = contact->by_q[0][0] * law->sign * motion[0];
+        return;
+    }
+    for (size_t i = 0; i < law->motions; i++) {
+        dforce[i] = 0;
+        for (size_t j = 0; j < law->motions; j++)
+            dforce[i] += contact->by_q[i][j] * motion[j] + contact->by_v[i][j] * rate[j];
+    }
+}
+
+/* A node of Gauss's rule, which is exact for a line times a parabola: its place from the middle of
+   the step (-1..1), its weight, and what a parabola is there, and its rate over a step of length 1, by
+   its value at the beginning, its mean, and its value at the end. */
+typedef struct {
+    double odd, weight, value[3], rate[3];
+} Node;
+
+#define BOW(x) (1.5 * (x) * (x) - 0.5)
+#define NODE_AT(x, weight)                                                                     \
+    {x, weight, {0.5 * BOW(x) - 0.5 * (x), 1 - BOW(x), 0.5 * BOW(x) + 0.5 * (x)},              \
+     {3 * (x) - 1, -6 * (x), 3 * (x) + 1}}
+#define OUTER 0.77459666924148338 /* the root of 3/5 */
+static const Node NODE[3] = {NODE_AT(-OUTER, 5.0 / 18), NODE_AT(0.0, 8.0 / 18),
+                             NODE_AT(OUTER, 5.0 / 18)};
+
+/* Motions and rates of the own ports of contact k at a node, and what is given there. */
+static void pass(const ContactLaw *law, size_t k, const Way *way, const Node *node,
+                 const double *x, double *q, double *v, double *given)
+{
+    const size_t own = law->own, g = law->given;
+    const double *z[3] = {way->begin + k * own, x, x + own};
+    for (size_t i = 0; i < own; i++)
+        q[i] = node->value[0] * z[0][i] + node->value[1] * z[1][i] + node->value[2] * z[2][i];
+    for (size_t i = 0; law->of_rates && i < own; i++) {
+        v[i] = 0;
+        for (int at = 0; at < 3; at++)
+            v[i] += node->rate[at] * (z[at][i] - way->rolled[at][k * own + i]);
+        v[i] /= way->h;
+    }
+    for (size_t i = 0; i < g; i++)
+        given[i] = node->value[0] * way->given[0][k * g + i] +
+                   node->value[1] * way->given[1][k * g + i] +
+                   node->value[2] * way->given[2][k * g + i];
+}
+
+void contact_over_step(const ContactLaw *law, size_t k, const Way *way, const double *x,
+                       double *force, double *tangent)
+{
+    const size_t own = law->own, wide = 2 * own;
+    double q[MOST_OWN], v[MOST_OWN], given[2 * MOST_MOTIONS];
+    Contact contact;
+    memset(force, 0, wide * sizeof(double));
+    memset(tangent, 0, wide * wide * sizeof(double));
     for (int j = 0; j < 3; j++) {
-        const double theta = NODE[j], bow = 6 * theta * (theta - 1) + 1, odd = 2 * theta - 1;
-        /* Of the parabola with the ends d[0] and d[2], and d[1] on average. */
-        const double by[3] = {-0.5 * odd + 0.5 * bow, 1 - bow, 0.5 * odd + 0.5 * bow};
-        const double compression = by[0] * d[0] + by[1] * d[1] + by[2] * d[2];
-        const double f = WEIGHT[j] * contact_force(law, k, compression);
-        const double slope = WEIGHT[j] * contact_stiffness(law, k, compression);
-        force[0] += f;
-        force[1] += 3 * odd * f;
-        for (int i = 0; i < 3; i++) {
-            tangent[0][i] += slope * by[i];
-            tangent[1][i] += 3 * odd * slope * by[i];
-        }
-    }
-}
-
-int solve_linear(size_t n, double *A, double *b)
-{
-    for (size_t k = 0; k < n; k++) {
-        size_t best = k;
-        for (size_t i = k + 1; i < n; i++)
-            if (fabs(A[i * n + k]) > fabs(A[best * n + k]))
-                best = i;
-        const double pivot = A[best * n + k];
-        if (pivot == 0 || !isfinite(pivot))
-            return 0;
-        for (size_t j = k; j < n && best != k; j++) {
-            const double swap = A[k * n + j];
-            A[k * n + j] = A[best * n + j];
-            A[best * n + j] = swap;
-        }
-        const double swap = b[k];
-        b[k] = b[best];
-        b[best] = swap;
-        for (size_t i = k + 1; i < n; i++) {
-            const double factor = A[i * n + k] / pivot;
-            for (size_t j = k; j < n; j++)
-                A[i * n + j] -= factor * A[k * n + j];
-            b[i] -= factor * b[k];
-        }
-    }
-    for (size_t k = n; k-- > 0;) {
-        for (size_t j = k + 1; j < n; j++)
-            b[k] -= A[k * n + j] * b[j];
-        b[k] /= A[k * n + k];
-    }
-    return 1;
-}
-
-int contact_solve(const ContactLaw *law, size_t n, const double *G, const double *gap,
-                  double *delta, double *work)
-{
-    double *A = work, *change = A + n * n, *force = change + n, *stiffness = force + n;
-    memcpy(delta, gap, n * sizeof(double));
-    for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
-        double largest = 0, size = 0;
-        for (size_t j = 0; j < n; j++) {
-            force[j] = contact_force(law, j, delta[j]);
-            stiffness[j] = contact_stiffness(law, j, delta[j]);
-        }
-        for (size_t k = 0; k < n; k++) {
-            change[k] = delta[k] - gap[k];
-            for (size_t j = 0; j < n; j++) {
-                change[k] += G[k * n + j] * force[j];
-                A[k * n + j] = (k == j) + G[k * n + j] * stiffness[j];
+        const Node *node = &NODE[j];
+        const double part[2] = {node->weight, 3 * node->odd * node->weight};
+        pass(law, k, way, node, x, q, v, given);
+        contact_at(law, k, q, v, given, &contact);
+        for (size_t p = 0; p < 2; p++)
+            for (size_t i = 0; i < own; i++) {
+                const double *by_q = contact.by_q[law->first + i] + law->first;
+                const double *by_v = contact.by_v[law->first + i] + law->first;
+                double *row = tangent + (p * own + i) * wide;
+                force[p * own + i] += part[p] * contact.force[law->first + i];
+                for (size_t at = 0; at < 2; at++)
+                    for (size_t l = 0; l < own; l++)
+                        row[at * own + l] += part[p] * (node->value[1 + at] * by_q[l] +
+                                                        node->rate[1 + at] / way->h * by_v[l]);
             }
-        }
-        if (!solve_linear(n, A, change))
-            return 0;
-        for (size_t k = 0; k < n; k++) {
-            delta[k] -= change[k];
-            size = fmax(size, fabs(change[k]));
-            largest = fmax(largest, fabs(delta[k]));
-            if (!isfinite(delta[k]))
-                return 0;
-        }
-        if (size <= RELATIVE_TOLERANCE * largest)
-            return 1;
-    }
-    return 0;
-}
-
-/* Compressions on average and at the end under forces: those without, and G. */
-static void compress(size_t n, const double *G, const double *free, const double *force,
-                     double *compression)
-{
-    const size_t pairs = n * n;
-    for (size_t k = 0; k < 2 * n; k++)
-        compression[k] = free[k];
-    for (size_t k = 0; k < n; k++)
-        for (size_t j = 0; j < n; j++) {
-            const double *at = G + k * n + j;
-            compression[k] += at[0] * force[j] + at[pairs] * force[n + j];
-            compression[n + k] += at[2 * pairs] * force[j] + at[3 * pairs] * force[n + j];
-        }
-}
-
-/* A = 1 - tangent G, for forces [means, slopes]. */
-static void soften(size_t n, const double *G, size_t k, double tangent[2][3], double *A)
-{
-    const size_t pairs = n * n;
-    for (size_t part = 0; part < 2; part++) {
-        double *row = A + (part * n + k) * 2 * n;
-        const double average = tangent[part][1], end = tangent[part][2];
-        for (size_t j = 0; j < n; j++) {
-            const double *at = G + k * n + j;
-            row[j] = -(average * at[0] + end * at[2 * pairs]);
-            row[n + j] = -(average * at[pairs] + end * at[3 * pairs]);
-        }
-        row[part * n + k] += 1;
     }
 }
 
-int contact_change(const ContactLaw *law, size_t n, const double *G, const double *begin,
-                   const double *compression, const double *dbegin, const double *dfree,
-                   double *dforce, double *work)
+void contact_over_step_change(const ContactLaw *law, size_t k, const Way *way, const double *x,
+                              const Way *change, const double *dx, double *dforce)
 {
-    for (size_t k = 0; k < n; k++) {
-        const double d[3] = {begin[k], compression[k], compression[n + k]};
-        double force[2], tangent[2][3];
-        contact_over_step(law, k, d, force, tangent);
-        soften(n, G, k, tangent, work);
-        for (size_t part = 0; part < 2; part++)
-            dforce[part * n + k] = tangent[part][0] * dbegin[k] + tangent[part][1] * dfree[k] +
-                                   tangent[part][2] * dfree[n + k];
-    }
-    return solve_linear(2 * n, work, dforce);
-}
-
-int contact_balance(const ContactLaw *law, size_t n, const double *G, const double *begin,
-                    const double *free, double *force, double *compression, double *work)
-{
-    double *change = work + 4 * n * n;
-    for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
-        double largest = 0, size = 0;
-        compress(n, G, free, force, compression);
-        for (size_t k = 0; k < n; k++) {
-            const double d[3] = {begin[k], compression[k], compression[n + k]};
-            double found[2], tangent[2][3];
-            contact_over_step(law, k, d, found, tangent);
-            soften(n, G, k, tangent, work);
-            change[k] = force[k] - found[0];
-            change[n + k] = force[n + k] - found[1];
-        }
-        if (!solve_linear(2 * n, work, change))
-            return 0;
-        for (size_t k = 0; k < 2 * n; k++) {
-            force[k] -= change[k];
-            size = fmax(size, fabs(change[k]));
-            largest = fmax(largest, fabs(force[k]));
-            if (!isfinite(force[k]))
-                return 0;
-        }
-        if (size <= RELATIVE_TOLERANCE * largest) {
-            compress(n, G, free, force, compression);
-            return 1;
+    double q[MOST_OWN], v[MOST_OWN], given[2 * MOST_MOTIONS], found[MOST_MOTIONS];
+    double dq[MOST_OWN], dv[MOST_OWN], dgiven[2 * MOST_MOTIONS];
+    Contact contact;
+    memset(dforce, 0, 2 * law->own * sizeof(double));
+    for (int j = 0; j < 3; j++) {
+        const Node *node = &NODE[j];
+        pass(law, k, way, node, x, q, v, given);
+        pass(law, k, change, node, dx, dq, dv, dgiven);
+        contact_at(law, k, q, v, given, &contact);
+        contact_change(law, &contact, dq, dv, dgiven, found);
+        for (size_t i = 0; i < law->own; i++) {
+            dforce[i] += node->weight * found[law->first + i];
+            dforce[law->own + i] += 3 * node->odd * node->weight * found[law->first + i];
         }
     }
-    return 0;
 }

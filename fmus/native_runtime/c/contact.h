@@ -1,42 +1,57 @@
-/* Normal contact of wheel and rail, and its balance with what carries it. */
+/* The law of contacts that a body owns, and the same over a step. */
 #ifndef RAILCOSIM_CONTACT_H
 #define RAILCOSIM_CONTACT_H
 
 #include "model.h"
+#include "rolling.h"
 
-/* F = C delta^1.5 with loss of contact, or F = k_H delta, which also pulls. */
+enum { MOST_MOTIONS = ROLLING_MOTIONS, MOST_OWN = ROLLING_WHEEL };
+
+/* Contacts that are only pressed, F = C d^1.5 with loss of contact or F = k_H d, which also pulls; or
+   wheels that roll. A contact has `motions`: those of the body's own ports, from `first` on, and of
+   the other's, from `beyond` on; and as many forces. Beside what its own ports do, q and v, a law is
+   `given` numbers a contact: what pressed contacts meet is so high; of rolling ones, what adds to
+   their motions and to their rates. */
 typedef struct {
+    size_t motions, given, own, first, other, beyond;
+    int of_rates;
+    int sign; /* of a compression by the body's motion */
     int nonlinear;
     double *number; /* C or k_H of each contact */
+    RollingLaw *rolling; /* of each contact */
+    size_t left; /* contacts, before those on the right */
 } ContactLaw;
 
-/* Of contact k. */
-double contact_force(const ContactLaw *law, size_t k, double compression);
-double contact_stiffness(const ContactLaw *law, size_t k, double compression);
+/* The law of a body, but for its numbers. */
+ContactLaw contact_law(const Model *model);
 
-/* Solve delta + G force(delta) = gap of n contacts by Newton's method from delta = gap; 0: it did
-   not settle. `work` has room for CONTACT_WORK(n) numbers. */
-#define CONTACT_WORK(n) ((n) * ((n) + 3))
-int contact_solve(const ContactLaw *law, size_t n, const double *G, const double *gap,
-                  double *delta, double *work);
-/* Contact k over a step, from its compressions d at the beginning, on average and at the end: mean
-   and slope of the line that is nearest to its force along the parabola through them, and their
-   derivatives by d. */
-void contact_over_step(const ContactLaw *law, size_t k, const double d[3], double force[2],
-                       double tangent[2][3]);
-/* Forces [means, slopes] of n contacts over a step, found from those that are there. `begin` are their compressions; on average and
-   at the end these are `free`, [averages, ends], and what forces add: G has four parts, averages by
-   means and by slopes, ends by means and by slopes. 0: they did not settle. `work` has room for
-   BALANCE_WORK(n) numbers. */
-#define BALANCE_WORK(n) (2 * (n) * (2 * (n) + 1))
-int contact_balance(const ContactLaw *law, size_t n, const double *G, const double *begin,
-                    const double *free, double *force, double *compression, double *work);
-/* Derivative of the forces found, along changes of `begin` and `free`; 0: there is none. */
-int contact_change(const ContactLaw *law, size_t n, const double *G, const double *begin,
-                   const double *compression, const double *dbegin, const double *dfree,
-                   double *dforce, double *work);
-/* Solve A x = b of n unknowns in place (x in b) by elimination with pivoting; 0: singular or not
-   finite. */
-int solve_linear(size_t n, double *A, double *b);
+/* A contact at an instant. */
+typedef struct {
+    double force[MOST_MOTIONS];
+    double by_q[MOST_MOTIONS][MOST_MOTIONS], by_v[MOST_MOTIONS][MOST_MOTIONS];
+} Contact;
+
+/* Contact k, where its body's ports move by q, at rates v; and how its forces change. */
+void contact_at(const ContactLaw *law, size_t k, const double *q, const double *v,
+                const double *given, Contact *contact);
+void contact_change(const ContactLaw *law, const Contact *contact, const double *dq,
+                    const double *dv, const double *dgiven, double dforce[MOST_MOTIONS]);
+
+/* What contacts do over a step of length h: motions of all own ports at the beginning; at the
+   beginning, on average and at the end, by how much motions where the wheels are differ from those of
+   the material in the middle of their way, and what the law is given. */
+typedef struct {
+    double h;
+    const double *begin, *rolled[3], *given[3];
+} Way;
+
+/* Means and slopes [mean, slope][own] of the lines that are nearest to the forces of contact k along
+   the parabola of its motions, by these on average and at the end [average, end][own]; and their
+   derivatives, (2 own, 2 own). Rates are the parabola's own. */
+void contact_over_step(const ContactLaw *law, size_t k, const Way *way, const double *x,
+                       double *force, double *tangent);
+/* Their changes along one of the way and dx. */
+void contact_over_step_change(const ContactLaw *law, size_t k, const Way *way, const double *x,
+                              const Way *change, const double *dx, double *dforce);
 
 #endif

@@ -61,7 +61,7 @@ static int make_scratch(Instance *i)
     Inputs *of_u[] = {&i->now, &i->change, &i->over.start, &i->over.slope, &i->over.curve,
                       &i->over_change.start, &i->over_change.slope, &i->over_change.curve};
     const size_t us = sizeof of_u / sizeof *of_u;
-    i->scratch = calloc(us * u + 4 * n + 3 * c, sizeof(double));
+    i->scratch = calloc(us * u + 4 * n + 3 * c + MOST_OWN * m->sides * n, sizeof(double));
     if (i->scratch == NULL)
         return 0;
     for (size_t k = 0; k < us; k++)
@@ -72,6 +72,7 @@ static int make_scratch(Instance *i)
     i->force = i->dlaw + 2 * n;
     i->z = i->force + c;
     i->vz = i->z + c;
+    i->pushed = i->vz + c;
     return 1;
 }
 

@@ -61,6 +61,7 @@ typedef struct {
     double *heights, *dheights;             /* of wheelsets at the start */
     double *dlaw;                           /* of wheelsets: changes of k_H, then of C */
     double *force, *z, *vz;                 /* of contacts, and their changes */
+    double *pushed;                         /* forces at the ports of what the body meets */
 } Instance;
 
 /* NULL: the log says why. */

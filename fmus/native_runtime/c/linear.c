@@ -27,7 +27,8 @@ static double *seed_of(const Instance *i, Seeds *seeds, uint32_t ref)
         return &seeds->du[v->place];
     if (v->role == ROLE_TIME)
         return &seeds->time;
-    if (!starting)
+    /* Numbers of rolling contacts, of which the speed is one, are none of these. */
+    if (!starting || (i->model.rolls && v->role != ROLE_START_POSITION && v->role != ROLE_START_Z))
         return NULL;
     switch (v->role) {
     case ROLE_SPEED: return &seeds->speed;
@@ -71,7 +72,7 @@ static void law_change(Instance *i, const Seeds *seeds, const Inputs *now, Input
     const ContactLaw *law = &i->motion.law;
     const size_t first = law->nonlinear ? m->wheelsets : 0;
     double *z = i->z;
-    if (m->contact_sign == 0)
+    if (m->contact_sign == 0 || m->rolls)
         return;
     body_observe(&i->motion.body, body_shapes(&i->motion.body, now->position), i->x, z);
     for (size_t k = 0; k < m->contacts; k++) {
@@ -93,7 +94,7 @@ static double output_change(Instance *i, const Variable *v, const Direction *d,
         const double speed = i->value[m->of_role[ROLE_SPEED]];
         return d->position + d->time * speed + d->speed * i->clock->time;
     }
-    case ROLE_OUT_FORCE: return i->force[v->index];
+    case ROLE_OUT_FORCE: return i->pushed[v->index];
     case ROLE_OUT_CONTACT_Z: return i->z[v->index];
     case ROLE_OUT_CONTACT_VZ: return i->vz[v->index];
     case ROLE_OUT_COORDINATE: return body_coordinate(body, v->index, d->dx);
@@ -127,6 +128,8 @@ static void outputs_change(Instance *i, const Direction *d, const uint32_t *refs
         body_observe(&motion->body, shapes, motion->drate, i->vz);
         body_acceleration(&motion->body, d->dx, motion->rate);
     }
+    if (m->contact_sign != 0)
+        motion_on_other_change(motion, now, motion->z, motion->v, change, i->z, i->vz, i->pushed);
     for (size_t k = 0; k < n; k++)
         if (refs[k] < m->variables)
             dy[k] = output_change(i, &m->variable[refs[k]], d, motion->rate);

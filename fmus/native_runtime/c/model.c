@@ -122,8 +122,11 @@ static void read_sizes(Reader *reader)
     demand(reader, m->even > 0, "there are no modes");
     demand(reader, (double)m->ring * (double)m->padded_rows <= MAX_SHAPES,
            "there are too many modes for so many wheelsets");
-    demand(reader, m->contact_sign == 0 || m->directions == 1,
-           "a contact inside has one direction, the normal");
+    demand(reader, m->contact_sign == 0 || m->directions == 1 ||
+                       m->directions == (m->contact_sign > 0 ? WHEEL_DIRECTIONS : RAIL_DIRECTIONS),
+           "directions of a contact inside");
+    m->rolls = m->contact_sign != 0 && m->directions > 1;
+    m->given = m->rolls ? 2 * (WHEEL_DIRECTIONS + RAIL_DIRECTIONS) : m->directions;
     demand(reader, (m->nodes > 0) != (m->coordinates > 0), "neither a track nor a vehicle");
     demand(reader, m->nodes == 0 || (m->nodes > 1 && m->cells > 0 && m->rigid == 0),
            "track");
@@ -221,6 +224,15 @@ static void read_vehicle(Reader *reader)
     m->wheelset_x = doubles(reader, "wheelset_x", m->wheelsets, 0, 0);
 }
 
+/* Forces at the ports of what the body meets. */
+static size_t forces_out(const Model *m)
+{
+    if (!m->rolls)
+        return m->contact_sign == 0 ? 0 : m->contacts;
+    return m->sides * m->wheelsets *
+           (m->contact_sign > 0 ? RAIL_DIRECTIONS : WHEEL_DIRECTIONS);
+}
+
 /* How many owners (wheelsets, contacts, coordinates) a role may have. */
 static size_t owners(const Model *m, int role)
 {
@@ -228,8 +240,8 @@ static size_t owners(const Model *m, int role)
     case ROLE_IN_POSITION: return m->nodes > 0 ? m->wheelsets : 0;
     case ROLE_OUT_POSITION: return m->nodes > 0 ? 0 : m->wheelsets;
     case ROLE_START_Z: return m->wheelsets;
-    case ROLE_OUT_FORCE: return m->contact_sign != 0 ? m->contacts : 0;
-    case ROLE_IN_LOAD: case ROLE_IN_LOAD_LESS: return m->contacts;
+    case ROLE_OUT_FORCE: return forces_out(m);
+    case ROLE_IN_LOAD: case ROLE_IN_LOAD_LESS: return m->sides * m->wheelsets * m->given;
     case ROLE_OUT_CONTACT_Z: case ROLE_OUT_CONTACT_VZ: return m->contacts;
     case ROLE_OUT_COORDINATE: case ROLE_OUT_RATE: return m->coordinates;
     case ROLE_OUT_ACCELERATION: return m->coordinates;
@@ -270,8 +282,8 @@ static void read_variable(Reader *reader, size_t k, const int32_t row[4], const 
     demand(reader, v->type == REAL || fabs(v->start) <= MAX_WHOLE, "a start value");
     if (v->causality == PARAMETER && role != ROLE_START_Z)
         m->of_role[role] = (uint32_t)k;
-    if (role == ROLE_STIFFNESS || role == ROLE_HERTZ)
-        m->law[(role == ROLE_HERTZ) * m->wheelsets + v->index] = (uint32_t)k;
+    if (law_number(v->role) < LAW_NUMBERS)
+        m->law[law_number(v->role) * m->wheelsets + v->index] = (uint32_t)k;
     if (v->causality == INPUT) {
         v->place = m->inputs;
         m->input[m->inputs++] = (uint32_t)k;
@@ -284,8 +296,10 @@ static void read_variable(Reader *reader, size_t k, const int32_t row[4], const 
 static void share_law(Reader *reader)
 {
     const Model *m = reader->model;
-    for (int which = 0; reader->good && m->contact_sign != 0 && which < 2; which++) {
-        uint32_t *law = m->law + (size_t)which * m->wheelsets;
+    const size_t first = m->rolls ? law_number(ROLE_HERTZ) : law_number(ROLE_STIFFNESS);
+    const size_t end = m->contact_sign == 0 ? 0 : m->rolls ? LAW_NUMBERS : 2;
+    for (size_t which = first; reader->good && which < end; which++) {
+        uint32_t *law = m->law + which * m->wheelsets;
         size_t given = 0;
         for (size_t k = 0; k < m->wheelsets; k++)
             given += law[k] != UINT32_MAX;
@@ -293,6 +307,20 @@ static void share_law(Reader *reader)
                "a wheelset without a contact law");
         for (size_t k = 1; given == 1 && k < m->wheelsets; k++)
             law[k] = law[0];
+    }
+}
+
+/* Whether there must be a parameter; those of the law are looked for by share_law. */
+static int is_needed(const Model *m, int role)
+{
+    switch (role) {
+    case ROLE_HOLD: return 1;
+    case ROLE_INTERNAL_STEP: return m->contact_sign != 0 || m->nodes > 0;
+    case ROLE_NONLINEAR: return m->contact_sign != 0 && !m->rolls;
+    case ROLE_TEXTBOOK: return m->rolls;
+    case ROLE_SPEED: return m->coordinates > 0 || m->rolls;
+    case ROLE_START_POSITION: return m->coordinates > 0;
+    default: return 0;
     }
 }
 
@@ -307,8 +335,8 @@ static void read_interface(Reader *reader)
     m->variable = allocate(reader, n, sizeof *m->variable);
     m->input = allocate(reader, n, sizeof *m->input);
     m->output = allocate(reader, n, sizeof *m->output);
-    m->law = allocate(reader, 2 * m->wheelsets, sizeof *m->law);
-    for (size_t k = 0; reader->good && k < 2 * m->wheelsets; k++)
+    m->law = allocate(reader, LAW_NUMBERS * m->wheelsets, sizeof *m->law);
+    for (size_t k = 0; reader->good && k < LAW_NUMBERS * m->wheelsets; k++)
         m->law[k] = UINT32_MAX;
     for (int role = 0; role < ROLES; role++)
         m->of_role[role] = UINT32_MAX;
@@ -322,14 +350,9 @@ static void read_interface(Reader *reader)
         at += strlen(names + at) + 1;
         read_variable(reader, k, rows + 4 * k, ranges + 3 * k);
     }
-    for (int role = ROLE_HOLD; reader->good && role < ROLE_START_Z; role++) {
-        const int of_contact = role >= ROLE_NONLINEAR && role <= ROLE_HERTZ;
-        const int of_journey = role >= ROLE_SPEED;
-        const int needed = role == ROLE_HOLD || (of_contact && m->contact_sign != 0) ||
-                           (of_journey && m->coordinates > 0) ||
-                           (role == ROLE_INTERNAL_STEP && (m->contact_sign != 0 || m->nodes > 0));
-        demand(reader, !needed || m->of_role[role] != UINT32_MAX, "a parameter is missing");
-    }
+    for (int role = ROLE_HOLD; reader->good && role < ROLES; role++)
+        demand(reader, !is_needed(m, role) || m->of_role[role] != UINT32_MAX,
+               "a parameter is missing");
     share_law(reader);
 }
 

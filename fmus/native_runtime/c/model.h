@@ -14,6 +14,8 @@
 /* Kernels take modes and rows by so many. */
 enum { BLOCK = 4 };
 enum { MOST_WHEELSETS = 64, MOST_DIRECTIONS = 6 };
+/* Of what rolls: those of a wheel, whose first ones are also the rail's. */
+enum { WHEEL_DIRECTIONS = 5, RAIL_DIRECTIONS = 3 };
 /* Parts of a node in the table of shapes, each an array over modes: shape, real and imaginary, and
    slope. */
 enum { NODE_PARTS = 4 };
@@ -146,13 +148,15 @@ typedef struct {
     const double *through; /* acceleration of a coordinate by a force at once, (coordinates, rows) */
     const double *wheelset_x, *start_r;
     const double *preloads; /* contact forces that load nothing: a vehicle's own weight, N */
+    size_t given; /* loads of a contact: forces; a height; or motions and rates of wheel and rail */
+    int rolls;    /* whether it has contacts of its own that roll */
     int contact_sign; /* 0: forces from outside; 1: moving down presses; -1: it relieves */
     /* Interface. */
     size_t variables, inputs, outputs;
     Variable *variable;
     uint32_t *input, *output; /* references */
     uint32_t of_role[ROLES];  /* reference of a parameter; UINT32_MAX if there is none */
-    uint32_t *law;            /* references of k_H, then of C, of each wheelset */
+    uint32_t *law;            /* references of the law's numbers, (LAW_NUMBERS, wheelsets) */
 } Model;
 
 /* Return 1, or 0 with a sentence in `why`; then nothing is left to free. */

@@ -4,7 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-size_t inputs_size(const Model *model) { return model->wheelsets + model->contacts; }
+/* Numbers of all contacts of the law, or forces. */
+static size_t loads_of(const Model *model)
+{
+    return model->sides * model->wheelsets * model->given;
+}
+
+size_t inputs_size(const Model *model) { return model->wheelsets + loads_of(model); }
 
 Inputs inputs_in(const Model *model, double *block)
 {
@@ -23,20 +29,25 @@ static void lay_out(Motion *motion, const Model *model, Arrays *arrays)
 {
     const size_t c = model->contacts;
     const size_t pairs = model->contact_sign != 0 ? c * c : 0;
-    double **of_g[] = {&motion->g0, &motion->gm, &motion->g1, &motion->d0,
+    const size_t in_block = MOST_IN_BLOCK(model);
+    double **of_g[] = {&motion->no_g, &motion->g0, &motion->gm, &motion->g1, &motion->d0,
                        &motion->dm, &motion->d1, &motion->more};
     double **of_x[] = {&motion->rate, &motion->drate,   &motion->dx,     &motion->part,
                        &motion->dpart, &motion->line[0], &motion->line[1]};
+    const size_t wheels = model->sides * model->wheelsets;
     double **of_c[] = {&motion->force,      &motion->dforce,    &motion->driven, &motion->none,
                        &motion->beyond[0],  &motion->beyond[1], &motion->beyond[2],
                        &motion->z,          &motion->dz,        &motion->moved,
-                       &motion->begin,      &motion->dbegin,    &motion->inside, &motion->dinside,
+                       &motion->inside,     &motion->dinside,   &motion->v,      &motion->dv,
+                       &motion->rolled[0],  &motion->rolled[1], &motion->rolled[2],
+                       &motion->drolled[0], &motion->drolled[1], &motion->drolled[2],
+                       &motion->passed[0],  &motion->passed[1],
                        &motion->seen[0],    &motion->seen[1],   &motion->seen[2],
                        &motion->dseen[0],   &motion->dseen[1],  &motion->dseen[2],
                        &motion->last.under, &motion->last.z,    &motion->last.vz,
-                       &motion->law.number};
+                       &motion->last.vz_free};
     double **of_2c[] = {&motion->over,    &motion->dover, &motion->free, &motion->dfree,
-                        &motion->pressed, &motion->far,   &motion->line_force,
+                        &motion->moves, &motion->far,   &motion->line_force,
                         &motion->last_over};
     Inputs *of_u[] = {&motion->now,  &motion->middle,  &motion->end,
                       &motion->dnow, &motion->dmiddle, &motion->dend};
@@ -52,11 +63,22 @@ static void lay_out(Motion *motion, const Model *model, Arrays *arrays)
         of_u[k]->position = arrays_take(arrays, inputs_size(model));
         of_u[k]->load = of_u[k]->position == NULL ? NULL : of_u[k]->position + model->wheelsets;
     }
+    motion->last.given = arrays_take(arrays, loads_of(model));
+    motion->through_at = arrays_take(arrays, model->wheelsets);
     motion->driven_at = arrays_take(arrays, model->wheelsets);
     motion->last.at = arrays_take(arrays, model->wheelsets);
-    const size_t of_blocks = BALANCE_G * (model->padded_rows / BLOCK);
+    motion->law = contact_law(model);
+    motion->law.number = arrays_take(arrays, wheels);
+    motion->law.rolling = (RollingLaw *)arrays_take(
+        arrays, sizeof(RollingLaw) / sizeof(double) * wheels);
+    motion->mean_load = arrays_take(arrays, loads_of(model));
+    motion->dmean_load = arrays_take(arrays, loads_of(model));
+    const size_t of_blocks = 4 * in_block * in_block * body_blocks(model);
     motion->G = arrays_take(arrays, pairs > of_blocks ? pairs : of_blocks);
-    motion->solving = arrays_take(arrays, pairs > 0 ? CONTACT_WORK(c) : 0);
+    motion->through = arrays_take(arrays, model->rolls ? pairs : 0);
+    motion->ones = arrays_take(arrays, 2 * model->modes);
+    const size_t most = c > 2 * in_block ? c : 2 * in_block;
+    motion->solving = arrays_take(arrays, pairs > 0 ? BALANCE_WORK(most) : 0);
     for (int k = 0; k < KEPT_STEPS; k++) {
         lay_out_effects(&motion->kept[k].end, 2 * model->modes, arrays);
         lay_out_effects(&motion->kept[k].average, model->contact_sign != 0 ? 2 * model->modes : 0,
@@ -73,7 +95,9 @@ int motion_create(Motion *motion, const Model *model)
         return 0;
     }
     lay_out(motion, model, &motion->arrays);
-    motion->driven[0] = NAN; /* nothing yet */
+    for (size_t r = 0; r < model->modes; r++)
+        motion->ones[r] = 1;
+    motion->driven[0] = motion->through_at[0] = NAN; /* nothing yet */
     return 1;
 }
 
@@ -157,19 +181,6 @@ const double *motion_driven(Motion *motion, const Shapes *shapes, const double *
     return motion->g1;
 }
 
-void motion_forces(Motion *motion, const Inputs *now, const double *x, double *force)
-{
-    const Model *m = motion->body.model;
-    const int sign = m->contact_sign;
-    if (sign == 0) {
-        memcpy(force, now->load, m->contacts * sizeof(double));
-        return;
-    }
-    body_observe(&motion->body, body_shapes(&motion->body, now->position), x, motion->z);
-    for (size_t k = 0; k < m->contacts; k++)
-        force[k] = contact_force(&motion->law, k, sign * (motion->z[k] - now->load[k]));
-}
-
 const double *motion_seen(const Motion *motion)
 {
     const Model *m = motion->body.model;
@@ -187,21 +198,31 @@ void motion_note_seen(Motion *motion, int rates, const double *force)
     memcpy(motion->last.under, force, m->contacts * sizeof(double));
     motion->last.known = 1;
     motion->last.rates = rates;
+    if (!rates)
+        motion->last.free = 0;
 }
 
-void motion_forget(Motion *motion) { motion->last.known = 0; }
+void motion_forget(Motion *motion) { motion->last.known = motion->last.free = 0; }
 
-void motion_see(Motion *motion, const Inputs *now, const double *x, double *force, double *z,
-                double *vz)
+int motion_see(Motion *motion, const Inputs *now, const double *x, double *force, double *z,
+               double *vz)
 {
     const Model *m = motion->body.model;
     const Shapes *shapes = body_shapes(&motion->body, now->position);
     const size_t bytes = m->contacts * sizeof(double);
     const double *seen = motion_seen(motion);
-    if (m->contact_sign == 0 || seen == NULL)
-        motion_forces(motion, now, x, force);
-    for (size_t k = 0; m->contact_sign != 0 && seen != NULL && k < m->contacts; k++)
-        force[k] = contact_force(&motion->law, k, m->contact_sign * (seen[k] - now->load[k]));
+    const int known = m->contact_sign != 0 && seen != NULL;
+    if (motion->law.of_rates) {
+        const int found = motion_last_forces(motion, now, x);
+        memcpy(force, motion->last.under, bytes);
+        memcpy(z, motion->last.z, bytes);
+        memcpy(vz, motion->last.vz, bytes);
+        return found;
+    }
+    if (!known && !motion_forces(motion, now, x, force))
+        return 0;
+    for (size_t k = 0; known && k < m->contacts; k++)
+        force[k] = motion_pressed(motion, k, seen, now->load);
     if (seen == NULL || !motion->last.rates ||
         memcmp(motion->last.under, force, bytes) != 0) {
         body_look(&motion->body, shapes, x, motion_beyond_preload(motion, force, motion->beyond[0]),
@@ -211,6 +232,7 @@ void motion_see(Motion *motion, const Inputs *now, const double *x, double *forc
     }
     memcpy(z, motion->last.z, bytes);
     memcpy(vz, motion->last.vz, bytes);
+    return 1;
 }
 
 int motion_still(const Model *model, const InputPath *path)
@@ -261,10 +283,18 @@ void motion_static_compliance(Motion *motion, const Shapes *shapes)
     motion->G_of = 0;
 }
 
+Question motion_at_rest(const Motion *motion, const double *given)
+{
+    const Model *m = motion->body.model;
+    const Question question = {&motion->law, m->contacts, NULL, 1, m->wheelsets, balance_at_rest,
+                               NULL, given, NULL};
+    return question;
+}
+
 int motion_rest(Motion *motion, const Inputs *now, const double *heights, double *x)
 {
     const Model *m = motion->body.model;
-    double *force = motion->force, *delta = motion->begin;
+    double *force = motion->force;
     if (m->nodes == 0) {
         memset(x, 0, m->states * sizeof(double));
         for (size_t k = 0; k < m->wheelsets; k++) {
@@ -280,12 +310,11 @@ int motion_rest(Motion *motion, const Inputs *now, const double *heights, double
     const Shapes *shapes = body_shapes(&motion->body, now->position);
     memcpy(force, now->load, m->contacts * sizeof(double));
     if (m->contact_sign != 0) {
+        const Question question = motion_at_rest(motion, now->load);
         motion_static_compliance(motion, shapes);
-        if (!contact_solve(&motion->law, m->contacts, motion->G, now->load, delta,
-                           motion->solving))
+        memset(force, 0, m->contacts * sizeof(double));
+        if (!balance(&question, motion->G, motion->none, force, motion->moves, motion->solving))
             return 0;
-        for (size_t k = 0; k < m->contacts; k++)
-            force[k] = contact_force(&motion->law, k, delta[k]);
     }
     body_at_rest(&motion->body, motion_driven(motion, shapes, force), x);
     return 1;
@@ -297,9 +326,11 @@ double motion_through(Motion *motion, size_t coordinate, const double *force)
                         motion_beyond_preload(motion, force, motion->beyond[0]));
 }
 
-void motion_rate(Motion *motion, const Inputs *now, const double *x, double *rate)
+int motion_rate(Motion *motion, const Inputs *now, const double *x, double *rate)
 {
-    motion_forces(motion, now, x, motion->force);
+    if (!motion_forces(motion, now, x, motion->force))
+        return 0;
     const Shapes *shapes = body_shapes(&motion->body, now->position);
     body_rate(&motion->body, x, motion_driven(motion, shapes, motion->force), rate);
+    return 1;
 }

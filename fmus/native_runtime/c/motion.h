@@ -3,15 +3,15 @@
 #ifndef RAILCOSIM_MOTION_H
 #define RAILCOSIM_MOTION_H
 
-#include "contact.h"
+#include "balance.h"
 #include "exponential.h"
 
 enum { KEPT_STEPS = 8 }; /* step sizes whose coefficients are kept */
 #define MAX_INTERNAL_STEPS 1e7
 
 /* What comes from outside at one instant: positions (m) of the wheelsets, and loads of the
-   contacts, which are forces (N) or, for a body with contacts of its own, heights (m) of what they
-   press against. Both are parts of one block of inputs_size numbers. */
+   contacts, which are forces (N) or, for a body with contacts of its own, what their law is given.
+   Both are parts of one block of inputs_size numbers. */
 typedef struct {
     double *position, *load;
 } Inputs;
@@ -25,12 +25,12 @@ typedef struct {
 } InputPath;
 
 /* What is seen at the contacts in the state that a step ended in: displacements; velocities under
-   some forces. */
+   some forces; of forces that depend on rates, velocities without any, and what the law was given. */
 typedef struct {
-    int known, rates; /* whether the former, the latter are */
-    double *at;       /* wheelsets, as they are rounded */
-    double *under;    /* forces of the contacts */
-    double *z, *vz;
+    int known, rates, free; /* whether displacements, velocities, those without forces are */
+    double *at;             /* wheelsets, as they are rounded */
+    double *under;          /* forces of the contacts */
+    double *z, *vz, *vz_free, *given;
 } Seen;
 
 typedef struct {
@@ -46,12 +46,15 @@ typedef struct {
     double *rate, *drate, *dx, *part, *dpart, *line[2]; /* scratch: as x */
     double *d0, *dm, *d1, *more; /* scratch: as g */
     /* Scratch of one number a contact, of two, or what solving takes. */
-    double *force, *dforce, *beyond[3], *z, *dz, *moved, *begin, *dbegin, *inside, *dinside,
+    double *force, *dforce, *beyond[3], *z, *dz, *moved, *inside, *dinside,
         *none;
-    double *seen[3], *dseen[3];
-    double *over, *dover, *free, *dfree, *pressed, *far;
+    double *seen[3], *dseen[3], *rolled[3], *drolled[3], *passed[2], *v, *dv;
+    double *over, *dover, *free, *dfree, *moves, *far;
+    double *mean_load, *dmean_load; /* as loads */
     double *line_force, *last_over;
-    double *G, *solving;
+    double *G, *through, *solving;
+    double *ones, *no_g; /* weights of modes that let a force through to a velocity at once */
+    double *through_at;  /* wheelsets for which `through` is */
     double G_of; /* step whose compliances G are, where body->between is; 0: of something else */
     Inputs now, middle, end, dnow, dmiddle, dend;
     Arrays arrays;
@@ -61,13 +64,21 @@ int motion_create(Motion *motion, const Model *model); /* 0: no memory */
 void motion_free(Motion *motion);
 
 void path_at(const Model *model, const InputPath *path, double t, Inputs *now);
-/* Contact forces in state x; 'load' are the forces, or what the contacts press against. */
-void motion_forces(Motion *motion, const Inputs *now, const double *x, double *force);
+/* Contact forces in state x at the body's own ports; those that depend on rates agree with the rates
+   that they make. 0: there are none. */
+int motion_forces(Motion *motion, const Inputs *now, const double *x, double *force);
+/* The same in the state that the last step ended in, and what is seen there: in motion->last. */
+int motion_last_forces(Motion *motion, const Inputs *now, const double *x);
+/* That of a contact k which is only pressed, from displacements. */
+double motion_pressed(const Motion *motion, size_t k, const double *z, const double *load);
+/* Those at the ports of what the body meets, from motions and rates of its own. */
+void motion_on_other(const Motion *motion, const Inputs *now, const double *z, const double *vz,
+                     double *force);
 /* The state at rest under `now`; for a vehicle with wheelsets at `heights`. 0: none was found. */
 int motion_rest(Motion *motion, const Inputs *now, const double *heights, double *x);
 /* Contact forces, and displacements and velocities of the contacts of a track, in the state that the
-   last step ended in, if it has not been forgotten, or in any state x. */
-void motion_see(Motion *motion, const Inputs *now, const double *x, double *force, double *z,
+   last step ended in, if it has not been forgotten, or in any state x. 0: there are none. */
+int motion_see(Motion *motion, const Inputs *now, const double *x, double *force, double *z,
                 double *vz);
 /* The state is another one than that in which the last step ended. */
 void motion_forget(Motion *motion);
@@ -78,8 +89,8 @@ const char *motion_step(Motion *motion, const InputPath *path, double h, const d
                         double *next);
 /* Acceleration of a coordinate of the multibody model by what forces do at once. */
 double motion_through(Motion *motion, size_t coordinate, const double *force);
-/* dx/dt, in `rate`. */
-void motion_rate(Motion *motion, const Inputs *now, const double *x, double *rate);
+/* dx/dt, in `rate`; 0: there are no contact forces. */
+int motion_rate(Motion *motion, const Inputs *now, const double *x, double *rate);
 
 /* --- parts of a step, for motion_change.c ------------------------------------------------------ */
 
@@ -88,6 +99,8 @@ extern const char MOTION_TOO_MANY[], MOTION_NO_CONTACT[];
 const Coefficients *motion_coefficients(Motion *motion, double h);
 /* Whether no wheel moves. */
 int motion_still(const Model *model, const InputPath *path);
+/* The law at rest. */
+Question motion_at_rest(const Motion *motion, const double *given);
 /* Displacements by contact forces at rest, in motion->G. */
 void motion_static_compliance(Motion *motion, const Shapes *shapes);
 /* Into how many internal steps a step is cut: one that is exact where forces come from outside and
@@ -123,11 +136,15 @@ void motion_outside_step(Motion *motion, const Coefficients *c, const double *x,
 int motion_contact_step(Motion *motion, const Coefficients *c, const double *x, double *next);
 /* The same, and its derivative along dnow, dmiddle, dend and dx; x and dx are moved on. */
 int motion_contact_step_change(Motion *motion, const Coefficients *c, double *x, double *dx);
-/* Parts of both. Compressions from displacements of the body, and the heights that it presses
-   against; and on average over a step. */
-void motion_press(const Motion *motion, const double *z, const double *load, double *compression);
-void motion_press_average(const Motion *motion, const Inputs *begin, const Inputs *middle,
-                          const Inputs *end, double *const z[3], double *compression);
+/* Parts of both. Motions, on average over a step and at its end, of what is seen. */
+void motion_average(const Motion *motion, double *const z[3], double *motions);
+/* What the law is given on average over a step. */
+void motion_average_load(const Motion *motion, const Inputs *begin, const Inputs *middle,
+                         const Inputs *end, double *load);
+/* By how much motions where the wheels are differ from those in the middle of their way, at the
+   beginning, on average and at the end; of both ends, in the middle, in `passed`. */
+void motion_rolled(const Motion *motion, double *const z[3], double *const passed[2],
+                   double *const rolled[3]);
 /* next = state after the step under the forces at the beginning, and the forces over the step,
    [means, slopes], in motion->over; z are displacements at the beginning. */
 int motion_find_forces(Motion *motion, const Coefficients *c, const double *z, const double *x,
@@ -135,8 +152,6 @@ int motion_find_forces(Motion *motion, const Coefficients *c, const double *z, c
 
 /* --- forces over an internal step, in motion_balance.c ----------------------------------------- */
 
-/* Numbers that the compliances of a block take. */
-#define BALANCE_G (4 * MOST_IN_BLOCK * MOST_IN_BLOCK)
 /* What forces at the beginning of a step, in its middle and at its end do to the end. */
 typedef struct {
     const double *modes[3];
@@ -145,10 +160,13 @@ typedef struct {
 Weights motion_weights(const Coefficients *c);
 /* Compliances of all blocks, from those that chunks have added, in motion->G. */
 void motion_find_compliances(Motion *motion, const Coefficients *c);
-/* Forces in motion->over, [means, slopes], and compressions in motion->pressed, from those at the
-   beginning, motion->begin, and motion->free under the forces then. 0: they did not settle. */
+/* The way over a step, of what motion->seen and the loads have; and its change. */
+Way motion_way(const Motion *motion, const Coefficients *c);
+Way motion_way_change(const Motion *motion, const Coefficients *c);
+/* Forces in motion->over, [means, slopes], and motions in motion->moves, from motion->free under the
+   forces at the beginning. 0: they did not settle. */
 int motion_balance(Motion *motion, const Coefficients *c);
-/* Their change, motion->dover, from motion->dbegin and dfree; 0: there is none. */
+/* Their change, motion->dover, from the way's and motion->dfree; 0: there is none. */
 int motion_balance_change(Motion *motion, const Coefficients *c);
 
 /* --- derivatives along changes dx of the state and `change` of the inputs --------------------- */
@@ -162,6 +180,19 @@ void motion_observe_change(const Motion *motion, const Shapes *shapes, const Sha
 /* Derivative of the forces; `force` as motion_forces gives it. */
 void motion_forces_change(Motion *motion, const Inputs *now, const double *x, const Inputs *change,
                           const double *dx, double *dforce);
+/* The same where forces and displacements, and motion->v and through, are those that motion_forces
+   found; dz are changes of the displacements. */
+void motion_known_forces_change(Motion *motion, const Shapes *shapes, const Shapes *slope,
+                                const Inputs *now, const double *x, const double *force,
+                                const double *z, const Inputs *change, const double *dx,
+                                const double *dz, double *dforce);
+/* The same of a body that does not move, whose displacements do not answer. */
+void motion_still_change(const Motion *motion, const Inputs *now, const double *z,
+                         const Inputs *change, const double *dz, double *dforce);
+/* Derivative of motion_on_other along changes of motions and rates as well. */
+void motion_on_other_change(const Motion *motion, const Inputs *now, const double *z,
+                            const double *vz, const Inputs *change, const double *dz,
+                            const double *dvz, double *dforce);
 /* Derivative of motion_rate. */
 void motion_rate_change(Motion *motion, const Inputs *now, const double *x, const Inputs *change,
                         const double *dx, double *drate);

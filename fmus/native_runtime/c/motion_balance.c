@@ -16,11 +16,10 @@ enum { MAX_ROUNDS = 50 }; /* 3 do */
 /* Of the largest force: what is left of the forces of other blocks when rounds end. */
 static const double LEFT = 1e-11;
 
-static size_t blocks_of(const Model *m) { return m->padded_rows / BLOCK; }
-
 static double *compliance_of(const Motion *motion, size_t block)
 {
-    return motion->G + block * BALANCE_G;
+    const size_t most = MOST_IN_BLOCK(motion->body.model);
+    return motion->G + block * 4 * most * most;
 }
 
 Weights motion_weights(const Coefficients *c)
@@ -35,17 +34,16 @@ Weights motion_weights(const Coefficients *c)
 void motion_find_compliances(Motion *motion, const Coefficients *c)
 {
     const Body *body = &motion->body;
-    const double s = body->model->contact_sign;
     const Weights weights = motion_weights(c);
-    for (size_t block = 0; block < blocks_of(body->model); block++) {
-        size_t contact[MOST_IN_BLOCK];
+    for (size_t block = 0; block < body_blocks(body->model); block++) {
+        size_t contact[MOST_PORTS];
         const size_t n = body_block(body->model, block, contact), pairs = n * n;
         double *of_average = compliance_of(motion, block), *by_slope = of_average + pairs;
         double *of_end = by_slope + pairs, *end_by_slope = of_end + pairs;
         body_respond_rest(body, body_between(body), weights.modes, weights.rigid, n, contact,
                           of_average);
         for (size_t k = 0; k < pairs; k++) {
-            const double begin = s * of_average[k], middle = s * by_slope[k], end = s * of_end[k];
+            const double begin = of_average[k], middle = by_slope[k], end = of_end[k];
             of_average[k] = 0.5 * middle + end;
             by_slope[k] = -0.25 * middle;
             of_end[k] = begin + middle + end;
@@ -71,19 +69,19 @@ static void scatter(size_t n, const size_t *contact, size_t all, const double *o
             whole[part * all + contact[k]] = own[part * n + k];
 }
 
-/* Add, times `sign`, what a block's forces, means and (NULL: none) slopes, do to its compressions. */
+/* Add, times `sign`, what a block's forces, means and (NULL: none) slopes, do to its motions. */
 static void add_own(size_t n, const double *G, double sign, const double *mean,
-                    const double *slope, double *compression)
+                    const double *slope, double *motions)
 {
     const size_t pairs = n * n;
     for (size_t k = 0; k < n; k++)
         for (size_t j = 0; j < n; j++) {
             const double *at = G + k * n + j;
-            compression[k] += sign * at[0] * mean[j];
-            compression[n + k] += sign * at[2 * pairs] * mean[j];
+            motions[k] += sign * at[0] * mean[j];
+            motions[n + k] += sign * at[2 * pairs] * mean[j];
             if (slope != NULL) {
-                compression[k] += sign * at[pairs] * slope[j];
-                compression[n + k] += sign * at[3 * pairs] * slope[j];
+                motions[k] += sign * at[pairs] * slope[j];
+                motions[n + k] += sign * at[3 * pairs] * slope[j];
             }
         }
 }
@@ -94,16 +92,24 @@ static void no_state(double *x, const Model *m, const Chunk *chunk)
     memset(x + m->modes + chunk->to, 0, chunk->size * sizeof(double));
 }
 
-/* The law of a block's contacts; their numbers are put into `number`. */
-static ContactLaw law_of(const Motion *motion, size_t n, const size_t *contact, double *number)
+Way motion_way(const Motion *motion, const Coefficients *c)
 {
-    const ContactLaw law = {motion->law.nonlinear, number};
-    gather(1, n, contact, motion->body.model->contacts, motion->law.number, number);
-    return law;
+    const Way way = {c->h, motion->seen[0],
+                     {motion->rolled[0], motion->rolled[1], motion->rolled[2]},
+                     {motion->now.load, motion->mean_load, motion->end.load}};
+    return way;
 }
 
-/* What forces [means, slopes] do to all compressions, [averages, ends]. */
-static void move(Motion *motion, const Coefficients *c, const double *force, double *compression)
+Way motion_way_change(const Motion *motion, const Coefficients *c)
+{
+    const Way way = {c->h, motion->dseen[0],
+                     {motion->drolled[0], motion->drolled[1], motion->drolled[2]},
+                     {motion->dnow.load, motion->dmean_load, motion->dend.load}};
+    return way;
+}
+
+/* What forces [means, slopes] do to all motions, [averages, ends]. */
+static void move(Motion *motion, const Coefficients *c, const double *force, double *motions)
 {
     Body *body = &motion->body;
     const Model *m = body->model;
@@ -126,17 +132,15 @@ static void move(Motion *motion, const Coefficients *c, const double *force, dou
     body_drive_rest(body, between, force, mean, motion->dm);
     body_drive_rest(body, between, force + C, slope, motion->d1);
     for (int end = 0; end < 2; end++) {
-        double *z = compression + (end ? C : 0);
+        double *z = motions + (end ? C : 0);
         no_state(motion->line[end], m, &m->chunk[m->chunks]);
         memset(motion->line[end] + 2 * m->modes, 0, 2 * m->rigid * sizeof(double));
         step_add_rest(body, c, !end, motion->dm, motion->d1, motion->line[end]);
         body_observe_rest(body, between, motion->line[end], &body->split[2 + end], z);
-        for (size_t k = 0; k < C; k++)
-            z[k] *= m->contact_sign;
     }
 }
 
-/* What forces `over` the step beyond those at the beginning do to compressions of other blocks, in
+/* What forces `over` the step beyond those at the beginning do to motions of other blocks, in
    motion->far. */
 static void find_far(Motion *motion, const Coefficients *c, const double *over,
                      const double *inside)
@@ -149,9 +153,9 @@ static void find_far(Motion *motion, const Coefficients *c, const double *over,
         beyond[C + k] = over[C + k];
     }
     move(motion, c, beyond, motion->far);
-    for (size_t block = 0; block < blocks_of(m); block++) {
-        size_t contact[MOST_IN_BLOCK];
-        double force[2 * MOST_IN_BLOCK], moved[2 * MOST_IN_BLOCK];
+    for (size_t block = 0; block < body_blocks(m); block++) {
+        size_t contact[MOST_PORTS];
+        double force[2 * MOST_PORTS], moved[2 * MOST_PORTS];
         const size_t n = body_block(m, block, contact);
         gather(2, n, contact, C, beyond, force);
         gather(2, n, contact, C, motion->far, moved);
@@ -165,7 +169,7 @@ static void without_own(const Motion *motion, size_t block, size_t n, const size
                         const double *free, const double *inside, double *own)
 {
     const size_t C = motion->body.model->contacts;
-    double mean[MOST_IN_BLOCK], far[2 * MOST_IN_BLOCK];
+    double mean[MOST_PORTS], far[2 * MOST_PORTS];
     gather(2, n, contact, C, free, own);
     gather(2, n, contact, C, motion->far, far);
     gather(1, n, contact, C, inside, mean);
@@ -174,40 +178,53 @@ static void without_own(const Motion *motion, size_t block, size_t n, const size
         own[k] += far[k];
 }
 
-static int balance_block(Motion *motion, size_t block)
+/* Solved for at once are about as many numbers as contacts of four wheelsets have in one direction. */
+static Question over_step(const Motion *motion, size_t n, const size_t *contact, const Way *way)
+{
+    const size_t own = motion->law.own;
+    const Question question = {&motion->law, n, contact, 2, own < BLOCK ? BLOCK / own : 1,
+                               balance_over_step, NULL, NULL, way};
+    return question;
+}
+
+static int balance_block(Motion *motion, const Coefficients *c, size_t block)
 {
     const size_t C = motion->body.model->contacts;
-    size_t contact[MOST_IN_BLOCK];
-    double begin[MOST_IN_BLOCK], free[2 * MOST_IN_BLOCK], force[2 * MOST_IN_BLOCK];
-    double pressed[2 * MOST_IN_BLOCK], number[MOST_IN_BLOCK], work[BALANCE_WORK(MOST_IN_BLOCK)];
+    size_t contact[MOST_PORTS];
+    double free[2 * MOST_PORTS], force[2 * MOST_PORTS], moves[2 * MOST_PORTS];
     const size_t n = body_block(motion->body.model, block, contact);
-    const ContactLaw law = law_of(motion, n, contact, number);
-    gather(1, n, contact, C, motion->begin, begin);
+    const Way way = motion_way(motion, c);
+    const Question question = over_step(motion, n, contact, &way);
     gather(2, n, contact, C, motion->over, force);
     without_own(motion, block, n, contact, motion->free, motion->inside, free);
-    if (!contact_balance(&law, n, compliance_of(motion, block), begin, free, force,
-                         pressed, work))
+    if (!balance(&question, compliance_of(motion, block), free, force, moves, motion->solving))
         return 0;
     scatter(n, contact, C, force, motion->over);
-    scatter(n, contact, C, pressed, motion->pressed);
+    scatter(n, contact, C, moves, motion->moves);
     return 1;
 }
 
-static int change_block(Motion *motion, size_t block)
+static int change_block(Motion *motion, const Coefficients *c, size_t block)
 {
-    const size_t C = motion->body.model->contacts;
-    size_t contact[MOST_IN_BLOCK];
-    double begin[MOST_IN_BLOCK], dbegin[MOST_IN_BLOCK], pressed[2 * MOST_IN_BLOCK];
-    double dfree[2 * MOST_IN_BLOCK], dforce[2 * MOST_IN_BLOCK];
-    double number[MOST_IN_BLOCK], work[BALANCE_WORK(MOST_IN_BLOCK)];
+    const size_t C = motion->body.model->contacts, own = motion->law.own;
+    size_t contact[MOST_PORTS];
+    double moves[2 * MOST_PORTS], dfree[2 * MOST_PORTS], dforce[2 * MOST_PORTS];
     const size_t n = body_block(motion->body.model, block, contact);
-    const ContactLaw law = law_of(motion, n, contact, number);
-    gather(1, n, contact, C, motion->begin, begin);
-    gather(1, n, contact, C, motion->dbegin, dbegin);
-    gather(2, n, contact, C, motion->pressed, pressed);
+    const Way way = motion_way(motion, c), change = motion_way_change(motion, c);
+    const Question question = over_step(motion, n, contact, &way);
+    gather(2, n, contact, C, motion->moves, moves);
     without_own(motion, block, n, contact, motion->dfree, motion->dinside, dfree);
-    if (!contact_change(&law, n, compliance_of(motion, block), begin, pressed, dbegin,
-                        dfree, dforce, work))
+    for (size_t port = 0; port < n; port += own) {
+        double x[2 * MOST_OWN], dx[2 * MOST_OWN], found[2 * MOST_OWN];
+        for (size_t part = 0; part < 2; part++) {
+            memcpy(x + part * own, moves + part * n + port, own * sizeof(double));
+            memcpy(dx + part * own, dfree + part * n + port, own * sizeof(double));
+        }
+        contact_over_step_change(&motion->law, contact[port] / own, &way, x, &change, dx, found);
+        for (size_t part = 0; part < 2; part++)
+            memcpy(dforce + part * n + port, found + part * own, own * sizeof(double));
+    }
+    if (!balance_change(&question, compliance_of(motion, block), moves, dforce, motion->solving))
         return 0;
     scatter(n, contact, C, dforce, motion->dover);
     return 1;
@@ -226,8 +243,9 @@ static double change_of(size_t n, const double *force, const double *before, dou
 }
 
 /* Find the forces of all blocks, again and again until what they do to each other is in them. */
-static int settle(Motion *motion, const Coefficients *c, int (*solve)(Motion *, size_t),
-                  double *over, const double *inside)
+static int settle(Motion *motion, const Coefficients *c,
+                  int (*solve)(Motion *, const Coefficients *, size_t), double *over,
+                  const double *inside)
 {
     const Model *m = motion->body.model;
     const size_t C = m->contacts, bytes = 2 * C * sizeof(double);
@@ -238,10 +256,10 @@ static int settle(Motion *motion, const Coefficients *c, int (*solve)(Motion *, 
     for (int round = 0; round < MAX_ROUNDS; round++) {
         double largest;
         memcpy(motion->last_over, over, bytes);
-        for (size_t block = 0; block < blocks_of(m); block++)
-            if (!solve(motion, block))
+        for (size_t block = 0; block < body_blocks(m); block++)
+            if (!solve(motion, c, block))
                 return 0;
-        if (blocks_of(m) == 1)
+        if (body_blocks(m) == 1)
             return 1;
         const double change = change_of(2 * C, over, motion->last_over, &largest);
         /* The next change would be smaller again by as much as this one is than the last. */

@@ -31,37 +31,6 @@ void motion_observe_change(const Motion *motion, const Shapes *shapes, const Sha
         dz[k] += motion->moved[k];
 }
 
-/* Change of contact forces that deflect the body by G (NULL: not at all):
-   df = k sign (dz + G df - dload). */
-static void balance_change(const Motion *motion, const double *G, const double *z,
-                           const double *load, const double *dz, const double *dload, double *df)
-{
-    const int sign = motion->body.model->contact_sign;
-    const size_t n = motion->body.model->contacts;
-    double *A = motion->solving;
-    for (size_t k = 0; k < n; k++) {
-        const double tangent = sign * contact_stiffness(&motion->law, k, sign * (z[k] - load[k]));
-        df[k] = tangent * (dz[k] - dload[k]);
-        for (size_t j = 0; j < n && G != NULL; j++)
-            A[k * n + j] = (k == j) - tangent * G[k * n + j];
-    }
-    if (G != NULL)
-        solve_linear(n, A, df);
-}
-
-void motion_forces_change(Motion *motion, const Inputs *now, const double *x, const Inputs *change,
-                          const double *dx, double *dforce)
-{
-    memcpy(dforce, change->load, motion->body.model->contacts * sizeof(double));
-    if (motion->body.model->contact_sign == 0)
-        return;
-    const Shapes *shapes = body_shapes(&motion->body, now->position);
-    const Shapes *slope = body_slope(&motion->body, shapes, change->position);
-    body_observe(&motion->body, shapes, x, motion->z);
-    motion_observe_change(motion, shapes, slope, x, dx, motion->dz);
-    balance_change(motion, NULL, motion->z, now->load, motion->dz, change->load, dforce);
-}
-
 void motion_rate_change(Motion *motion, const Inputs *now, const double *x, const Inputs *change,
                         const double *dx, double *drate)
 {
@@ -93,7 +62,9 @@ void motion_rest_change(Motion *motion, const Inputs *now, const double *x, cons
         body_at_rest(&motion->body, motion->d0, dx);
         body_observe(&motion->body, shapes, x, motion->z);
         motion_observe_change(motion, shapes, slope, x, dx, motion->dz);
-        balance_change(motion, motion->G, motion->z, now->load, motion->dz, change->load, dforce);
+        const Question question = motion_at_rest(motion, now->load);
+        motion_still_change(motion, now, motion->z, change, motion->dz, dforce);
+        balance_change(&question, motion->G, motion->z, dforce, motion->solving);
     }
     motion_drive_change(motion, shapes, slope, force, dforce, motion->d0);
     body_at_rest(&motion->body, motion->d0, dx);

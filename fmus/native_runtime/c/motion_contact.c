@@ -14,35 +14,52 @@
 
 #include <string.h>
 
-/* Compressions from displacements of the body, and the heights that it presses against. */
-void motion_press(const Motion *motion, const double *z, const double *load, double *compression)
+/* z[0] and z[1] are displacements at the ends, z[2] those in the middle of how the state on average
+   differs from a sixth of both: where wheels do not roll it is exact, elsewhere Simpson's rule finds
+   what the shapes' change adds. */
+void motion_average(const Motion *motion, double *const z[3], double *motions)
 {
-    const Model *m = motion->body.model;
-    for (size_t k = 0; k < m->contacts; k++)
-        compression[k] = m->contact_sign * (z[k] - load[k]);
-}
-
-/* The same on average over a step. z[0] and z[1] are the displacements at the ends, z[2] those in
-   the middle of how the state on average differs from a sixth of both: where wheels do not roll it
-   is exact, elsewhere Simpson's rule finds what the shapes' change adds, and so it does heights. */
-void motion_press_average(const Motion *motion, const Inputs *begin, const Inputs *middle,
-                          const Inputs *end, double *const z[3], double *compression)
-{
-    const Model *m = motion->body.model;
-    for (size_t k = 0; k < m->contacts; k++) {
-        const double load = (begin->load[k] + 4 * middle->load[k] + end->load[k]) / 6;
-        const double average = z[2][k] + (z[0][k] + z[1][k]) / 6;
-        compression[k] = m->contact_sign * (average - load);
+    const size_t n = motion->body.model->contacts;
+    for (size_t k = 0; k < n; k++) {
+        motions[k] = z[2][k] + (z[0][k] + z[1][k]) / 6;
+        motions[n + k] = z[1][k];
     }
 }
 
-/* Compressions and forces at the beginning, motion->inside; z are the displacements then. */
-static void begin(Motion *motion, const double *z)
+void motion_average_load(const Motion *motion, const Inputs *begin, const Inputs *middle,
+                         const Inputs *end, double *load)
 {
-    memmove(motion->seen[0], z, motion->body.model->contacts * sizeof(double));
-    motion_press(motion, z, motion->now.load, motion->begin);
-    for (size_t k = 0; k < motion->body.model->contacts; k++)
-        motion->inside[k] = contact_force(&motion->law, k, motion->begin[k]);
+    const Model *m = motion->body.model;
+    for (size_t k = 0; k < inputs_size(m) - m->wheelsets; k++)
+        load[k] = (begin->load[k] + 4 * middle->load[k] + end->load[k]) / 6;
+}
+
+void motion_rolled(const Motion *motion, double *const z[3], double *const passed[2],
+                   double *const rolled[3])
+{
+    for (size_t k = 0; k < motion->body.model->contacts; k++) {
+        rolled[0][k] = z[0][k] - passed[0][k];
+        rolled[2][k] = z[1][k] - passed[1][k];
+        rolled[1][k] = (rolled[0][k] + rolled[2][k]) / 6;
+    }
+}
+
+/* Forces at the beginning, motion->inside; z are the displacements then. */
+static int begin(Motion *motion, const double *z, const double *x)
+{
+    const size_t n = motion->body.model->contacts;
+    if (motion->law.of_rates) {
+        if (!motion_last_forces(motion, &motion->now, x))
+            return 0;
+        memcpy(motion->inside, motion->last.under, n * sizeof(double));
+        memcpy(motion->seen[0], motion->last.z, n * sizeof(double));
+        memcpy(motion->v, motion->last.vz, n * sizeof(double));
+        return 1;
+    }
+    memmove(motion->seen[0], z, n * sizeof(double));
+    for (size_t k = 0; k < n; k++)
+        motion->inside[k] = motion_pressed(motion, k, motion->seen[0], motion->now.load);
+    return 1;
 }
 
 /* The forces at the beginning kept over the step. */
@@ -70,6 +87,10 @@ static void keep_chunk(Motion *motion, const Kept *kept, const Chunk *chunk)
                   motion->part);
     body_observe_chunk(body, shapes, chunk, kept->next, &body->split[1]);
     body_observe_chunk(body, between, chunk, motion->part, &body->split[2]);
+    if (motion->law.of_rates) {
+        body_observe_chunk(body, between, chunk, kept->x, &body->split[3]);
+        body_observe_chunk(body, between, chunk, kept->next, &body->split[4]);
+    }
     if (kept->responds) {
         const Weights weights = motion_weights(c);
         body_respond_chunk(body, between, chunk, weights.modes, 0);
@@ -91,6 +112,9 @@ static void keep_others(Motion *motion, const Kept *kept)
                  motion->part);
     body_observe_rest(body, &body->shapes, kept->next, &body->split[1], motion->seen[1]);
     body_observe_rest(body, body_between(body), motion->part, &body->split[2], motion->seen[2]);
+    for (int end = 0; motion->law.of_rates && end < 2; end++)
+        body_observe_rest(body, body_between(body), end ? kept->next : kept->x,
+                          &body->split[3 + end], motion->passed[end]);
     if (kept->responds)
         motion_find_compliances(motion, kept->c);
 }
@@ -111,8 +135,8 @@ static void keep_forces(Motion *motion, const Coefficients *c, const double *x, 
     motion->g0 = g0;
     body_split(m, motion_beyond_preload(motion, motion->inside, motion->beyond[0]),
                &body->split[0]);
-    body_no_motion(m, &body->split[1]);
-    body_no_motion(m, &body->split[2]);
+    for (size_t k = 1; k < sizeof body->split / sizeof *body->split; k++)
+        body_no_motion(m, &body->split[k]);
     if (responds)
         body_no_compliance(body);
     for (size_t k = 0; k < m->chunks; k++)
@@ -122,16 +146,17 @@ static void keep_forces(Motion *motion, const Coefficients *c, const double *x, 
 }
 
 /* next = state after the step under the forces at the beginning, and the forces over the step,
-   [means, slopes], in motion->over. Compressions are in motion->begin and motion->pressed. */
+   [means, slopes], in motion->over. */
 int motion_find_forces(Motion *motion, const Coefficients *c, const double *z, const double *x,
                        double *next)
 {
-    const size_t n = motion->body.model->contacts;
-    begin(motion, z);
+    if (!begin(motion, z, x))
+        return 0;
     keep_forces(motion, c, x, next);
-    motion_press_average(motion, &motion->now, &motion->middle, &motion->end, motion->seen,
-                  motion->free);
-    motion_press(motion, motion->seen[1], motion->end.load, motion->free + n);
+    motion_average(motion, motion->seen, motion->free);
+    motion_average_load(motion, &motion->now, &motion->middle, &motion->end, motion->mean_load);
+    if (motion->law.of_rates)
+        motion_rolled(motion, motion->seen, motion->passed, motion->rolled);
     return motion_balance(motion, c);
 }
 
@@ -168,7 +193,7 @@ int motion_contact_step(Motion *motion, const Coefficients *c, const double *x, 
 {
     const Shapes *shapes = body_shapes(&motion->body, motion->now.position);
     const double *z = motion_seen(motion);
-    if (z == NULL)
+    if (z == NULL && !motion->law.of_rates)
         body_observe(&motion->body, shapes, x, motion->seen[0]);
     if (!motion_find_forces(motion, c, z == NULL ? motion->seen[0] : z, x, next))
         return 0;

@@ -11,9 +11,8 @@ static void begin_change(Motion *motion, const double *x, const double *dx)
     const Shapes *shapes = body_shapes(body, motion->now.position);
     const Shapes *slope = body_slope(body, shapes, motion->dnow.position);
     motion_observe_change(motion, shapes, slope, x, dx, motion->dseen[0]);
-    motion_press(motion, motion->dseen[0], motion->dnow.load, motion->dbegin);
-    for (size_t k = 0; k < body->model->contacts; k++)
-        dforce[k] = contact_stiffness(&motion->law, k, motion->begin[k]) * motion->dbegin[k];
+    motion_known_forces_change(motion, shapes, slope, &motion->now, x, force, motion->seen[0],
+                               &motion->dnow, dx, motion->dseen[0], dforce);
     motion_drive_change(motion, shapes, slope, force, dforce, motion->d0);
     shapes = body_shapes_between(body, motion->middle.position);
     slope = body_slope(body, shapes, motion->dmiddle.position);
@@ -23,12 +22,11 @@ static void begin_change(Motion *motion, const double *x, const double *dx)
     motion_drive_change(motion, shapes, slope, force, dforce, motion->d1);
 }
 
-/* Of the compressions on average and at the end under the forces at the beginning; dx at the end is
+/* Of the motions on average and at the end under the forces at the beginning; dx at the end is
    in motion->drate, x is in motion->rate. */
 static void free_change(Motion *motion, const Coefficients *c, const double *x, const double *dx)
 {
     Body *body = &motion->body;
-    const size_t n = body->model->contacts;
     begin_change(motion, x, dx);
     step_and_average(body, c, dx, motion->d0, motion->dm, motion->d1, motion->drate,
                      motion->dpart);
@@ -37,9 +35,15 @@ static void free_change(Motion *motion, const Coefficients *c, const double *x, 
     shapes = body_shapes_between(body, motion->middle.position);
     slope = body_slope(body, shapes, motion->dmiddle.position);
     motion_observe_change(motion, shapes, slope, motion->part, motion->dpart, motion->dseen[2]);
-    motion_press_average(motion, &motion->dnow, &motion->dmiddle, &motion->dend, motion->dseen,
-                  motion->dfree);
-    motion_press(motion, motion->dseen[1], motion->dend.load, motion->dfree + n);
+    if (motion->law.of_rates) {
+        motion_observe_change(motion, shapes, slope, x, dx, motion->passed[0]);
+        motion_observe_change(motion, shapes, slope, motion->rate, motion->drate,
+                              motion->passed[1]);
+        motion_rolled(motion, motion->dseen, motion->passed, motion->drolled);
+    }
+    motion_average(motion, motion->dseen, motion->dfree);
+    motion_average_load(motion, &motion->dnow, &motion->dmiddle, &motion->dend,
+                        motion->dmean_load);
 }
 
 /* Generalised forces of what forces over the step [means, slopes] are beyond those at the
@@ -55,7 +59,7 @@ static void drive_line(Motion *motion, const Shapes *shapes, const double *over,
     body_drive(&motion->body, shapes, over + n, slope);
 }
 
-/* Of what the line of forces beyond those at the beginning does to compressions, where the shapes
+/* Of what the line of forces beyond those at the beginning does to motions, where the shapes
    change but it does not; and that, itself and its change, added to the states at the end. */
 static void line_change(Motion *motion, const Coefficients *c)
 {
@@ -76,7 +80,7 @@ static void line_change(Motion *motion, const Coefficients *c)
         step_add(body, c, !end, motion->d0, motion->gm, dpart);
         motion_observe_change(motion, shapes, slope, part, dpart, motion->dz);
         for (size_t k = 0; k < n; k++)
-            motion->dfree[(end ? n : 0) + k] += body->model->contact_sign * motion->dz[k];
+            motion->dfree[(end ? n : 0) + k] += motion->dz[k];
     }
     for (size_t r = 0; r < body->model->states; r++) {
         motion->rate[r] += part[r];
@@ -89,7 +93,10 @@ int motion_contact_step_change(Motion *motion, const Coefficients *c, double *x,
     Body *body = &motion->body;
     const size_t bytes = body->model->states * sizeof(double);
     body_observe(body, body_shapes(body, motion->now.position), x, motion->seen[0]);
-    if (!motion_find_forces(motion, c, motion->seen[0], x, motion->rate))
+    motion_forget(motion); /* the last step is made once more */
+    const int found = motion_find_forces(motion, c, motion->seen[0], x, motion->rate);
+    motion_forget(motion);
+    if (!found)
         return 0;
     free_change(motion, c, x, dx);
     line_change(motion, c);

@@ -34,23 +34,6 @@ int instance_inputs_are_finite(Instance *i, const double *u)
     return 1;
 }
 
-double instance_parameter(const Instance *i, Role role)
-{
-    const uint32_t ref = i->model.of_role[role];
-    return ref == UINT32_MAX ? 0 : i->value[ref];
-}
-
-void instance_configure(Instance *i)
-{
-    const Model *m = &i->model;
-    ContactLaw *law = &i->motion.law;
-    law->nonlinear = instance_parameter(i, ROLE_NONLINEAR) != 0;
-    const uint32_t *refs = m->law + (law->nonlinear ? m->wheelsets : 0);
-    for (size_t k = 0; m->contact_sign != 0 && k < m->contacts; k++)
-        law->number[k] = i->value[refs[k % m->rows]];
-    i->motion.internal_step = instance_parameter(i, ROLE_INTERNAL_STEP);
-}
-
 Status instance_settle(Instance *i)
 {
     if (!instance_inputs_are_finite(i, i->shown))
@@ -78,7 +61,7 @@ static double output(Instance *i, const Variable *v, const double *acceleration)
         return instance_parameter(i, ROLE_START_POSITION) + m->wheelset_x[v->index] -
                m->wheelset_x[m->wheelsets - 1] +
                instance_parameter(i, ROLE_SPEED) * i->clock->time;
-    case ROLE_OUT_FORCE: return i->force[v->index];
+    case ROLE_OUT_FORCE: return i->pushed[v->index];
     case ROLE_OUT_CONTACT_Z: return i->z[v->index];
     case ROLE_OUT_CONTACT_VZ: return i->vz[v->index];
     case ROLE_OUT_COORDINATE: return body_coordinate(&i->motion.body, v->index, i->x);
@@ -90,21 +73,26 @@ static double output(Instance *i, const Variable *v, const double *acceleration)
 }
 
 /* Forces and motions of contacts, rates and accelerations, as far as outputs show them. */
-static void find_motion(Instance *i)
+static int find_motion(Instance *i)
 {
     Motion *motion = &i->motion;
     instance_inputs(i, i->shown, &i->now);
     if (i->model.nodes > 0) {
-        motion_see(motion, &i->now, i->x, i->force, i->z, i->vz);
-        return;
+        if (!motion_see(motion, &i->now, i->x, i->force, i->z, i->vz))
+            return 0;
+        motion_on_other(motion, &i->now, i->z, i->vz, i->pushed);
+        return 1;
     }
     /* All modes are there, so a force changes no velocity at once. */
-    motion_forces(motion, &i->now, i->x, i->force);
+    if (!motion_forces(motion, &i->now, i->x, i->force))
+        return 0;
     const Shapes *shapes = body_shapes(&motion->body, i->now.position);
     body_rate(&motion->body, i->x, NULL, motion->rate);
     body_observe(&motion->body, shapes, i->x, i->z);
     body_observe(&motion->body, shapes, motion->rate, i->vz);
+    motion_on_other(motion, &i->now, i->z, i->vz, i->pushed);
     body_acceleration(&motion->body, i->x, motion->drate);
+    return 1;
 }
 
 static Status refresh(Instance *i)
@@ -115,7 +103,8 @@ static Status refresh(Instance *i)
     if (status != OK)
         return status;
     const Model *m = &i->model;
-    find_motion(i);
+    if (!find_motion(i))
+        return instance_fail(i, "%s", MOTION_NO_CONTACT);
     for (size_t k = 0; k < m->outputs; k++)
         i->value[m->output[k]] = output(i, &m->variable[m->output[k]], i->motion.drate);
     i->clock->stale = 0;
@@ -158,7 +147,8 @@ Status instance_derivatives(Instance *i, double *rate, size_t n)
     if (status != OK)
         return status;
     instance_inputs(i, i->shown, &i->now);
-    motion_rate(&i->motion, &i->now, i->x, rate);
+    if (!motion_rate(&i->motion, &i->now, i->x, rate))
+        return instance_fail(i, "%s", MOTION_NO_CONTACT);
     return OK;
 }
 

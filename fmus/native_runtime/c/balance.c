@@ -1,0 +1,238 @@
+#include "balance.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MAX_ITERATIONS = 200 }; /* Newton takes 3 or 4 */
+enum { APART = 10 };           /* iterations in which groups are solved for by themselves */
+static const double RELATIVE_TOLERANCE = 1e-12; /* four digits above rounding */
+static const double SMALLEST_PART = 1e-3; /* of a change that is made where all of it leads away */
+
+/* What is asked of a law at an instant: by q or by v. */
+static void at_an_instant(const Question *question, size_t k, const double *q, const double *v,
+                          int by_rates, double *force, double *tangent)
+{
+    const ContactLaw *law = question->law;
+    Contact contact;
+    contact_at(law, k, q, v, question->given + k * law->given, &contact);
+    for (size_t i = law->first; i < law->first + law->own; i++) {
+        const double *by = (by_rates ? contact.by_v[i] : contact.by_q[i]) + law->first;
+        *force++ = contact.force[i];
+        memcpy(tangent, by, law->own * sizeof(double));
+        tangent += law->own;
+    }
+}
+
+void balance_at_rest(const Question *question, size_t k, const double *x, double *force,
+                     double *tangent)
+{
+    static const double none[MOST_OWN] = {0};
+    at_an_instant(question, k, x, none, 0, force, tangent);
+}
+
+void balance_at_once(const Question *question, size_t k, const double *x, double *force,
+                     double *tangent)
+{
+    at_an_instant(question, k, question->known + k * question->law->own, x, 1, force, tangent);
+}
+
+void balance_over_step(const Question *question, size_t k, const double *x, double *force,
+                       double *tangent)
+{
+    contact_over_step(question->law, k, question->way, x, force, tangent);
+}
+
+int solve_linear(size_t n, double *A, double *b)
+{
+    for (size_t k = 0; k < n; k++) {
+        size_t best = k;
+        for (size_t i = k + 1; i < n; i++)
+            if (fabs(A[i * n + k]) > fabs(A[best * n + k]))
+                best = i;
+        const double pivot = A[best * n + k];
+        if (pivot == 0 || !isfinite(pivot))
+            return 0;
+        for (size_t j = k; j < n && best != k; j++) {
+            const double swap = A[k * n + j];
+            A[k * n + j] = A[best * n + j];
+            A[best * n + j] = swap;
+        }
+        const double swap = b[k];
+        b[k] = b[best];
+        b[best] = swap;
+        for (size_t i = k + 1; i < n; i++) {
+            const double factor = A[i * n + k] / pivot;
+            for (size_t j = k; j < n; j++)
+                A[i * n + j] -= factor * A[k * n + j];
+            b[i] -= factor * b[k];
+        }
+    }
+    for (size_t k = n; k-- > 0;) {
+        for (size_t j = k + 1; j < n; j++)
+            b[k] -= A[k * n + j] * b[j];
+        b[k] /= A[k * n + k];
+    }
+    return 1;
+}
+
+/* x = free + G force. */
+static void move(size_t parts, size_t n, const double *G, const double *free, const double *force,
+                 double *x)
+{
+    for (size_t part = 0; part < parts; part++)
+        for (size_t k = 0; k < n; k++) {
+            double sum = free[part * n + k];
+            for (size_t by = 0; by < parts; by++) {
+                const double *row = G + ((part * parts + by) * n + k) * n;
+                for (size_t j = 0; j < n; j++)
+                    sum += row[j] * force[by * n + j];
+            }
+            x[part * n + k] = sum;
+        }
+}
+
+/* Forces that the law answers to x, and their derivatives, one contact after the other. */
+static void ask_all(const Question *question, const double *x, double *found, double *tangents)
+{
+    const size_t own = question->law->own, n = question->n, parts = question->parts;
+    double at[2 * MOST_OWN], force[2 * MOST_OWN];
+    for (size_t port = 0; port < n; port += own, tangents += parts * own * parts * own) {
+        const size_t first = question->port == NULL ? port : question->port[port];
+        for (size_t part = 0; part < parts; part++)
+            memcpy(at + part * own, x + part * n + port, own * sizeof(double));
+        question->ask(question, first / own, at, force, tangents);
+        for (size_t part = 0; part < parts; part++)
+            memcpy(found + part * n + port, force + part * own, own * sizeof(double));
+    }
+}
+
+/* Ports of the contacts that are solved for together with those of a group; returns how many. */
+static size_t members(const Question *question, size_t together, size_t group, size_t *port)
+{
+    const size_t own = question->law->own;
+    size_t m = 0;
+    for (size_t k = 0; k < question->n; k += own) {
+        const size_t first = question->port == NULL ? k : question->port[k];
+        if (first / own % question->law->left / together == group)
+            for (size_t j = 0; j < own; j++)
+                port[m++] = k + j;
+    }
+    return m;
+}
+
+/* A = 1 - tangent G of the m ports of a group. */
+static void soften(const Question *question, const double *G, size_t m, const size_t *port,
+                   const double *tangents, double *A)
+{
+    const size_t own = question->law->own, n = question->n, parts = question->parts;
+    const size_t wide = parts * own, all = parts * m;
+    memset(A, 0, all * all * sizeof(double));
+    for (size_t k = 0; k < m; k += own) {
+        const double *tangent = tangents + port[k] / own * wide * wide;
+        for (size_t row = 0; row < wide; row++) {
+            const size_t at = row / own * m + k + row % own;
+            for (size_t col = 0; col < wide; col++) {
+                const double slope = tangent[row * wide + col];
+                const double *g = G + (col / own * parts * n + port[k] + col % own) * n;
+                for (size_t by = 0; by < parts; by++)
+                    for (size_t j = 0; j < m; j++)
+                        A[at * all + by * m + j] -= slope * g[by * n * n + port[j]];
+            }
+            A[at * all + at] += 1;
+        }
+    }
+}
+
+/* Solve for changes, group by group: what groups do to each other is left to the next iteration. */
+static int solve_groups(const Question *question, size_t together, const double *G,
+                        const double *tangents, double *change, double *work)
+{
+    const size_t n = question->n, parts = question->parts;
+    const size_t groups = (question->law->left + together - 1) / together;
+    size_t port[MOST_PORTS_OF_ALL];
+    for (size_t group = 0; group < groups; group++) {
+        const size_t m = members(question, together, group, port);
+        double *own = work, *A = own + parts * m;
+        for (size_t part = 0; part < parts; part++)
+            for (size_t k = 0; k < m; k++)
+                own[part * m + k] = change[part * n + port[k]];
+        soften(question, G, m, port, tangents, A);
+        if (!solve_linear(parts * m, A, own))
+            return 0;
+        for (size_t part = 0; part < parts; part++)
+            for (size_t k = 0; k < m; k++)
+                change[part * n + port[k]] = own[part * m + k];
+    }
+    return 1;
+}
+
+/* Root of the sum of squares of what forces lack. */
+static double lacking(size_t n, const double *found, const double *force)
+{
+    double sum = 0;
+    for (size_t k = 0; k < n; k++)
+        sum += (found[k] - force[k]) * (found[k] - force[k]);
+    return sqrt(sum);
+}
+
+/* Forces moved on by a part of a change; the largest of them, or no number. */
+static double advance(size_t n, double part, const double *before, const double *change,
+                      double *force)
+{
+    double largest = 0;
+    for (size_t k = 0; k < n; k++) {
+        force[k] = before[k] + part * change[k];
+        if (!isfinite(force[k]))
+            return NAN;
+        largest = fmax(largest, fabs(force[k]));
+    }
+    return largest;
+}
+
+int balance(const Question *question, const double *G, const double *free, double *force, double *x,
+            double *work)
+{
+    const size_t n = question->n, all = question->parts * n;
+    double *change = work, *before = change + all, *found = before + all, *tangents = found + all;
+    double *rest = tangents + all * question->parts * question->law->own;
+    double part = 1, wrong = INFINITY;
+    for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
+        move(question->parts, n, G, free, force, x);
+        ask_all(question, x, found, tangents);
+        const double lacks = lacking(all, found, force);
+        if (!(lacks <= wrong) && part >= SMALLEST_PART) { /* all of the change led away */
+            part /= 2;
+            advance(all, part, before, change, force);
+            continue;
+        }
+        wrong = lacks;
+        part = 1;
+        memcpy(before, force, all * sizeof(double));
+        for (size_t k = 0; k < all; k++)
+            change[k] = found[k] - force[k];
+        const size_t together = iteration < APART ? question->together : question->law->left;
+        if (!solve_groups(question, together, G, tangents, change, rest))
+            return 0;
+        const double largest = advance(all, part, before, change, force);
+        double size = 0;
+        for (size_t k = 0; k < all; k++)
+            size = fmax(size, fabs(change[k]));
+        if (size <= RELATIVE_TOLERANCE * largest) {
+            move(question->parts, n, G, free, force, x);
+            return 1;
+        }
+        if (isnan(largest))
+            return 0;
+    }
+    return 0;
+}
+
+int balance_change(const Question *question, const double *G, const double *x, double *dforce,
+                   double *work)
+{
+    const size_t all = question->parts * question->n;
+    double *found = work, *tangents = found + all;
+    double *rest = tangents + all * question->parts * question->law->own;
+    ask_all(question, x, found, tangents);
+    return solve_groups(question, question->law->left, G, tangents, dforce, rest);
+}

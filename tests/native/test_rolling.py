@@ -1,0 +1,115 @@
+"""The rolling law of the C runtime, under sanitizers, against the numpy one."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from railcosim.fmus.native_runtime.compile import SOURCES
+from railcosim.mechanics.contact.at_ports import AtPorts
+from railcosim.mechanics.contact.creep import LINEAR, CreepLaw
+from railcosim.mechanics.contact.geometry import LEFT, RIGHT, Cone, TextbookCone
+from railcosim.mechanics.contact.rolling import Flange, RollingContact
+from railcosim.mechanics.contact.saturation import Saturated, resultant
+
+FloatArray = NDArray[np.float64]
+Found = tuple[FloatArray, FloatArray, FloatArray]
+
+HERE = Path(__file__).parent / "c"
+B, FRICTION = 0.7465, 0.3
+CONTACTS = 300
+SHAPE = {
+    "radius": 0.43, "half_distance": B, "conicity": 0.05, "head_radius": 0.3,
+    "shear_modulus": 79265e6, "poisson_ratio": 0.3,
+}  # fmt: skip
+FLANGE = Flange(stiffness=1e7, clearance=3e-3)
+# Both sum numbers of some 1e5 N in another order: a few thousand times rounding, where they cancel.
+CLOSE = 1e-12
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory, sanitizing: Callable[[], list[str]]) -> Path:
+    """The law with what feeds it."""
+    made = tmp_path_factory.mktemp("rolling") / "rolling"
+    files = [HERE / "rolling.c", *sorted(SOURCES.glob("rolling*.c"))]
+    command = [*sanitizing(), f"-I{SOURCES}", "-o", made, *files, "-lm"]
+    subprocess.run([str(part) for part in command], check=True)
+    return made
+
+
+@pytest.mark.parametrize("creep", [LINEAR, Saturated(friction=FRICTION)], ids=["linear", "Shen"])
+@pytest.mark.parametrize("geometry", [Cone, TextbookCone])
+def test_forces_and_tangents(
+    program: Path, sanitizers: dict[str, str], geometry: type[Cone], creep: CreepLaw
+) -> None:
+    """Of contacts on both sides: open and closed, sliding in part and whole, flanges apart or not.
+
+    The numpy law's derivatives are found by the complex step, the C one's are written down.
+    """
+    rng = np.random.default_rng(1)
+    side = rng.choice([LEFT, RIGHT], CONTACTS)
+    contact = RollingContact(
+        geometry=geometry(**SHAPE), side=side, speed=60.0, creep=creep, flange=FLANGE
+    )
+    at_ports = AtPorts(contact=contact, half_distance=B)
+    sizes = [2e-4, 4e-3, 1e-4, 1e-3, 4e-3, 1e-4, 2e-3, 1e-3]
+    q = rng.standard_normal((CONTACTS, 8)) * sizes
+    v = rng.standard_normal((CONTACTS, 8)) * [0.1, 0.1, 0.02, 0.1, 0.02, 0.1, 0.1, 0.1]
+    v *= 10 ** rng.uniform(-2, 1.0, (CONTACTS, 1))
+    all_cases_there(contact, *(np.einsum("nij,nj->ni", at_ports.coordinates, x) for x in (q, v)))
+    found = asked(program, sanitizers, contact, q, v)
+    wanted = (at_ports.force(q, v), *at_ports.tangents(q, v))
+    for a, b in zip(found, wanted, strict=True):
+        largest = np.abs(b).reshape(CONTACTS, -1).max(axis=1)
+        assert (np.abs(a - b).reshape(CONTACTS, -1).max(axis=1) <= CLOSE * largest).all()
+
+
+def all_cases_there(contact: RollingContact, q: FloatArray, v: FloatArray) -> None:
+    """Of everything that the law chooses between there is some in what is asked of it."""
+    normal = contact.normal_force(q)
+    assert contact.flange is not None
+    flange = contact.flange.force(q, contact.side, contact.geometry.radius).any(axis=-1)
+    for side in (LEFT, RIGHT):
+        for touches in (flange, ~flange):
+            for closed in (normal > 0, normal == 0):
+                assert ((contact.side == side) & touches & closed).sum() > CONTACTS / 100
+    _, force = contact.creep_forces(q, v)
+    if contact.creep is not LINEAR:
+        slides = resultant(force) > FRICTION * normal * (1 - 1e-9)
+        assert 0.1 < slides[normal > 0].mean() < 0.9
+
+
+def asked(
+    program: Path, sanitizers: dict[str, str], contact: RollingContact, q: FloatArray, v: FloatArray
+) -> Found:
+    """Forces and both tangents by the C law."""
+    rows = np.column_stack([contact.side, q, v])
+    text = " ".join(map(repr, [*numbers(contact), *rows.ravel().tolist()]))
+    told = subprocess.run(
+        [str(program)], input=text, capture_output=True, text=True, check=False,
+        env=os.environ | sanitizers,
+    )  # fmt: skip
+    assert told.returncode == 0, told.stderr
+    found = np.array(told.stdout.split(), float).reshape(CONTACTS, 8 + 64 + 64)
+    force, by_q, by_v = np.split(found, [8, 72], axis=1)
+    return force, by_q.reshape(-1, 8, 8), by_v.reshape(-1, 8, 8)
+
+
+def numbers(contact: RollingContact) -> list[float]:
+    """The law, in the order of `RollingLaw`."""
+    cone, flange = contact.geometry, contact.flange
+    assert isinstance(cone, Cone)
+    assert flange is not None
+    f = [float(each) for each in cone.patch.creep_coefficients(np.array(1.0))]
+    friction = contact.creep.friction if isinstance(contact.creep, Saturated) else 0.0
+    return [
+        cone.radius, cone.half_distance, cone.conicity, cone.head_radius,
+        float(isinstance(cone, TextbookCone)), float(cone.patch.ellipse.C), *f, friction,
+        flange.stiffness, flange.clearance, flange.depth, contact.speed,
+    ]  # fmt: skip

@@ -1,0 +1,210 @@
+"""Bodies that own contacts which roll, in the native runtime under sanitizers.
+
+Against the numpy runtime, which is held elsewhere against energy, mirrors, orders of convergence
+and the monolithic reference (`tests/mechanics/contact/test_owned.py`); and against itself.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from railcosim.fmus.content import contents
+from railcosim.fmus.python_runtime.models import Model
+from railcosim.vehicle.files import read_stock
+
+pytestmark = pytest.mark.filterwarnings("ignore:a ring of")  # as short as it can be
+NAMES = pytest.mark.parametrize("name", ["VehicleWithContact", "TrackWithContact"])
+STEP, SPEED = 1e-4, 60.0  # s, m/s
+# m, rad and their rates a second: inputs swing so far about where wheels are pressed.
+SWINGS = {
+    "wheel_z": 1e-4, "wheel_y": 3e-3, "wheel_roll": 1e-4, "wheel_x": 1e-4, "wheel_yaw": 2e-3,
+    "wheel_vz": 0.03, "wheel_vy": 0.3, "wheel_vroll": 0.01, "wheel_vx": 0.05, "wheel_vyaw": 0.05,
+    "rail_z": 5e-5, "rail_y": 3e-3, "rail_roll": 1e-4,
+    "rail_vz": 0.02, "rail_vy": 0.2, "rail_vroll": 0.02,
+    "irregularity_z": 2e-5, "irregularity_y": 2e-4,
+}  # fmt: skip
+PRESSED = {"wheel_z": 1e-3, "rail_z": -6e-5}
+LAWS = {
+    "linear": {"contact.friction": 0.0, "contact.textbook": False},
+    "flanges": {
+        "contact.friction": 0.2, "contact.textbook": False, "contact.flange_clearance": 1e-3
+    },
+    "textbook": {"contact.conicity": 0.1, "contact.textbook": True, "speed": 20.0},
+}  # fmt: skip
+
+
+@pytest.fixture
+def fmi():
+    return 2  # beneath it the runtime is the same
+
+
+@pytest.fixture(scope="module")
+def both(made, tiny_track, tmp_path_factory):
+    """A vehicle and a track of two wheelsets, by name: content, and FMU taken apart."""
+    folder, wagon = tmp_path_factory.mktemp("rolling"), read_stock(Path("wagon"))
+    all_four = contents(wagon, tiny_track, dimension="spatial")
+    return {c.name: (c, made(folder / c.name, c.body, c.table)) for c in all_four if c.has_contact}
+
+
+def swung(table, t):
+    """Inputs at a time: wheels roll, and each of the rest swings in its own way."""
+    inputs = [v for v in table if v.causality == "input"]
+    values = np.array([float(v.start or 0.0) for v in inputs])
+    for k, v in enumerate(inputs):
+        quantity = v.name.rpartition(".")[2]
+        swing = SWINGS.get(quantity, 0.0) * np.sin(300.0 * t * np.sqrt(1 + k % 17) + k)
+        values[k] += PRESSED.get(quantity, 0.0) + swing + SPEED * t * (quantity == "position")
+    return values
+
+
+class Native:
+    """An instance, by inputs and outputs as vectors."""
+
+    def __init__(self, instance, table):
+        self.instance, self.table = instance, table
+        self.inputs, self.outputs = (
+            [k for k, v in enumerate(table) if v.causality == kind] for kind in ("input", "output")
+        )
+
+    def ask(self, *command):
+        reply = self.instance(*command)
+        assert reply.status == "OK", reply
+        return reply
+
+    def begin(self, parameters):
+        for name, value in parameters.items():
+            if isinstance(value, bool):
+                self.ask("set_boolean", self.instance.ref(name), int(value))
+            else:
+                self.ask("set", 1, self.instance.ref(name), value)
+        self.ask("enter", 0.0)
+        self.set(swung(self.table, 0.0))
+        self.ask("exit")
+
+    def set(self, values):
+        self.ask("set", len(values), *self.inputs, *map(repr, values.tolist()))
+
+    def step(self, k, values):
+        self.set(values)
+        self.ask("step", k * STEP, STEP)
+
+    def get(self):
+        return np.array(self.ask("get", len(self.outputs), *self.outputs).numbers)
+
+    def along(self, direction):
+        """Changes of all outputs by inputs over the last step."""
+        known = len(self.inputs)
+        reply = self.ask(
+            "directional", len(self.outputs), *self.outputs, known, *self.inputs,
+            known, *map(repr, direction.tolist()), len(self.outputs),
+        )  # fmt: skip
+        return np.array(reply.numbers)
+
+
+@pytest.fixture
+def native(driver, both, use):
+    """Function that begins an instance."""
+
+    def make(name, parameters):
+        content, fmu = both[name]
+        one = Native(use(driver, fmu, 2), content.table)
+        one.begin(parameters)
+        return one
+
+    return make
+
+
+def twin(content, parameters, steps):
+    """Outputs of the numpy runtime, inputs being held."""
+    table = content.table
+    made, given = Model(content.body, [v.slot for v in table]), {}
+    for v in table:
+        if v.causality == "parameter":
+            given[v.role, v.index] = float(parameters.get(v.name, v.start or 0))
+    made.configure(given)
+    now = made.read(swung(table, 0.0))
+    y = np.empty((steps + 1, sum(v.causality == "output" for v in table)))
+    state = made.rest(now)
+    made.write(state, now, 0.0, y[0])
+    for k in range(steps):
+        now = made.read(swung(table, k * STEP))
+        state = made.mover.step(state, now, now, STEP)
+        made.write(state, now, (k + 1) * STEP, y[k + 1])
+    return y
+
+
+@NAMES
+@pytest.mark.parametrize("law", LAWS)
+def test_against_the_numpy_runtime(both, native, name, law):
+    content, _ = both[name]
+    expected = twin(content, LAWS[law], 12)
+    one, found = native(name, LAWS[law]), []
+    found.append(one.get())
+    for k in range(12):
+        one.step(k, swung(content.table, k * STEP))
+        found.append(one.get())
+    outputs = [v for v in content.table if v.causality == "output"]
+    aside = [k for k, v in enumerate(outputs) if v.name.endswith("force_y")]
+    assert np.ptp(expected[:, aside], axis=0).min() > 1e3
+    largest = np.abs(expected).max(axis=0)
+    for k, v in enumerate(outputs):
+        alike = max(largest[j] for j, other in enumerate(outputs) if other.unit == v.unit)
+        off = np.abs(np.array(found)[:, k] - expected[:, k]).max()
+        # A car body has hardly begun to yaw: it is what rounding leaves of others' motions.
+        assert off < 1e-9 * largest[k] + 1e-14 * alike, v.name
+
+
+@NAMES
+def test_snapshots_have_the_same_bits(both, native, name):
+    """Whether outputs were asked for on the way or not, and where it is reset in between."""
+    table, one = both[name][0].table, native(name, LAWS["flanges"])
+    for k in range(3):
+        one.step(k, swung(table, k * STEP))
+    one.ask("save", 5)
+    runs = []
+    for look in (True, False, True):
+        one.ask("restore", 5)
+        for k in range(3, 7):
+            if look:
+                one.get()
+            one.step(k, swung(table, k * STEP))
+        runs.append(one.get())
+    one.ask("free_state", 5)
+    assert runs[0].tobytes() == runs[1].tobytes() == runs[2].tobytes()
+    assert np.isfinite(runs[0]).all()
+
+
+@NAMES
+def test_derivative_of_a_step(both, native, name):
+    """By inputs over it, all of them at once, against a central difference."""
+    table, one = both[name][0].table, native(name, LAWS["flanges"])
+    for k in range(3):
+        one.step(k, swung(table, k * STEP))
+    one.ask("save", 5)
+    u, h = swung(table, 3 * STEP), 1e-4
+    inputs = [v.name.rpartition(".")[2] for v in table if v.causality == "input"]
+    ways = np.random.default_rng(1).uniform(0.5, 1.0, (4, u.size))
+    kinds = {
+        "motions": [q in SWINGS and not q.split("_")[1].startswith("v") for q in inputs],
+        "rates": [q in SWINGS and q.split("_")[1].startswith("v") for q in inputs],
+        "places": [q == "position" for q in inputs],
+    }
+
+    def after(values):
+        one.ask("restore", 5)
+        one.step(3, values)
+        return one.get()
+
+    for way, (kind, chosen) in zip(ways, kinds.items(), strict=False):
+        if not any(chosen):
+            continue
+        direction = way * np.array([SWINGS.get(q, 0.1) for q in inputs]) * chosen
+        middle = after(u)
+        exact = one.along(direction)
+        ends = [after(u + sign * h * direction) for sign in (1, -1)]
+        difference = (ends[0] - ends[1]) / (2 * h)
+        for a, b, y in zip(exact, difference, middle, strict=True):
+            # Differences err where creep begins to slide, and by the rounding of what they are of.
+            assert abs(a - b) < 1e-5 * abs(b) + 1e-11 * abs(y) / h + 1e-12, kind
+    one.ask("free_state", 5)
