@@ -26,15 +26,24 @@ MOST = 8
 
 
 def run_chart(run: xr.Dataset) -> Chart:
-    """Contact forces, wheel and rail motion, and accelerations over time."""
-    first = _left(run)[0]
-    down = [f"{first}.{what.format('z')}" for what in (WHEEL.motion, RAIL.motion, IRREGULARITY)]
-    cars, others = _bodies(run, "az")
+    """Contact forces, wheel and rail motion, and accelerations over time; aside where they are."""
+    first, aside = _left(run)[0], FORCE.format(effort=Y.effort)
+    met = {
+        d: [f"{first}.{what.format(d.name)}" for what in (WHEEL.motion, RAIL.motion, IRREGULARITY)]
+        for d in (Z, Y)
+    }
+    (cars, others), (cars_aside, _) = _bodies(run, "az"), _bodies(run, "ay")
     groups = (
         Group("contact force, left (kN)", _forces(run, ""), 1e-3),
-        Group("down (mm)", {name: name for name in down}, 1e3),
+        Group(
+            "left wheel on rail, to the right (kN)",
+            {f"{w}.{aside}": w.removesuffix(".left") for w in _left(run)},
+            1e-3,
+        ),
+        Group("down (mm)", {name: name for name in met[Z]}, 1e3),
+        Group("to the right (mm)", {name: name for name in met[Y]}, 1e3),
         Group("bogie acceleration (m/s²)", others),
-        Group("car body acceleration (m/s²)", cars),
+        Group("car body acceleration (m/s²)", cars | cars_aside),
     )
     return time_chart(run, groups)
 

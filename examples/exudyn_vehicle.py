@@ -57,17 +57,28 @@ Heights = Callable[[float], np.ndarray]  # of the rails' surface at a time, m, d
 
 
 class TrackFmu:
-    """Track.fmu by plain FMI 2.0 Co-Simulation."""
+    """Track.fmu by plain FMI 2.0 Co-Simulation.
 
-    def __init__(self, path: Path, unpacked: str) -> None:
+    Forces and motions are those of these names at all wheels, wheel by wheel.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        unpacked: str,
+        given: tuple[str, ...] = ("force_z",),
+        answers: tuple[str, ...] = ("rail_z",),
+        speed: float = SPEED,
+    ) -> None:
+        self.speed = speed
         about = fmpy.read_model_description(str(path))
         fmpy.extract(str(path), unpacked)
         variables = {v.name: v for v in about.modelVariables}
         places = [variables[f"{w}.position"] for w in WHEELSETS]
         self.start = np.array([float(v.start) for v in places])  # m
         self.u = [v.valueReference for v in places]
-        self.u += [variables[f"{w}.force_z"].valueReference for w in WHEELS]
-        self.y = [variables[f"{w}.rail_z"].valueReference for w in WHEELS]
+        self.u += [variables[f"{w}.{name}"].valueReference for w in WHEELS for name in given]
+        self.y = [variables[f"{w}.{name}"].valueReference for w in WHEELS for name in answers]
         self.input_hold = variables["input_hold"].valueReference
         self.fmu = FMU2Slave(
             guid=about.guid,
@@ -75,25 +86,26 @@ class TrackFmu:
             modelIdentifier=about.coSimulation.modelIdentifier,
             instanceName="track",
         )
+        self.fmu.instantiate()
 
     def settle(self, force: np.ndarray) -> np.ndarray:
-        """Rest under static forces; returns the rail's deflection under the wheels, m, down."""
-        self.fmu.instantiate()
+        """Rest under static forces; returns the rail's answers, as `step` does."""
+        self.fmu.reset()  # so that it can come to rest more than once
         self.fmu.setupExperiment(startTime=0.0)
         self.fmu.enterInitializationMode()
         self.fmu.setReal(self.u, [*self.start, *force])
         self.fmu.exitInitializationMode()
-        return self.rail_z()
+        return self.answers()
 
-    def rail_z(self) -> np.ndarray:
-        """The rail's deflection under the wheels, m, down."""
+    def answers(self) -> np.ndarray:
+        """The rail's motions under the wheels: as they are called, m and down."""
         return np.array(self.fmu.getReal(self.y))
 
     def step(self, t: float, h: float, inputs_at: float, force: np.ndarray) -> np.ndarray:
-        """From t to t + h, with the inputs of one instant; returns the deflection at t + h."""
-        self.fmu.setReal(self.u, [*(self.start + SPEED * inputs_at), *force])
+        """From t to t + h, with the inputs of one instant; returns the answers at t + h."""
+        self.fmu.setReal(self.u, [*(self.start + self.speed * inputs_at), *force])
         self.fmu.doStep(currentCommunicationPoint=t, communicationStepSize=h)
-        return self.rail_z()
+        return self.answers()
 
     def hold(self, how: int) -> None:
         """Say how inputs go over a step."""

@@ -63,6 +63,8 @@ def found():
     return rigid, way_of(None, Gravity.NORMALS, Track(), rigid_track=False).on(0.1).critical()
 
 
+# 5 s of waves at many frequencies.
+@pytest.mark.slow
 def test_a_track_that_hardly_gives_way_is_rigid(found):
     """And the change goes with its compliance, as of the whole track (an eighth) at first."""
     compliance = rails_of(Track(), BODY.wheelset_x, 3.0)
@@ -184,6 +186,8 @@ def test_poles_of_the_linear_model_are_those_of_the_matrices(speed):
         np.testing.assert_allclose(ours, theirs, atol=1e-6)
 
 
+# 4 s: a track is linearised.
+@pytest.mark.slow
 def test_a_linear_model_of_the_track_has_the_compliance_of_its_elements():
     """As of an FMU: from modes of a ring, reduced, by the names of the ports."""
     track = Track(mesh=Mesh(cells=4, highest_frequency=200, highest_slab_frequency=200))

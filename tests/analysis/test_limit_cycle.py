@@ -68,6 +68,8 @@ def test_a_hard_loss_of_stability():
         assert np.isnan(found[~branch.alive]).all()
 
 
+# 5 s of many periods; the hard one stays.
+@pytest.mark.slow
 def test_a_soft_loss_of_stability():
     """Both ways are one."""
     speeds = np.array([40.0, 48.0, 52.0, 55.0, 60.0])

@@ -32,6 +32,26 @@ def test_a_run_is_drawn_in_the_units_of_its_axes() -> None:
     assert shown == {label: pytest.approx(curves) for label, curves in expected.items()}
 
 
+def test_a_run_in_space_is_drawn_aside_as_well() -> None:
+    values = {
+        "wheelset[2].left.force_z": 79e3, "wheelset[2].left.force_y": -2e3,
+        "wheelset[2].right.force_y": 3e3, "wheelset[2].left.rail_y": 4e-4,
+        "carbody.az": 0.2, "carbody.ay": 0.1, "bogie[1].ay": 0.5,
+    }  # fmt: skip
+    run = xr.Dataset({k: ("time", [v, v]) for k, v in values.items()}, {"time": [0.0, 1.0]})
+    shown = {
+        label: {c.name: c.y[-1] for c in panel.curves}
+        for label, panel in panels(run_chart(run)).items()
+    }
+    expected = {
+        "contact force, left (kN)": {"wheelset[2]": 79},
+        "left wheel on rail, to the right (kN)": {"wheelset[2]": -2},
+        "to the right (mm)": {"wheelset[2].left.rail_y": 0.4},
+        "car body acceleration (m/s²)": {"carbody.az": 0.2, "carbody.ay": 0.1},
+    }
+    assert shown == {label: pytest.approx(curves) for label, curves in expected.items()}
+
+
 @pytest.mark.parametrize(
     ("excitation", "per"), [("irregularity_z", "m"), ("wheelset[2].rail_force_z", "N")]
 )

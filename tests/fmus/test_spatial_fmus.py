@@ -194,6 +194,8 @@ def test_against_the_finite_elements(spatial):
     assert 0.2 < wheel[2, 1] / np.sqrt(wheel[1, 1] * wheel[2, 2]) < 1
 
 
+# 9 s: a mesh twice as fine is reduced.
+@pytest.mark.slow
 def test_a_mesh_that_may_give_power_is_told(tmp_path):
     fine = replace(TINY, mesh=replace(TINY.mesh, elements_per_bay=16))
     with warnings.catch_warnings():

@@ -369,6 +369,8 @@ def test_it_hunts_as_its_parameters_do(made):
         np.testing.assert_allclose(of_fmu[name], of_file[name], rtol=1e-6)
 
 
+# 7 s: a spatial track is linearised.
+@pytest.mark.slow
 def test_it_answers_in_space_and_is_refused_where_it_hunts(made):
     """From both FMUs by the one door; slowly, wheelsets go where an alignment goes."""
     fmus = made["native"]

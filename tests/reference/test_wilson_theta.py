@@ -156,6 +156,8 @@ TRACK = Track(mesh=Mesh(cells=4, elements_per_bay=2, highest_slab_frequency=300)
 POSITION = np.array([18.5, 16.0, 2.8, 0.3125])
 
 
+# 4 s: small steps on finite elements.
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::railcosim.track.decay.RingWarning")
 def test_second_order_on_the_track_towards_newmarks():
     """Whole system on Hertz's springs, rough under held wheels: both tend to the same."""

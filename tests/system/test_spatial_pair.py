@@ -74,6 +74,8 @@ def test_rest(spatial) -> None:
     assert (aside[0][4:] < 0.05 * down[0][4:]).all()
 
 
+# 20 s: FMUs of its own, and runs by the law in Python.
+@pytest.mark.slow
 def test_mirrored_it_is_the_vertical_pair(tmp_path) -> None:
     """To 1e-9, where nothing makes a difference.
 

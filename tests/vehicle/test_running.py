@@ -125,6 +125,8 @@ def test_stops_act_behind_their_gap():
         assert force[with_stops.body.at("bogie[2]", "y")] == pytest.approx(0.0, abs=1e-6)
 
 
+# 5 s of an integrator of small steps.
+@pytest.mark.slow
 def test_runs_against_another_integrator(paper):
     """Runge-Kutta's fourth order, against LSODA with tight tolerances, through a flange's blow."""
     begin, speed = large(paper), SPEED[None]

@@ -126,6 +126,8 @@ def test_the_line_does_the_work_of_the_law(creep, h):
     assert np.einsum("jnk,jnk->jn", creepage, tangential).max() < 0
 
 
+# 3 s each; the balance over one step of any length is quick.
+@pytest.mark.slow
 @CREEP
 def test_energy_falls_in_time(creep):
     """Of cylinders, which a pull gives nothing but where they yaw: at no step does it grow."""
@@ -209,6 +211,8 @@ def pressing(z=1e-3, y=2e-4):
     return given
 
 
+# 3 s each, of small steps; test_order_in_the_internal_step is quick.
+@pytest.mark.slow
 @pytest.mark.parametrize(("rolled", "order"), [(0.0, 4), (0.05, 2)], ids=["at rest", "rolling"])
 def test_order_of_the_track_contact(track, rolled, order):
     """Under wheels that sink and go aside. Rates of what rolls are those in the middle of the way.
