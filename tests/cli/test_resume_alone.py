@@ -24,7 +24,7 @@ def railcosim(tmp_path, monkeypatch, exported):
     """A command in a folder of its own; FMUs that are not given are the short track's."""
 
     @contextmanager
-    def fmus_of(vehicles, track, *names, fresh):
+    def fmus_of(vehicles, track, *names, fresh, **others):
         yield tuple(vehicles or [exported[names[0]]]), track or exported[names[1]]
 
     monkeypatch.chdir(tmp_path)

@@ -166,6 +166,9 @@ static void read_segments(Reader *reader)
     m->segment[m->segments] = (Segment){m->ring, m->ring, m->local, 0, 0, m->segments, m->ring, 0,
                                         0};
     demand(reader, model_find_chunks(m), "a segment of modes without a partner");
+    /* Chunks of few modes take whole lines each. */
+    demand(reader, (double)m->shapes <= 2 * MAX_SHAPES,
+           "there are too many modes for so many wheelsets, or too many kinds of them");
 }
 
 /* One part of the table of shapes. */
