@@ -18,7 +18,8 @@ SAYS = {  # what the paper and the other tests say as well
     "two_mass_oscillator": ["force/displacement, Jacobi, constant: stable to |Lambda| H = 1.163"],
     "coupled_response": ["flexible track: 31.9 Hz", "rigid track: 94."],
 }
-ELSEWHERE = {"exudyn_vehicle", "exudyn_model"}  # need exudyn: test_exudyn_example.py
+# They need exudyn: test_exudyn_example.py.
+ELSEWHERE = {"exudyn_vehicle", "exudyn_model", "exudyn_spatial", "exudyn_spatial_model"}
 
 
 def test_all_examples_are_tested() -> None:

@@ -87,6 +87,8 @@ def test_rolling_is_not_passed_over_in_silence():
         vehicle_modes(vehicle)
 
 
+# 5 s of finite elements.
+@pytest.mark.slow
 def test_on_the_track_as_vehicle_and_track_of_finite_elements():
     """Poles of wheelsets on rails, where the whole ring of elements has a pole.
 

@@ -126,6 +126,8 @@ def test_runtimes_repeat_the_reference_run(spatial, runtime):
     assert (np.abs(found - expected[:, 1:]) / size).max() < 1e-9
 
 
+# 3 s: a track of its own is reduced.
+@pytest.mark.slow
 def test_modes_that_move_in_all_directions(tmp_path):
     """Of rails that tilt with their slabs; of upright ones zeros are skipped."""
     tilted = replace(TINY, slab=replace(TINY.slab, tilts_rails=True))
@@ -221,6 +223,8 @@ def test_a_vertical_vehicle_does_not_stand_on_it(spatial, vertical):
         layout_of((vertical, told[0]), (spatial["native"]["Track"], told[1]))
 
 
+# 3 s: a spatial track is linearised.
+@pytest.mark.slow
 def test_nor_in_the_frequency_domain(spatial, wagon_fmu):
     with pytest.raises(CouplingError, match=r"made for 2 wheelsets, spatial, and .* 2 wheelsets:"):
         linear_models(wagon_fmu, spatial["native"]["Track"], lambda done, total: None)

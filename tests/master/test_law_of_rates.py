@@ -167,6 +167,8 @@ def test_exchanged_with_a_delay_it_grows() -> None:
         System(system.components, [replace(c, delayed=False) for c in system.connections])
 
 
+# 2 s each of five schemes.
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", [AVERAGE_HOLD, CONSERVING_4], ids=lambda v: v.name)
 def test_what_moves_along_is_no_rate(variant) -> None:
     """A body met at a place that moves along it, where it lies askew: creep sees the material.

@@ -92,6 +92,8 @@ def test_text_is_escaped_and_disagreement_is_in_words(page) -> None:
     assert "agrees</span>" in text
 
 
+# 11 s of a browser.
+@pytest.mark.slow
 @pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is not installed")
 def test_a_browser_shows_all_charts_and_has_no_complaint(page, tmp_path) -> None:
     dom, complaints = browser.render(page)

@@ -43,6 +43,8 @@ def quiet(done, total):
     """No progress bar."""
 
 
+# 12 s of finite elements in time.
+@pytest.mark.slow
 def test_contact_force_against_newmark(exported, models) -> None:
     """0.1 ms, 1 GN/m, contact in the track: relative RMS of the force's dynamic part."""
     journey = Journey(speed=SPEED, held=True, profile=synthesise("german-low", SPEED * 0.1))
@@ -132,6 +134,8 @@ def test_no_rest_is_no_start(exported, owner) -> None:
         pass
 
 
+# 6 s: several schemes, each with halved steps.
+@pytest.mark.slow
 def test_observed_orders(exported) -> None:
     """Jacobi and Gauss-Seidel: order 1 with constant and 2 with linear inputs, within 0.2."""
     script = runpy.run_path(str(ROOT / "benchmarks" / "convergence.py"))

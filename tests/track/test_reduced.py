@@ -76,6 +76,8 @@ def test_between_nodes_to_1500_hz(default_track, default_body, element):
     assert relative_error(driving_point(default_body, omega, x), direct) < 8e-3
 
 
+# 6 s: several reductions of a track.
+@pytest.mark.slow
 @pytest.mark.parametrize("x", [SEAT, QUARTER, MIDSPAN])
 def test_reduction_with_more_modes_is_better(finer_body, grid, direct, x):
     # Measured 8e-6: what is left out grows as the square of frequency over that of the modes.
