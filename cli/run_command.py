@@ -106,15 +106,14 @@ def run(
     PICTURES.check(plot)
     course.check()
     kept = keeping.keeping(context, out)
-    if dimension is DimensionName.SPATIAL and contact is None and course.scheme is None:
-        contact = Owner.MASTER  # who solves creep against both sides
     owner, taken = _taken(course, contact, kept, (vehicle_fmu or None, track_fmu))
     v = speed_of(speed)
     parameters = contact_parameters(contact_stiffness)
+    aside = moves_aside(track_fmu) if track_fmu else dimension is DimensionName.SPATIAL
     journey = Journey(
         speed=v,
         held=held,
-        profile=rough.profile(v * taken.stop, spatial=moves_aside(track_fmu)),
+        profile=rough.profile(v * taken.stop, spatial=aside),
         position=positions_of(position),
     )
     with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh, dimension=dimension) as made:

@@ -26,7 +26,7 @@ from railcosim.master.progress import Progress
 from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
 from railcosim.mechanics.law import LinearContact
-from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
+from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout, Z
 
 from .contact import Stiffness, layout_of
 from .numbering import Vehicles, files_of, names_through, places_of
@@ -121,6 +121,11 @@ def linear_parts(
     whole, first = _vehicles(each_position(vehicle, position)), files_of(vehicle)[0]
     taken = describe_file(track).inputs
     layout = layout_of((first, whole.inputs), (track, taken))
+    if layout.directions != (Z,):
+        raise CouplingError(
+            f"{first}: its wheels move aside, too; largest stable steps are predicted of vertical "
+            "pairs: give FMUs made without --dimension spatial"
+        )
     cars = _of_contacts(whole, first, layout, WHEEL.motion)
     places = places_of(first, whole.standing, layout)
     check_ring_of(track, places)
