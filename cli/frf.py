@@ -108,7 +108,8 @@ def frf(
         progress("linearising") as update,
     ):
         result = frequency_response(
-            vehicles, track, frequency, excitation=excitation, contact_stiffness=k_H, stock=stock,
+            vehicles, track, frequency, excitation=excitation, contact_stiffness=k_H,
+            stock=None if vehicle is None else stock,
             speed=v, believe=believe, progress=update,
             position=positions_of(position),
             assembly=Assembly.APART if uncoupled else assembly,

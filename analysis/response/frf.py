@@ -25,7 +25,12 @@ from railcosim.analysis.response.frequency import (
 )
 from railcosim.analysis.response.models import Models, linear_models
 from railcosim.analysis.response.rolling import ON_WHEEL, LinearContacts
-from railcosim.analysis.response.rolling_pair import compliance_of, matrices_of, rolling_of
+from railcosim.analysis.response.rolling_pair import (
+    check_wheels,
+    compliance_of,
+    matrices_of,
+    rolling_of,
+)
 from railcosim.analysis.response.running import SPEEDS, OnRails, Rolling
 from railcosim.master.component import FloatArray
 from railcosim.master.fmi.description import describe_file
@@ -125,6 +130,8 @@ def frequency_response(
     contact: Contact = contact_stiffness or STIFFNESS
     about: dict[str, object] = {"contact_stiffness": contact}
     if in_space:
+        if stock is None:
+            check_wheels(files_of(vehicle)[0], Vehicle())
         rolling = rolling_of(stock or Vehicle(), files_of(vehicle)[0], models.vehicle)
         contact, about = rolling.at(speed), {"creep": "Kalker, linear; spins as gyroscopes"}
         if assembly is not Assembly.APART:

@@ -121,6 +121,29 @@ def rolling_of(stock: Vehicle | Train, fmu: Path, model: LinearForm) -> LinearCo
     return LinearContacts.of(body, wheels)
 
 
+def check_wheels(fmu: Path, stock: Vehicle | Train) -> None:
+    """Refuse wheels that are not those that a vehicle FMU tells of itself.
+
+    Raises
+    ------
+    CouplingError
+        If radius, distance or conicity differ.
+    """
+    told = describe_file(fmu).parameters
+    first = train_of(stock).vehicles[0].vehicle
+    wheel = geometry_of(first.rolling, first.contact, radius=first.wheelset.radius)
+    for name, ours in (
+        ("contact.wheel_radius", wheel.radius),
+        ("contact.half_distance", first.contact.half_distance),
+        ("contact.conicity", first.rolling.conicity),
+    ):
+        if name in told and float(told[name].start) != ours:
+            raise CouplingError(
+                f"{fmu}: its {name} is {told[name].start}, and that of the paper's vehicle, whose "
+                f"wheels are taken where none are given, {ours:g}: give its parameters, --vehicle"
+            )
+
+
 def places_on(track: Path, body: Multibody) -> FloatArray:
     """Where wheelsets stand on a track FMU, the last one where it says so, m."""
     starts = {v.name: v.start for v in describe_file(track).inputs}

@@ -13,10 +13,12 @@ from fmpy import simulate_fmu
 from railcosim.analysis.pair.export_pair import PAIR, export_pair
 from railcosim.analysis.response.frf import frequency_response
 from railcosim.analysis.response.hunting import critical_speed
+from railcosim.analysis.response.rolling_pair import check_wheels
 from railcosim.fmus.content import Content, contents, start_of
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, export, packed
 from railcosim.fmus.interface import interface
 from railcosim.master.component import Hold
+from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.model_exchange import differences, linear_model
 from railcosim.mechanics.ports import DIMENSIONS, FORCE, OF_WHEELS, WHEEL, Layout
@@ -383,3 +385,20 @@ def test_it_answers_in_space_and_is_refused_where_it_hunts(made):
         frequency_response(*pair, excitation="alignment", stock=DAMPED, speed=150.0)
     with pytest.raises(ArgumentError, match="roll"):
         frequency_response(*pair, contact_stiffness=1e9)
+
+
+def test_other_wheels_than_the_fmus_are_not_taken_unasked(made) -> None:
+    """Where none are given, wheels are the paper's: those of another vehicle are refused."""
+    fmu = made["native"]["Vehicle"]
+    ours = Vehicle()
+    check_wheels(fmu, ours)
+    for other, told in (
+        (replace(ours, rolling=replace(ours.rolling, conicity=0.2)), "conicity is 0.05"),
+        (replace(ours, wheelset=replace(ours.wheelset, radius=0.5)), "wheel_radius is 0.43"),
+        (
+            replace(ours, contact=replace(ours.contact, half_distance=0.7)),
+            "half_distance is 0.7465",
+        ),
+    ):
+        with pytest.raises(CouplingError, match=rf"contact\.{told}.* --vehicle"):
+            check_wheels(fmu, other)
