@@ -89,7 +89,7 @@ def in_space(folder: Path, memory: Memory) -> Rows:
     """The coupled response of wheels that roll: the four irregularities at once, all outputs."""
     fmus = export(Vehicle(), Track(), folder, dimension="spatial")
     models = linear_models(fmus["Vehicle"], fmus["Track"], lambda done, total: None)
-    contact = rolling_of(Vehicle(), fmus["Vehicle"], models.vehicle).at(100 / 3.6)
+    contact = rolling_of(Vehicle(), [fmus["Vehicle"]], models.vehicle).at(100 / 3.6)
     omega = 2 * np.pi * np.geomspace(0.14, 1111, 500)
     wheels = Layout(len(models.positions)).wheels
     gaps = [f"{wheel}.irregularity_{direction}" for wheel in wheels for direction in "zy"]

@@ -44,7 +44,8 @@ def critical_speed_command(
         Path | None,
         typer.Option(
             "--vehicle-fmu",
-            help="Vehicle FMU in space instead; its wheels and axles are those of --vehicle.",
+            help="Vehicle FMU in space instead, on the wheels that it tells, or on those of "
+            "--vehicle.",
             metavar="F",
         ),
     ] = None,
@@ -76,7 +77,8 @@ def critical_speed_command(
             "--rigid-track, --track, --track-fmu: rails that do not move have no track, and an FMU "
             "is one; give one of them"
         )
-    stock = vehicle_of(vehicle, vehicles)
+    told = vehicle_fmu is not None and vehicle is None  # of its wheels, by the FMU
+    stock = None if told else vehicle_of(vehicle, vehicles)
     parameters = None if track is None else track_of(track)
     with progress("finding critical speeds") as update:
         way = way_of(

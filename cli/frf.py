@@ -38,7 +38,8 @@ def frf(
         DimensionName,
         typer.Option(
             "--dimension",
-            help="Of our FMUs. In space wheels roll at the speed, as [rolling] of --vehicle says.",
+            help="Of our FMUs. In space wheels roll at the speed, as the vehicle FMU tells, or "
+            "[rolling] of --vehicle.",
         ),
     ] = DimensionName.VERTICAL,
     contact_stiffness: Annotated[

@@ -19,6 +19,7 @@ from railcosim.fmus.roles import Role
 from railcosim.fmus.rolling_variables import ROWS
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.connections import CouplingError
+from railcosim.master.fmi.description import Parameter
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.law import Law
 from railcosim.master.suggest import suggest
@@ -147,7 +148,9 @@ def _completed(
     by_tangent = needed == HERTZ and TANGENT in known
     if needed in known or by_tangent or known.keys() >= set(each):
         return {}
-    numbers_of = {fmu.description.path.name: told(fmu, needed, each) for fmu in fmus}
+    numbers_of = {
+        fmu.description.path.name: told(fmu.description.parameters, needed, each) for fmu in fmus
+    }
     numbers_of = {path: numbers for path, numbers in numbers_of.items() if numbers}
     first = next(iter(numbers_of), None)
     if first is None:
@@ -185,9 +188,8 @@ def _check_names(
             )
 
 
-def told(fmu: LoadedFmu, needed: str, each: Iterable[str]) -> dict[str, float]:
+def told(rows: Mapping[str, Parameter], needed: str, each: Iterable[str]) -> dict[str, float]:
     """The number of all wheels, or those of each wheelset, that an FMU tells; else none."""
-    rows = fmu.description.parameters
     names = [needed] if needed in rows else list(each)
     starts = {name: _number(rows[name].start) for name in names if name in rows}
     least = 0.0 if needed in {HERTZ, STIFFNESS} else -np.inf  # without any nothing is pressed

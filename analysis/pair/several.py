@@ -126,7 +126,7 @@ class SeveralVehicles(LoadedFmu):
     def _contact_rows(self, at: int, name: str) -> list[Parameter]:
         """What one of them tells of the contact of each of its wheelsets, if it does."""
         fmu, names = self.fmus[at], self._layouts[at].of_axles(name)
-        known = told(fmu, name, names)
+        known = told(fmu.description.parameters, name, names)
         if not known:
             return []
         row = fmu.description.parameters[next(iter(known))]

@@ -26,7 +26,6 @@ from railcosim.analysis.response.frequency import (
 from railcosim.analysis.response.models import Models, linear_models
 from railcosim.analysis.response.rolling import ON_WHEEL, LinearContacts
 from railcosim.analysis.response.rolling_pair import (
-    check_wheels,
     compliance_of,
     matrices_of,
     rolling_of,
@@ -79,8 +78,8 @@ def frequency_response(
     contact_stiffness : float, optional
         k_H, N/m, of FMUs that meet downwards only; `STIFFNESS` if not given. Those in space roll.
     stock : Vehicle or Train, optional
-        In space: whose wheels roll, as its ``[rolling]`` says, and whose axles turn; the paper's if
-        not given. The static loads are those that the vehicle FMU tells.
+        In space: whose wheels roll, as its ``[rolling]`` says, and whose axles turn; as the vehicle
+        FMU tells if not given. The static loads are always those that it tells.
     speed : float
         m/s, for the lag with which wheelsets meet an irregularity, and for creep.
     believe : bool
@@ -130,9 +129,7 @@ def frequency_response(
     contact: Contact = contact_stiffness or STIFFNESS
     about: dict[str, object] = {"contact_stiffness": contact}
     if in_space:
-        if stock is None:
-            check_wheels(files_of(vehicle)[0], Vehicle())
-        rolling = rolling_of(stock or Vehicle(), files_of(vehicle)[0], models.vehicle)
+        rolling = rolling_of(stock, files_of(vehicle), models.vehicle)
         contact, about = rolling.at(speed), {"creep": "Kalker, linear; spins as gyroscopes"}
         if assembly is not Assembly.APART:
             check_stable(models, rolling, speed, believe=believe or is_mirrored(excitation))

@@ -6,10 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 import xarray as xr
 
+from railcosim.analysis.pair.contact import ROLLING, layout_of
+from railcosim.analysis.pair.numbering import places_of
+from railcosim.fmus.roles import Role
+from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.state_space import StateSpace
 from railcosim.master.progress import Progress, unheard
@@ -25,11 +30,21 @@ from railcosim.vehicle.train import Train, train_of
 
 from .bodies import linear_of
 from .choices import CONICITIES, Gravity
-from .models import linear_track
+from .models import linear_track, linear_vehicle
 from .rolling import LinearContacts
-from .rolling_pair import compliance_of, places_on, rails_of, vehicle_of
+from .rolling_pair import (
+    compliance_of,
+    contacts_told,
+    loaded,
+    loads_of,
+    matrices_of,
+    places_on,
+    rails_of,
+    told_wheels,
+)
 from .running import BEYOND, FIRST, SPEEDS, OnRails, Rolling
 
+ByConicity: TypeAlias = Callable[[float], LinearContacts]
 KMH = 3.6
 POINTS = 120
 HIGHEST = 15.0  # Hz: bodies on their suspensions, far below wheelsets on their contacts
@@ -41,10 +56,10 @@ class Way:
 
     Attributes
     ----------
-    body : Multibody
-        Whose wheels, static loads and axles.
     vehicle : StateSpace
         How it moves.
+    contacts : callable
+        Its wheels on their rails, by their conicity.
     gravity : Gravity
         See `critical_speed`.
     rails : callable or None
@@ -52,8 +67,8 @@ class Way:
         None: rails that do not move.
     """
 
-    body: Multibody
     vehicle: StateSpace
+    contacts: ByConicity
     gravity: Gravity
     rails: Callable[[float], ComplexArray] | None
 
@@ -64,8 +79,7 @@ class Way:
 
     def on(self, conicity: float) -> OnRails:
         """With wheels of a conicity."""
-        cones = cones_of(self.body, conicity, self.gravity.value)
-        return OnRails(Rolling(self.vehicle, LinearContacts.of(self.body, cones)), self.rails)
+        return OnRails(Rolling(self.vehicle, self.contacts(conicity)), self.rails)
 
 
 def critical_speed(
@@ -84,7 +98,7 @@ def critical_speed(
     Parameters
     ----------
     stock : Vehicle or Train, optional
-        Parameters; the paper's vehicle if not given.
+        Parameters; the paper's vehicle if neither they nor an FMU are given.
     conicity : sequence of float
         Tangents of the angle of conical wheels, above 0.
     gravity : Gravity
@@ -96,8 +110,8 @@ def critical_speed(
     rigid_track : bool
         Rails that do not move instead.
     vehicle_fmu, track_fmu : str or Path, optional
-        Anybody's, linearised, instead: a vehicle in space for Model Exchange, whose wheels and
-        axles are those of `stock`, and whose loads are its own; a track in space.
+        Anybody's, linearised, instead: a vehicle in space for Model Exchange, under the loads that
+        it tells, on wheels as it tells, or as `stock` says if that is given; a track in space.
     progress : callable
         Told what is done and the total.
 
@@ -182,21 +196,56 @@ def way_of(
             "rigid_track", None,
             "rails that do not move have no track, and one FMU is one: give one of them",
         )  # fmt: skip
-    train = train_of(stock or Vehicle())
-    check_cones(train)
-    body = build_multibody(train, SPATIAL)
     if vehicle_fmu is None:
-        x = body.wheelset_x - body.wheelset_x[-1]
-        vehicle = linear_of(vehicle_body(body).at(x), "vehicle")
+        vehicle, contacts, x = _of_parameters(stock or Vehicle(), gravity)
     else:
-        vehicle, body = vehicle_of(Path(vehicle_fmu), body, progress)
+        vehicle, contacts, x = _of_fmu(Path(vehicle_fmu), stock, gravity, progress)
     rails: Callable[[float], ComplexArray] | None = None
     if track_fmu is not None:
-        under, _ = linear_track(Path(track_fmu), places_on(Path(track_fmu), body), progress)
+        under, _ = linear_track(Path(track_fmu), places_on(Path(track_fmu), x), progress)
         rails = partial(compliance_of, under)
     elif not rigid_track:
-        rails = partial(rails_of, track or Track(), body.wheelset_x)
-    return Way(body=body, vehicle=vehicle, gravity=gravity, rails=rails)
+        rails = partial(rails_of, track or Track(), x)
+    return Way(vehicle=vehicle, contacts=contacts, gravity=gravity, rails=rails)
+
+
+def _of_parameters(
+    stock: Vehicle | Train, gravity: Gravity
+) -> tuple[StateSpace, ByConicity, FloatArray]:
+    """A vehicle, its contacts, and where its wheelsets stand, m."""
+    body = _body_of(stock)
+    x = body.wheelset_x
+    vehicle = linear_of(vehicle_body(body).at(x - x[-1]), "vehicle")
+    return vehicle, partial(_on_cones, body, gravity), x
+
+
+def _of_fmu(
+    fmu: Path, stock: Vehicle | Train | None, gravity: Gravity, progress: Progress
+) -> tuple[StateSpace, ByConicity, FloatArray]:
+    """The same of an FMU, on its own wheels or on those of parameters."""
+    model, _ = linear_vehicle(fmu, progress)
+    vehicle = matrices_of(fmu, model)
+    x = places_of(fmu, model.standing, layout_of((fmu, model.inputs)))
+    if stock is not None:
+        return vehicle, partial(_on_cones, loaded(_body_of(stock), fmu, model), gravity), x
+    wheels, loads = told_wheels(fmu), loads_of(fmu, model)
+    by_gravity = {ROLLING[Role.TEXTBOOK]: float(gravity is Gravity.TEXTBOOK)}
+
+    def on_told(conicity: float) -> LinearContacts:
+        other = by_gravity | {ROLLING[Role.CONICITY]: conicity}
+        return contacts_told([wheel | other for wheel in wheels], loads, vehicle)
+
+    return vehicle, on_told, x
+
+
+def _body_of(stock: Vehicle | Train) -> Multibody:
+    train = train_of(stock)
+    check_cones(train)
+    return build_multibody(train, SPATIAL)
+
+
+def _on_cones(body: Multibody, gravity: Gravity, conicity: float) -> LinearContacts:
+    return LinearContacts.of(body, cones_of(body, conicity, gravity.value))
 
 
 def root_locus(way: Way, conicity: float, critical: Critical) -> xr.Dataset:

@@ -37,6 +37,8 @@ TOLD = [*range(len(ON_WHEEL)), PORTS.index((RAIL, ROLL))]
 """Their places among all forces, `PORTS`."""
 ROUGH = ON_RAIL[:2]
 """Directions in which a rail is irregular: down and aside."""
+BOTH = np.array([LEFT, RIGHT])
+"""Sides of a wheelset's contacts."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,16 +80,40 @@ class LinearContacts:
         ArithmeticError
             If a wheelset cannot stand under its load.
         """
-        made = [
-            _tangents(wheel, load, cylinder.half_distance, creep)
-            for wheel, load, cylinder in zip(
-                wheels, body.wheel_load.tolist(), body.wheels, strict=True
+        laws = [
+            AtPorts(
+                contact=RollingContact(geometry=wheel, side=BOTH, speed=1.0, creep=creep),
+                half_distance=cylinder.half_distance,
             )
+            for wheel, cylinder in zip(wheels, body.wheels, strict=True)
         ]
-        K, C = (np.concatenate(np.swapaxes([one[k] for one in made], 0, 1)) for k in range(2))
         spins = [body.at(axle, SPIN) for axle in body.axles]
-        radius = np.array([wheel.radius for wheel in wheels])
-        return cls(K=K, C=C, turning=np.diag(body.M)[spins] / radius)
+        return cls.under(laws, body.wheel_load, np.diag(body.M)[spins])
+
+    @classmethod
+    def under(
+        cls, laws: Sequence[AtPorts], load: FloatArray, inertia: FloatArray
+    ) -> LinearContacts:
+        """Of the left and the right wheel of each wheelset from the front, by their law at 1 m/s.
+
+        Parameters
+        ----------
+        laws : sequence of AtPorts, length n_wheelsets
+            Each of two contacts.
+        load : array, shape (n_wheelsets,)
+            Static, of one wheel, N.
+        inertia : array, shape (n_wheelsets,)
+            Of each axle about itself, kg m2.
+
+        Raises
+        ------
+        ArithmeticError
+            If a wheelset cannot stand under its load.
+        """
+        made = [_tangents(law, one) for law, one in zip(laws, load.tolist(), strict=True)]
+        K, C = (np.concatenate(np.swapaxes([one[k] for one in made], 0, 1)) for k in range(2))
+        radius = np.array([np.max(law.contact.geometry.radius) for law in laws])
+        return cls(K=K, C=C, turning=inertia / radius)
 
     def at(self, speed: float) -> Running:
         """At a speed, m/s."""
@@ -158,11 +184,8 @@ class Running:
         return found
 
 
-def _tangents(
-    wheels: Geometry, load: float, half_distance: float, creep: CreepLaw
-) -> tuple[FloatArray, FloatArray]:
+def _tangents(ports: AtPorts, load: float) -> tuple[FloatArray, FloatArray]:
     """Of the left and the right contact of a wheelset at rest, (2, 8, 8), by motions and rates."""
-    law = RollingContact(geometry=wheels, side=np.array([LEFT, RIGHT]), speed=1.0, creep=creep)
-    ports = AtPorts(contact=law, half_distance=half_distance)
-    rest = np.linalg.solve(ports.coordinates, at_rest(law, load)[..., None])[..., 0].astype(float)
+    at = at_rest(ports.contact, load)
+    rest = np.linalg.solve(ports.coordinates, at[..., None])[..., 0].astype(float)
     return ports.tangents(rest, np.zeros_like(rest))

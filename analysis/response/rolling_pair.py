@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from railcosim.analysis.pair.contact import layout_of
-from railcosim.analysis.pair.numbering import places_of
+from railcosim.analysis.pair.contact import ROLLING, layout_of, told
+from railcosim.analysis.pair.rolling import at_ports
+from railcosim.fmus.roles import Role
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.description import describe_file
@@ -17,8 +19,7 @@ from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import frequency_response
 from railcosim.master.linear.side_by_side import SideBySide
 from railcosim.master.linear.state_space import StateSpace
-from railcosim.master.progress import Progress
-from railcosim.mechanics.ports import FORCE, RAIL, Layout
+from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout, X
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, infinite_receptance
 from railcosim.vehicle.multibody import SPATIAL, Multibody, build_multibody
@@ -27,8 +28,12 @@ from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.rolling import geometry_of
 from railcosim.vehicle.train import Train, train_of
 
-from .models import linear_vehicle
-from .rolling import ON_RAIL, LinearContacts
+from .rolling import ON_RAIL, ON_WHEEL, LinearContacts
+
+ONE = Layout(1, directions=ON_WHEEL)
+"""The wheels of a wheelset."""
+STRAIGHT = {ROLLING[Role.FRICTION]: 0.0, ROLLING[Role.FLANGE_STIFFNESS]: 0.0}
+"""About straight running what bounds creep is far away, and so are flanges."""
 
 
 def rails_of(track: Track, wheelset_x: FloatArray, frequency: float) -> ComplexArray:
@@ -68,14 +73,6 @@ def compliance_of(track: LinearForm, frequency: float) -> ComplexArray:
     return found
 
 
-def vehicle_of(fmu: Path, body: Multibody, progress: Progress) -> tuple[StateSpace, Multibody]:
-    """Linear model of a vehicle FMU, and whose wheels, under the loads that it says it has."""
-    model, _ = linear_vehicle(fmu, progress)
-    own = loaded(body, fmu, model)
-    x = places_of(fmu, model.standing, layout_of((fmu, model.inputs)))
-    return matrices_of(fmu, model), replace(own, wheelset_x=x - x.mean())
-
-
 def matrices_of(fmu: Path, model: LinearForm) -> StateSpace:
     """A model of a vehicle, or of several, as matrices; CouplingError if it has none."""
     try:
@@ -89,64 +86,139 @@ def matrices_of(fmu: Path, model: LinearForm) -> StateSpace:
     return found
 
 
-def loaded(body: Multibody, fmu: Path, model: LinearForm) -> Multibody:
-    """Under the static loads that a vehicle FMU tells, as start values of its forces."""
+def loads_of(fmu: Path, model: LinearForm) -> FloatArray:
+    """Static loads of one wheel of each wheelset that a vehicle FMU tells, by start values, N.
+
+    Raises
+    ------
+    CouplingError
+        If it does not.
+    """
     starts = {v.name: v.start for v in model.inputs}
     layout = layout_of((fmu, model.inputs))
-    if layout.wheelsets != body.wheelset_x.size:
-        raise CouplingError(
-            f"{fmu}: has {layout.wheelsets} wheelsets, and the vehicle whose wheels it is given "
-            f"{body.wheelset_x.size}: give its parameters, --vehicle"
-        )
     loads = np.array([starts[f"{wheel}.force_z"] for wheel in layout.wheels])
     if not (loads > 0).all():
         raise CouplingError(
             f"{fmu}: does not tell its static loads as start values of wheelset[i].left.force_z"
         )
-    return replace(body, wheel_load=loads.reshape(2, -1).mean(axis=0))
+    mean: FloatArray = loads.reshape(2, -1).mean(axis=0)
+    return mean
 
 
-def rolling_of(stock: Vehicle | Train, fmu: Path, model: LinearForm) -> LinearContacts:
-    """Contacts of a vehicle FMU whose wheels roll as parameters say, see `[rolling]`.
+def loaded(body: Multibody, fmu: Path, model: LinearForm) -> Multibody:
+    """A vehicle under the static loads that its FMU tells."""
+    wheelsets = layout_of((fmu, model.inputs)).wheelsets
+    if wheelsets != body.wheelset_x.size:
+        raise CouplingError(
+            f"{fmu}: has {wheelsets} wheelsets, and the vehicle whose wheels it is given "
+            f"{body.wheelset_x.size}: give its parameters, --vehicle"
+        )
+    return replace(body, wheel_load=loads_of(fmu, model))
 
-    Creep is linear: about straight running what bounds it is far away.
+
+def rolling_of(
+    stock: Vehicle | Train | None, files: Sequence[Path], model: LinearForm
+) -> LinearContacts:
+    """Contacts of a vehicle, or of several, whose wheels roll; their creep is linear.
+
+    Parameters
+    ----------
+    stock : Vehicle or Train or None
+        Whose wheels, as `[rolling]` of its parameters says; None: as the FMUs tell, `told_wheels`.
+    files : sequence of Path
+        FMUs of vehicles from the front.
+    model : LinearForm
+        All of them, linear.
+
+    Notes
+    -----
+    About straight running what bounds creep is far away.
     """
+    if stock is None:
+        wheels = [wheel for file in files for wheel in told_wheels(file)]
+        return contacts_told(wheels, loads_of(files[0], model), matrices_of(files[0], model))
     train = train_of(stock)
-    body = loaded(build_multibody(train, SPATIAL), fmu, model)
+    body = loaded(build_multibody(train, SPATIAL), files[0], model)
     own = [one.vehicle for one in train.vehicles for _ in range(one.wheelsets)]
-    wheels = [
+    geometries = [
         geometry_of(vehicle.rolling, vehicle.contact, radius=cylinder.radius)
         for vehicle, cylinder in zip(own, body.wheels, strict=True)
     ]
-    return LinearContacts.of(body, wheels)
+    return LinearContacts.of(body, geometries)
 
 
-def check_wheels(fmu: Path, stock: Vehicle | Train) -> None:
-    """Refuse wheels that are not those that a vehicle FMU tells of itself.
+def told_wheels(fmu: Path) -> list[dict[str, float]]:
+    """Parameters ``contact.*`` of its wheels that a vehicle FMU tells, of each wheelset.
 
     Raises
     ------
     CouplingError
-        If radius, distance or conicity differ.
+        If it does not tell one of them.
     """
-    told = describe_file(fmu).parameters
-    first = train_of(stock).vehicles[0].vehicle
-    wheel = geometry_of(first.rolling, first.contact, radius=first.wheelset.radius)
-    for name, ours in (
-        ("contact.wheel_radius", wheel.radius),
-        ("contact.half_distance", first.contact.half_distance),
-        ("contact.conicity", first.rolling.conicity),
-    ):
-        if name in told and float(told[name].start) != ours:
+    about = describe_file(fmu)
+    layout = layout_of((fmu, [*about.inputs, *about.outputs]))
+    each: list[dict[str, float]] = [{} for _ in layout.axles]
+    for name in ROLLING.values():
+        found = told(about.parameters, name, layout.of_axles(name))
+        if not found:
             raise CouplingError(
-                f"{fmu}: its {name} is {told[name].start}, and that of the paper's vehicle, whose "
-                f"wheels are taken where none are given, {ours:g}: give its parameters, --vehicle"
+                f"{fmu}: does not tell {name}, so how its wheels roll is not known: give its "
+                "parameters, --vehicle"
             )
+        numbers = np.resize(list(found.values()), layout.wheelsets).tolist()
+        for wheel, number in zip(each, numbers, strict=True):
+            wheel[name] = number
+    return each
 
 
-def places_on(track: Path, body: Multibody) -> FloatArray:
+def contacts_told(
+    wheels: Sequence[Mapping[str, float]], loads: FloatArray, vehicle: StateSpace
+) -> LinearContacts:
+    """Contacts of wheels by their parameters, under static loads, on axles of a vehicle.
+
+    Parameters
+    ----------
+    wheels : sequence of mapping, length n_wheelsets
+        See `told_wheels`.
+    loads : array, shape (n_wheelsets,)
+        Of one wheel, N.
+    vehicle : StateSpace
+        Which tells what axles weigh that turn.
+    """
+    laws = [at_ports(dict(wheel) | STRAIGHT, ONE, 1.0) for wheel in wheels]
+    radius = np.array([wheel[ROLLING[Role.RADIUS]] for wheel in wheels])
+    return LinearContacts.under(laws, loads, inertia_of(vehicle, radius))
+
+
+def inertia_of(vehicle: StateSpace, radius: FloatArray) -> FloatArray:
+    """Moments of inertia of axles about themselves, kg m2, by how forces along spin them.
+
+    Both wheels of an axle pushed along by as much do nothing but spin it: where their data move on
+    by x = r0 spin, x'' = r0^2 F / I of both together.
+
+    Raises
+    ------
+    CouplingError
+        If wheels of the model do not spin.
+    """
+    layout = Layout(radius.size, directions=(X,))
+    inputs, outputs = ([v.name for v in some] for some in (vehicle.inputs, vehicle.outputs))
+    pushed, moved = layout.names(FORCE), layout.names(WHEEL.motion)
+    if missing := {*pushed, *moved} - {*inputs, *outputs}:
+        raise CouplingError(f"{vehicle.name}: has no {min(missing)}; rolling takes it")
+    B = vehicle.B[:, [inputs.index(name) for name in pushed]]
+    C = vehicle.C[[outputs.index(name) for name in moved]]
+    both = np.tile(np.eye(radius.size), (1, len(layout.sides)))
+    mean = np.diag(both @ (C @ vehicle.A @ B) @ both.T) / len(layout.sides)
+    if not (WHEEL.push * mean > 0).all():
+        raise CouplingError(f"{vehicle.name}: forces along do not spin its axles; rolling takes it")
+    found: FloatArray = WHEEL.push * len(layout.sides) * radius**2 / mean
+    return found
+
+
+def places_on(track: Path, wheelset_x: FloatArray) -> FloatArray:
     """Where wheelsets stand on a track FMU, the last one where it says so, m."""
     starts = {v.name: v.start for v in describe_file(track).inputs}
-    last = Layout(body.wheelset_x.size).of_axles("position")[-1]
-    places: FloatArray = body.wheelset_x - body.wheelset_x[-1] + starts.get(last, 0.0)
+    last = Layout(wheelset_x.size).of_axles("position")[-1]
+    places: FloatArray = wheelset_x - wheelset_x[-1] + starts.get(last, 0.0)
     return places

@@ -51,7 +51,7 @@ def alone(vehicle):
 
 
 def contacts_of(model, stock=None):
-    return rolling_of(stock or Vehicle(), Path("Vehicle.fmu"), model)
+    return rolling_of(stock or Vehicle(), [Path("Vehicle.fmu")], model)
 
 
 def test_a_vehicle_that_hunts_is_refused_with_its_critical_speed(alone):

@@ -11,9 +11,10 @@ import pytest
 from fmpy import simulate_fmu
 
 from railcosim.analysis.pair.export_pair import PAIR, export_pair
-from railcosim.analysis.response.frf import frequency_response
+from railcosim.analysis.response.choices import Gravity
+from railcosim.analysis.response.frf import Assembly, frequency_response
 from railcosim.analysis.response.hunting import critical_speed
-from railcosim.analysis.response.rolling_pair import check_wheels
+from railcosim.analysis.response.rolling_pair import told_wheels
 from railcosim.fmus.content import Content, contents, start_of
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, export, packed
 from railcosim.fmus.interface import interface
@@ -70,7 +71,7 @@ def made(tmp_path_factory):
 def alone(stock, folder, dimension="spatial"):
     """The native FMU of a vehicle, without a track."""
     body = vehicle_body(build_multibody(stock, MODELS[dimension]))
-    start = start_of(stock, [18.5, 16.0, 2.8, 0.3])
+    start = start_of(stock, [18.5, 16.0, 2.8, 0.3], dimension=dimension)
     content = Content(
         name="Vehicle", model="vehicle", text="Moves.", parameters="", annotations={},
         table=interface(body, start, with_contact=False), body=body,
@@ -387,18 +388,36 @@ def test_it_answers_in_space_and_is_refused_where_it_hunts(made):
         frequency_response(*pair, contact_stiffness=1e9)
 
 
-def test_other_wheels_than_the_fmus_are_not_taken_unasked(made) -> None:
-    """Where none are given, wheels are the paper's: those of another vehicle are refused."""
-    fmu = made["native"]["Vehicle"]
-    ours = Vehicle()
-    check_wheels(fmu, ours)
-    for other, told in (
-        (replace(ours, rolling=replace(ours.rolling, conicity=0.2)), "conicity is 0.05"),
-        (replace(ours, wheelset=replace(ours.wheelset, radius=0.5)), "wheel_radius is 0.43"),
-        (
-            replace(ours, contact=replace(ours.contact, half_distance=0.7)),
-            "half_distance is 0.7465",
-        ),
-    ):
-        with pytest.raises(CouplingError, match=rf"contact\.{told}.* --vehicle"):
-            check_wheels(fmu, other)
+def test_wheels_are_those_that_the_fmu_tells(tmp_path) -> None:
+    """Radius, distance, cone, patch, and the axle's inertia, which spins tell: as of parameters."""
+    other = replace(
+        DAMPED,
+        rolling=replace(DAMPED.rolling, conicity=0.2),
+        wheelset=replace(DAMPED.wheelset, radius=0.5, inertia_spin=140.0),
+        contact=replace(DAMPED.contact, half_distance=0.7, rail_radius=0.25),
+    )
+    fmu = alone(other, tmp_path)
+    told = {"conicity": [0.2], "rigid_track": True, "vehicle_fmu": fmu}
+    given = replace(other, rolling=DAMPED.rolling)  # the default: else it is for runs in time
+    for gravity in Gravity:
+        of_fmu, of_file, of_paper = (
+            critical_speed(stock, gravity=gravity, **told)["critical_speed"][0]
+            for stock in (None, given, DAMPED)
+        )
+        # Start values are written in full; what differs is rounding, and where halving ends.
+        np.testing.assert_allclose(of_fmu, of_file, rtol=1e-8)
+        assert abs(of_paper / of_file - 1) > 0.01
+    on_rails = {"excitation": "alignment", "speed": 10.0, "assembly": Assembly.RIGID_TRACK}
+    ours, theirs = (
+        frequency_response(fmu, "", np.array([0.5, 20.0]), stock=stock, **on_rails)
+        for stock in (None, other)
+    )
+    for name in ("wheelset[1].left.wheel_y", "wheelset[4].right.force_y", "carbody.roll"):
+        np.testing.assert_allclose(ours[name], theirs[name], rtol=1e-7)
+
+
+def test_wheels_that_nobody_tells_are_asked_for(tmp_path) -> None:
+    """Profiles are in no FMU."""
+    rolling = Rolling(wheel_profile="wheel.csv", rail_profile="rail.csv")
+    with pytest.raises(CouplingError, match=r"contact\.wheel_radius.*give its.*--vehicle"):
+        told_wheels(alone(replace(DAMPED, rolling=rolling), tmp_path))
