@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from railcosim.master.fmi.fmu import FmuComponent
     from railcosim.master.recording import Recorder
     from railcosim.master.signals import Signal
+    from railcosim.parameters import changed
     from railcosim.track.irregularity import Profile
     from railcosim.track.irregularity.named import irregularity
     from railcosim.track.parameters import Track
@@ -56,6 +57,7 @@ __all__ = [
     "Vehicle",
     "__version__",
     "advise",
+    "changed",
     "compare",
     "cosimulate",
     "couple",
@@ -89,6 +91,7 @@ _PLACES = {
     "Variable": "master.component:Variable",
     "Vehicle": "vehicle.parameters:Vehicle",
     "advise": "analysis.schemes.advice:advise",
+    "changed": "parameters:changed",
     "compare": "analysis.compare:compare",
     "cosimulate": "master.cosimulation:cosimulate",
     "couple": "master.coupling:couple",

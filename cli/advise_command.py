@@ -12,19 +12,17 @@ from rich.table import Table
 from railcosim.analysis.schemes.usual import PREDICTED
 from railcosim.track.irregularity import QUALITIES
 
-from .fmus import FreshOption, fmus_of
 from .options import (
     PlotFile,
     PositionsOption,
     Speed,
-    TrackFmu,
-    VehicleFmus,
     console,
     contact_parameters,
     positions_of,
     progress,
     speed_of,
 )
+from .parameter_options import FmuOptions
 from .results import PICTURES, Suffixes, keep
 from .stability_command import in_ms, tell_of_growth
 
@@ -38,15 +36,13 @@ SHOWN = 8
 
 
 def advise(
+    *,
     accuracy: Annotated[
         float, typer.Option(help="Error allowed: RMS of the contact force's, relative.")
     ] = 1e-3,
     out: Annotated[
         Path | None, typer.Option("--out", help="Result as well: .nc.", metavar="FILE")
     ] = None,
-    vehicle_fmu: VehicleFmus = None,
-    track_fmu: TrackFmu = None,
-    fresh: FreshOption = False,
     contact_stiffness: Annotated[
         str, typer.Option("--contact-stiffness", help="N/m, or hertz at the static load.")
     ] = "hertz",
@@ -62,6 +58,7 @@ def advise(
         str, typer.Option("--class", help=f"Class of the track: {', '.join(QUALITIES)}.")
     ] = "german-low",
     position: PositionsOption = None,
+    given: FmuOptions,
     plot: PlotFile = None,
 ) -> None:
     """Name owner, scheme and step that reach an accuracy at the least cost, before running.
@@ -83,7 +80,7 @@ def advise(
     v, density = speed_of(speed), quality(irregularity).vertical
     parameters = contact_parameters(contact_stiffness)
     with (
-        fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
+        given.fmus() as (vehicle, track),
         progress("predicting errors") as update,
     ):
         found = advice(

@@ -17,9 +17,6 @@ from .options import (
     Frequencies,
     PositionOption,
     Speed,
-    TrackFile,
-    VehicleFile,
-    Vehicles,
     console,
     doubted,
     frequencies_of,
@@ -27,9 +24,8 @@ from .options import (
     progress,
     speed_of,
     stiffness_of,
-    track_of,
-    vehicle_of,
 )
+from .parameter_options import PairOptions
 from .results import folder_of
 from .scheme_options import ContactOption, InputsOption, SchemeOption
 from .uncoupled import compare_uncoupled
@@ -40,9 +36,7 @@ if TYPE_CHECKING:
 
 def compare(
     *,
-    vehicle: VehicleFile = None,
-    vehicles: Vehicles = 1,
-    track: TrackFile = None,
+    given: PairOptions,
     fresh: FreshOption = False,
     contact_stiffness: ContactStiffness = "1e9",
     frequencies: Frequencies = "0.3:1500:60@log",
@@ -88,8 +82,7 @@ def compare(
     )
     profile = rough.profile(v * time)
     frequency = frequencies_of(frequencies)
-    cars = vehicle_of(vehicle, vehicles)
-    rails = track_of(track, cars)
+    cars, rails = given.pair()
     with made(cars, rails, fresh=fresh) as fmus:
         if uncoupled:
             compare_uncoupled(fmus, frequency, k_H, v, out, position)

@@ -13,15 +13,11 @@ from railcosim.analysis.response.choices import CONICITIES, Gravity
 from .modes_command import GravityOption, OutFile
 from .options import (
     PlotFile,
-    TrackFile,
     UsageError,
-    VehicleFile,
-    Vehicles,
     console,
     progress,
-    track_of,
-    vehicle_of,
 )
+from .parameter_options import PairOptions
 from .results import PICTURES, RESULTS, keep
 
 if TYPE_CHECKING:
@@ -33,13 +29,12 @@ MOST = 100  # conicities
 
 
 def critical_speed_command(
-    vehicle: VehicleFile = None,
-    vehicles: Vehicles = 1,
+    *,
+    given: PairOptions,
     conicity: Annotated[
         str, typer.Option(help="Tangent of the angle of conical wheels; several with commas.")
     ] = ",".join(map(str, CONICITIES)),
     gravity: GravityOption = Gravity.NORMALS,
-    track: TrackFile = None,
     vehicle_fmu: Annotated[
         Path | None,
         typer.Option(
@@ -72,14 +67,14 @@ def critical_speed_command(
     PICTURES.check(plot)
     conicities = _numbers(conicity)
     check_conicities(conicities)
-    if rigid_track + (track is not None) + (track_fmu is not None) > 1:
+    if rigid_track + bool(given.tells_track) + (track_fmu is not None) > 1:
         raise UsageError(
             "--rigid-track, --track, --track-fmu: rails that do not move have no track, and an FMU "
             "is one; give one of them"
         )
-    told = vehicle_fmu is not None and vehicle is None  # of its wheels, by the FMU
-    stock = None if told else vehicle_of(vehicle, vehicles)
-    parameters = None if track is None else track_of(track)
+    told = vehicle_fmu is not None and not given.tells_vehicle  # of its wheels, by the FMU
+    stock = None if told else given.stock()
+    parameters = given.rails() if given.tells_track else None
     with progress("finding critical speeds") as update:
         way = way_of(
             stock, gravity, parameters, rigid_track=rigid_track, vehicle_fmu=vehicle_fmu,

@@ -15,17 +15,12 @@ import typer
 from .fmus import tell_of_losses
 from .options import (
     DimensionName,
-    TrackFile,
     UsageError,
-    VehicleFile,
-    Vehicles,
     console,
     errors,
     status,
-    track_for,
-    track_of,
-    vehicle_of,
 )
+from .parameter_options import PairOptions
 from .results import folder_of
 
 if TYPE_CHECKING:
@@ -46,10 +41,9 @@ class RuntimeName(StrEnum):
 
 
 def export(
+    *,
     out: Annotated[Path, typer.Option("--out", help="Folder for the FMUs.", metavar="DIR")],
-    vehicle: VehicleFile = None,
-    vehicles: Vehicles = 1,
-    track: TrackFile = None,
+    given: PairOptions,
     runtime: Annotated[
         RuntimeName,
         typer.Option("--runtime", help="native: needs nothing where imported. python: numpy."),
@@ -110,15 +104,14 @@ def export(
         raise UsageError("--positions and --one-rail: need --wheelsets, how many there are")
     if wheelsets is not None and separate:
         raise UsageError("--separate: is of vehicles, and --wheelsets exports tracks only")
-    cars = vehicle_of(vehicle, vehicles)
     if wheelsets is not None:
         places = positions_of(wheelsets, positions)
-        rails = track_for(track, places[0] - places[-1])
+        cars, rails = given.stock(), given.rails(places[0] - places[-1])
         folder_of("--out", out)
         files = exported_tracks(cars, rails, places, one_rail, out, chosen, dimension=dimension)
     else:
+        cars, rails = given.pair()
         folder_of("--out", out)
-        rails = track_of(track, cars)
         files = exported(cars, rails, out, chosen, separate=separate, dimension=dimension)
     for path in files.values():
         console.print(f"{path}  {path.stat().st_size / 1e6:.1f} MB")

@@ -50,10 +50,11 @@ def fmus_of(
     track_name: str = "Track",
     *,
     stock: Vehicle | Train | None = None,
+    rails: Track | None = None,
     dimension: str = "vertical",
     fresh: bool = False,
 ) -> Iterator[tuple[tuple[Path, ...], Path]]:
-    """FMU files given by the user, of vehicles from the front, or ours of a vehicle.
+    """FMU files given by the user, of vehicles from the front, or ours of a vehicle and a track.
 
     Raises
     ------
@@ -71,7 +72,7 @@ def fmus_of(
     if given and track is not None:
         yield given, track
         return
-    with made(stock or Vehicle(), Track(), dimension=dimension, fresh=fresh) as ours:
+    with made(stock or Vehicle(), rails or Track(), dimension=dimension, fresh=fresh) as ours:
         for name in (vehicle_name, track_name):
             if name not in ours:
                 raise UsageError(

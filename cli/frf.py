@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from .fmus import FreshOption, fmus_of
 from .options import (
     DimensionName,
     Frequencies,
@@ -14,26 +13,21 @@ from .options import (
     PlotFile,
     PositionsOption,
     Speed,
-    TrackFmu,
     UsageError,
-    VehicleFile,
-    VehicleFmus,
     frequencies_of,
     positions_of,
     progress,
     speed_of,
     stiffness_of,
-    vehicle_of,
 )
+from .parameter_options import FmuOptions
 from .results import PICTURES, RESULTS, keep
 
 
 def frf(
+    *,
     out: Out,
-    vehicle_fmu: VehicleFmus = None,
-    track_fmu: TrackFmu = None,
-    fresh: FreshOption = False,
-    vehicle: VehicleFile = None,
+    given: FmuOptions,
     dimension: Annotated[
         DimensionName,
         typer.Option(
@@ -87,9 +81,9 @@ def frf(
     k_H = None if contact_stiffness is None else stiffness_of(contact_stiffness)
     if k_H is not None and dimension is DimensionName.SPATIAL:
         raise UsageError("--contact-stiffness: is of the vertical model; in space wheels roll")
-    stock = vehicle_of(vehicle)
+    stock = given.stock()
     v = speed_of(speed)
-    if not vehicle_fmu:  # before ours is made
+    if not given.vehicle_fmu:  # before ours is made
         check_excitation(
             excitation,
             sum(one.wheelsets for one in train_of(stock).vehicles),
@@ -102,15 +96,12 @@ def frf(
     frequency = frequencies_of(frequencies)
     assembly = Assembly.RIGID_TRACK if rigid_track else Assembly.COUPLED
     with (
-        fmus_of(vehicle_fmu, track_fmu, stock=stock, dimension=dimension, fresh=fresh) as (
-            vehicles,
-            track,
-        ),
+        given.fmus(dimension=dimension, told=True) as (vehicles, track),
         progress("linearising") as update,
     ):
         result = frequency_response(
             vehicles, track, frequency, excitation=excitation, contact_stiffness=k_H,
-            stock=None if vehicle is None else stock,
+            stock=stock if given.tells_vehicle else None,
             speed=v, believe=believe, progress=update,
             position=positions_of(position),
             assembly=Assembly.APART if uncoupled else assembly,

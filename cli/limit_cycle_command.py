@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -11,14 +10,12 @@ from rich.table import Table
 from .modes_command import OutFile
 from .options import (
     PlotFile,
-    VehicleFile,
-    Vehicles,
     console,
     grid_of,
     positive,
     progress,
-    vehicle_of,
 )
+from .parameter_options import VehicleOptions
 from .results import PICTURES, RESULTS, keep
 
 if TYPE_CHECKING:
@@ -29,8 +26,8 @@ HOW = {1: "not settled", 2: "off the rails"}
 
 
 def limit_cycle(
-    vehicle: VehicleFile = None,
-    vehicles: Vehicles = 1,
+    *,
+    given: VehicleOptions,
     speeds: Annotated[
         str | None,
         typer.Option(
@@ -58,8 +55,8 @@ def limit_cycle(
     PICTURES.check(plot)
     grid = None if speeds is None else grid_of("--speeds", speeds, "km/h", SPEEDS) / KMH
     positive("--longest", longest, "s")
-    stock = vehicle_of(vehicle, vehicles)
-    folder = None if vehicle is None else Path(vehicle).parent
+    stock = given.stock()
+    folder = None if given.vehicle is None else given.vehicle.parent
     with progress("running until it settles") as update:
         found = limit_cycles(stock, grid, longest=longest, folder=folder, progress=update)
     console.print(_table(found))

@@ -9,16 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from .fmus import FreshOption, fmus_of
 from .options import (
     LIMITS,
     ContactStiffness,
     Out,
     PlotFile,
     PositionsOption,
-    TrackFmu,
     UsageError,
-    VehicleFmus,
     console,
     grid_of,
     positions_of,
@@ -26,6 +23,7 @@ from .options import (
     speed_of,
     stiffness_of,
 )
+from .parameter_options import FmuOptions
 from .results import PICTURES, Suffixes, keep
 
 if TYPE_CHECKING:
@@ -41,10 +39,8 @@ FILES = Suffixes("--out", (".nc",))
 
 
 def map_command(
+    *,
     out: Out,
-    vehicle_fmu: VehicleFmus = None,
-    track_fmu: TrackFmu = None,
-    fresh: FreshOption = False,
     wavelengths: Annotated[
         str, typer.Option(help="start:stop:step in m, or start:stop:N@log.")
     ] = "0.1:60:0.15",
@@ -53,6 +49,7 @@ def map_command(
     ] = "10:400:1",
     contact_stiffness: ContactStiffness = "1e9",
     position: PositionsOption = None,
+    given: FmuOptions,
     plot: PlotFile = None,
     show: Annotated[
         str, typer.Option(help="Which response to draw, on flexible and on rigid track.")
@@ -72,7 +69,7 @@ def map_command(
     if show not in NAMES:
         raise UsageError(f"--show {show}: must be one of {', '.join(NAMES)}")
     with (
-        fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
+        given.fmus() as (vehicle, track),
         progress("linearising") as update,
     ):
         found = response_map(

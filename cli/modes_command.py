@@ -12,16 +12,12 @@ from rich.table import Table
 from railcosim.analysis.response.choices import Gravity, Wheels
 
 from .options import (
-    TrackFile,
     UsageError,
-    VehicleFile,
-    Vehicles,
     console,
     progress,
     speed_of,
-    track_of,
-    vehicle_of,
 )
+from .parameter_options import PairOptions
 from .results import RESULTS, keep
 
 if TYPE_CHECKING:
@@ -51,9 +47,9 @@ GravityOption = Annotated[
 
 
 def modes(
+    *,
     subject: Annotated[Subject, typer.Argument(help="Whose modes: vehicle.")],
-    vehicle: VehicleFile = None,
-    vehicles: Vehicles = 1,
+    given: PairOptions,
     wheels: Annotated[
         Wheels,
         typer.Option(
@@ -66,7 +62,6 @@ def modes(
     ] = None,
     conicity: Conicity = None,
     gravity: GravityOption = Gravity.NORMALS,
-    track: TrackFile = None,
     out: OutFile = None,
 ) -> None:
     """Eigenmodes of a vehicle in space, by their names: frequencies and damping.
@@ -78,13 +73,13 @@ def modes(
 
     del subject  # there is one
     RESULTS.check(out)
-    if track is not None and wheels is not Wheels.RAILS:
-        raise UsageError("--track: only with --wheels rails")
+    if given.tells_track and wheels is not Wheels.RAILS:
+        raise UsageError(f"{given.tells_track}: only with --wheels rails")
     if gravity is not Gravity.NORMALS and speed is None:
         raise UsageError(
             f"--gravity {gravity.value}: of wheels that creep; give --speed, --conicity"
         )
-    stock = vehicle_of(vehicle, vehicles)
+    stock = given.stock()
     with progress("finding modes") as update:
         result = vehicle_modes(
             stock,
@@ -92,7 +87,7 @@ def modes(
             speed=None if speed is None else speed_of(speed),
             conicity=conicity,
             gravity=gravity,
-            track=track_of(track, stock) if wheels is Wheels.RAILS else None,
+            track=given.pair()[1] if wheels is Wheels.RAILS else None,
             progress=update,
         )
     console.print(_table(result))

@@ -13,19 +13,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from railcosim.parameters import UnusualWarning, Usual, read_toml, tables_of
+from railcosim.parameters import UnusualWarning, Usual
 from railcosim.storage.interruption import noting
-from railcosim.vehicle.names import BUILT_IN, PAPER
 
 from .terminal import console, errors
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from railcosim.track.parameters import Track
-    from railcosim.vehicle.parameters import Vehicle
-    from railcosim.vehicle.train import Train
 
     FloatArray = NDArray[np.float64]
 
@@ -55,20 +50,6 @@ class UsageError(ValueError):
     """The command line asks for something that cannot be; exit status 2."""
 
 
-VehicleFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--vehicle",
-        help=f"Parameters of a vehicle or a train, TOML, or a built-in one: {', '.join(BUILT_IN)}.",
-        metavar="F.toml",
-    ),
-]
-Vehicles = Annotated[
-    int, typer.Option("--vehicles", help="How many of it, one behind the other, coupled.")
-]
-TrackFile = Annotated[
-    Path | None, typer.Option("--track", help="Track parameters, TOML.", metavar="F.toml")
-]
 VehicleFmus = Annotated[
     list[Path] | None,
     typer.Option(
@@ -129,38 +110,6 @@ def positions_of(text: str | None) -> list[float] | None:
         return [float(part) for part in text.split(",")]
     except ValueError as error:
         raise UsageError(f"--position {text}: must be m, with commas") from error
-
-
-def vehicle_of(file: Path | None, count: int = 1) -> Vehicle | Train:
-    """The vehicle or train of a parameter file, or the paper's vehicle; or several of it."""
-    from railcosim.vehicle.files import read_stock
-
-    return read_stock(file or Path(PAPER), count)
-
-
-def track_of(file: Path | None, vehicle: Vehicle | Train | None = None) -> Track:
-    """The track of a parameter file, or the paper's; its ring holds the vehicle.
-
-    Its cells are as many as the vehicle needs, and no fewer than usual, if the file does not say.
-    """
-    span = 0.0
-    if vehicle is not None:
-        from railcosim.vehicle.multibody import build_multibody
-
-        places = build_multibody(vehicle).wheelset_x
-        span = float(places.max() - places.min())
-    return track_for(file, span)
-
-
-def track_for(file: Path | None, span: float) -> Track:
-    """The same for wheelsets so far apart, m."""
-    from railcosim.track.decay import long_enough
-    from railcosim.track.parameters import Track
-
-    track = Track() if file is None else read_toml(Track, file)
-    if span == 0.0 or (file is not None and "cells" in tables_of(file).get("mesh", {})):
-        return track
-    return long_enough(track, span)
 
 
 def frequencies_of(text: str, limits: tuple[float, float] | None = None) -> FloatArray:

@@ -15,13 +15,12 @@ from .options import (
     Out,
     PlotFile,
     PositionOption,
-    TrackFile,
     console,
     frequencies_of,
     positive,
     progress,
-    track_of,
 )
+from .parameter_options import TrackOptions
 from .results import PICTURES, RESULTS, keep
 
 if TYPE_CHECKING:
@@ -101,8 +100,9 @@ def receptance(
 
 
 def track_receptance(
+    *,
     out: Out,
-    track: TrackFile = None,
+    given: TrackOptions,
     direction: Annotated[
         Along,
         typer.Option(help="Of the load at the head: z down, y to the right, roll a moment."),
@@ -152,7 +152,7 @@ def track_receptance(
 
     RESULTS.check(out)
     PICTURES.check(plot)
-    parameters = track_of(track)
+    parameters = given.rails()
     frequency = frequencies_of(frequencies)
     with progress("solving") as update:
         result = of.track_receptance(

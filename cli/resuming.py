@@ -21,6 +21,10 @@ BY_CONTENT = ("system", "vehicle_fmu", "track_fmu")
 """Files that may be in another folder; name and content are in the run's identity."""
 
 
+TOLD_BY_FMUS = ("vehicle", "vehicles", "track", "set_")
+"""Of parameters that FMUs were made of, which are kept."""
+
+
 def resumed(context: typer.Context, path: Path | None) -> Path | None:
     """Make the options in a checkpoint the defaults of the command; a callback of ``--resume``."""
     if path is not None and not context.resilient_parsing:
@@ -68,7 +72,8 @@ def options_in(context: typer.Context) -> dict[str, Any]:
     may be moved together.
     """
     values = {k: _plain(v) for k, v in context.params.items() if v not in (None, [], ())}
-    values.pop("resume", None)
+    for name in ("resume", *TOLD_BY_FMUS):
+        values.pop(name, None)
     text = values.get("irregularity")
     if text is not None and Path(text).is_file():
         values["irregularity"] = str(Path(text).absolute())

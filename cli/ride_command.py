@@ -10,7 +10,6 @@ from rich.table import Table
 
 from railcosim.track.irregularity import QUALITIES
 
-from .fmus import FreshOption, fmus_of
 from .options import (
     ContactStiffness,
     Frequencies,
@@ -18,8 +17,6 @@ from .options import (
     PlotFile,
     PositionsOption,
     Speed,
-    TrackFmu,
-    VehicleFmus,
     console,
     frequencies_of,
     positions_of,
@@ -27,6 +24,7 @@ from .options import (
     speed_of,
     stiffness_of,
 )
+from .parameter_options import FmuOptions
 from .results import PICTURES, RESULTS, keep
 
 if TYPE_CHECKING:
@@ -42,10 +40,8 @@ SHOWN = {
 
 
 def ride_command(
+    *,
     out: Out,
-    vehicle_fmu: VehicleFmus = None,
-    track_fmu: TrackFmu = None,
-    fresh: FreshOption = False,
     name: Annotated[
         str, typer.Option("--class", help=f"Class of the track: {', '.join(QUALITIES)}.")
     ] = "german-low",
@@ -53,6 +49,7 @@ def ride_command(
     frequencies: Frequencies = "0.3:300:3000@log",
     contact_stiffness: ContactStiffness = "1e9",
     position: PositionsOption = None,
+    given: FmuOptions,
     plot: PlotFile = None,
 ) -> None:
     """Random response by pseudo-excitation: densities, standard deviations, ride comfort.
@@ -69,7 +66,7 @@ def ride_command(
     v = speed_of(speed)
     frequency, title = frequencies_of(frequencies), quality(name).vertical.title
     with (
-        fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
+        given.fmus() as (vehicle, track),
         progress("linearising") as update,
     ):
         result = ride(

@@ -10,7 +10,6 @@ import typer
 from railcosim.analysis.pair.owner import FMUS, Owner
 
 from .conclusion import concluded
-from .fmus import FreshOption, fmus_of
 from .irregularity_options import IrregularityOptions
 from .keeping_options import KeepingOptions
 from .options import (
@@ -19,15 +18,14 @@ from .options import (
     PlotFile,
     PositionsOption,
     Speed,
-    TrackFmu,
     UsageError,
-    VehicleFmus,
     contact_parameters,
     doubted,
     errors,
     positions_of,
     speed_of,
 )
+from .parameter_options import FmuOptions
 from .results import PICTURES, RESULTS
 from .resuming import keep_fmus, told_how_to_resume
 from .run_system_command import run_system
@@ -38,8 +36,9 @@ if TYPE_CHECKING:
 
 TIME = 1.0  # s
 OF_THE_PAIR = (
-    "vehicle_fmu", "track_fmu", "contact", "contact_stiffness", "dimension", "position", "speed",
-    "irregularity", "seed", "quantities", "fade", "repeat", "held", "fresh",
+    "vehicle_fmu", "track_fmu", "vehicle", "vehicles", "track", "set_", "contact",
+    "contact_stiffness", "dimension", "position", "speed", "irregularity", "seed", "quantities",
+    "fade", "repeat", "held", "fresh",
 )  # fmt: skip
 
 
@@ -50,9 +49,7 @@ def run(
         Path | None,
         typer.Argument(help="A system: see run-system.", metavar="F.ssp", hidden=True),
     ] = None,
-    vehicle_fmu: VehicleFmus = None,
-    track_fmu: TrackFmu = None,
-    fresh: FreshOption = False,
+    given: FmuOptions,
     course: CourseOptions,
     contact: ContactOption = None,
     contact_stiffness: Annotated[
@@ -106,17 +103,17 @@ def run(
     PICTURES.check(plot)
     course.check()
     kept = keeping.keeping(context, out)
-    owner, taken = _taken(course, contact, kept, (vehicle_fmu or None, track_fmu))
+    owner, taken = _taken(course, contact, kept, (given.vehicle_fmu or None, given.track_fmu))
     v = speed_of(speed)
     parameters = contact_parameters(contact_stiffness)
-    aside = moves_aside(track_fmu) if track_fmu else dimension is DimensionName.SPATIAL
+    aside = moves_aside(given.track_fmu) if given.track_fmu else dimension is DimensionName.SPATIAL
     journey = Journey(
         speed=v,
         held=held,
         profile=rough.profile(v * taken.stop, spatial=aside),
         position=positions_of(position),
     )
-    with fmus_of(vehicle_fmu, track_fmu, *FMUS[owner], fresh=fresh, dimension=dimension) as made:
+    with given.fmus(*FMUS[owner], dimension=dimension) as made:
         options = kept.checkpoints.options if kept.checkpoints else {}
         cars, rails = keep_fmus(keeping.checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1])
         vehicle, (track,) = files_of(cars), files_of(rails)
@@ -158,5 +155,5 @@ def _refuse(context: typer.Context, system: Path, options: tuple[str, ...]) -> N
     for name in options:
         source = context.get_parameter_source(name)
         if source and source.name == "COMMANDLINE":
-            option = "--" + name.replace("_", "-")
+            option = "--" + name.strip("_").replace("_", "-")
             raise UsageError(f"{option}: is of our pair; {system} has its own FMUs. Leave it out")

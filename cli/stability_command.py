@@ -12,17 +12,15 @@ from rich.table import Table
 
 from railcosim.analysis.schemes.usual import PREDICTED
 
-from .fmus import FreshOption, fmus_of
 from .options import (
     PlotFile,
     PositionsOption,
-    TrackFmu,
-    VehicleFmus,
     console,
     contact_parameters,
     positions_of,
     progress,
 )
+from .parameter_options import FmuOptions
 from .results import PICTURES, RESULTS, keep
 
 if TYPE_CHECKING:
@@ -36,10 +34,8 @@ OutFile = Annotated[
 
 
 def stability(
+    *,
     out: OutFile = None,
-    vehicle_fmu: VehicleFmus = None,
-    track_fmu: TrackFmu = None,
-    fresh: FreshOption = False,
     contact_stiffness: Annotated[
         str,
         typer.Option("--contact-stiffness", help="k_H in N/m, or hertz; several with commas."),
@@ -52,6 +48,7 @@ def stability(
         ),
     ] = ",".join(PREDICTED),
     position: PositionsOption = None,
+    given: FmuOptions,
     plot: PlotFile = None,
 ) -> None:
     """Predict the largest stable step of every scheme, owner of the contact and stiffness.
@@ -72,7 +69,7 @@ def stability(
     predictable(words)
     parameters = [contact_parameters(text) for text in texts]
     with (
-        fmus_of(vehicle_fmu, track_fmu, fresh=fresh) as (vehicle, track),
+        given.fmus() as (vehicle, track),
         progress("predicting") as update,
     ):
         table = predicted(

@@ -19,19 +19,15 @@ from .options import (
     PlotFile,
     PositionOption,
     Speed,
-    TrackFile,
     UsageError,
-    VehicleFile,
-    Vehicles,
     console,
     contact_parameters,
     doubted,
     positive,
     progress,
     speed_of,
-    track_of,
-    vehicle_of,
 )
+from .parameter_options import PairOptions
 from .results import PICTURES, folder_of
 from .terminal import Terminal
 
@@ -66,9 +62,7 @@ def study(
     speed: Speed = 250.0,
     position: PositionOption = None,
     rough: IrregularityOptions,
-    vehicle: VehicleFile = None,
-    vehicles: Vehicles = 1,
-    track: TrackFile = None,
+    given: PairOptions,
     fresh: FreshOption = False,
     out: Annotated[
         Path, typer.Option("--out", help="Folder for what is finished.", metavar="DIR")
@@ -110,8 +104,7 @@ def study(
     )
     grid = Grid.of(*asked)
     grid.check(time)
-    cars = vehicle_of(vehicle, vehicles)
-    with made(cars, track_of(track, cars), fresh=fresh) as fmus:
+    with made(*given.pair(), fresh=fresh) as fmus:
         try:
             with progress("running points") as update:
                 found = studied(

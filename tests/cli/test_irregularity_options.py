@@ -6,7 +6,7 @@ import pytest
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.schemes.grid_run import study
-from railcosim.cli import compare, run_command, study_command
+from railcosim.cli import compare, parameter_options, study_command
 from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.parameters import ArgumentError, ParameterError
@@ -70,7 +70,7 @@ def test_options_that_say_nothing_are_refused(text, options) -> None:
 
 @pytest.mark.parametrize(
     ("module", "command", "exports"),
-    [(run_command, "run", "fmus_of"), (study_command, "study", "made"),
+    [(parameter_options, "run", "fmus_of"), (study_command, "study", "made"),
      (compare, "compare", "made")],
 )  # fmt: skip
 def test_commands_refuse_a_profile_that_ends_before_anything_is_made(

@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 import numpy as np
 import pytest
 
-from railcosim.cli import results, run_command
+from railcosim.cli import parameter_options, results
 from railcosim.cli.main import app
 from railcosim.master.checkpoint import CheckpointError, CheckpointWarning, options_of
 from railcosim.master.files import load
@@ -28,7 +28,7 @@ def railcosim(tmp_path, monkeypatch, exported):
         yield tuple(vehicles or [exported[names[0]]]), track or exported[names[1]]
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(run_command, "fmus_of", fmus_of)
+    monkeypatch.setattr(parameter_options, "fmus_of", fmus_of)
 
     def call(*arguments):
         with ExitStack() as claimed:
