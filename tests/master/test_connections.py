@@ -230,7 +230,7 @@ def test_a_stated_dependence_in_a_loop_stays():
     assert system.outputs.tolist() == [1.0, 2.0]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(data=st.data(), n=st.integers(2, 7))
 def test_exchange_solves_any_loop_free_system(data, n):
     """Outputs in a hidden order, dealt out to components at random: y = c + D y after exchange."""

@@ -154,7 +154,7 @@ def instances(request, tmp_path_factory, packed_by):
 def test_repeats_give_the_same_bits(instances, name):
     seen = {"repeated": 0, "moved": 0, "distinct": set()}
 
-    @settings(max_examples=SEQUENCES, deadline=None)
+    @settings(max_examples=SEQUENCES)
     @given(OPERATIONS)
     def run(operations):
         here, there = instances[name]

@@ -2,9 +2,9 @@
 #ifndef RAILCOSIM_ARRAYS_H
 #define RAILCOSIM_ARRAYS_H
 
-#include <stddef.h>
+#include "memory_rule.h"
+
 #include <stdint.h>
-#include <stdlib.h>
 
 enum { LINE = 8 }; /* numbers in one */
 
@@ -28,10 +28,10 @@ static inline double *arrays_take(Arrays *arrays, size_t n)
 }
 
 /* Memory for what has been laid out, all zeros; 0: there is none. */
-static inline int arrays_make(Arrays *arrays)
+static inline int arrays_make(Arrays *arrays, Memory *memory)
 {
     const size_t bytes = LINE * sizeof(double);
-    arrays->memory = calloc(arrays->used + LINE, sizeof(double));
+    arrays->memory = memory_take(memory, arrays->used + LINE, sizeof(double));
     if (arrays->memory == NULL)
         return 0;
     const size_t over = (uintptr_t)arrays->memory % bytes;

@@ -60,14 +60,14 @@ static void find_places(Body *body)
         body->shapes.place[k].position = body->between.place[k].position = NAN;
 }
 
-int body_create(Body *body, const Model *model)
+int body_create(Body *body, const Model *model, Memory *memory)
 {
     memset(body, 0, sizeof *body);
     body->model = model;
     body->kernels = kernels_for_this_processor();
     lay_out(body, &body->arrays);
-    body->places = calloc(4 * model->wheelsets, sizeof *body->places);
-    if (body->places == NULL || !arrays_make(&body->arrays))
+    body->places = memory_take(memory, 4 * model->wheelsets, sizeof *body->places);
+    if (body->places == NULL || !arrays_make(&body->arrays, memory))
         return 0;
     lay_out(body, &body->arrays);
     find_places(body);

@@ -49,7 +49,7 @@ typedef struct {
     Arrays arrays;
 } Body;
 
-int body_create(Body *body, const Model *model); /* 0: no memory */
+int body_create(Body *body, const Model *model, Memory *memory); /* 0: there is none */
 void body_free(Body *body);
 
 /* Shapes at positions (m, any finite: the ring wraps), one a wheelset; kept beside those that

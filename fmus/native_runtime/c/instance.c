@@ -21,7 +21,7 @@ static int make_live(Instance *i)
     const size_t u = i->model.inputs, v = i->model.variables;
     const size_t clock = sizeof(Clock) / sizeof(double);
     i->live_size = clock + v + 7 * u;
-    i->live = calloc(i->live_size + 4 * u, sizeof(double));
+    i->live = memory_take(&i->model.memory, i->live_size + 4 * u, sizeof(double));
     if (i->live == NULL)
         return 0;
     double *at = i->live + clock;
@@ -47,7 +47,7 @@ static void lay_out_states(Instance *i)
 static int make_states(Instance *i)
 {
     lay_out_states(i);
-    if (!arrays_make(&i->states))
+    if (!arrays_make(&i->states, &i->model.memory))
         return 0;
     lay_out_states(i);
     return 1;
@@ -61,7 +61,8 @@ static int make_scratch(Instance *i)
     Inputs *of_u[] = {&i->now, &i->change, &i->over.start, &i->over.slope, &i->over.curve,
                       &i->over_change.start, &i->over_change.slope, &i->over_change.curve};
     const size_t us = sizeof of_u / sizeof *of_u;
-    i->scratch = calloc(us * u + 4 * n + 3 * c + MOST_OWN * m->sides * n, sizeof(double));
+    i->scratch = memory_take(&i->model.memory,
+                             us * u + 4 * n + 3 * c + MOST_OWN * m->sides * n, sizeof(double));
     if (i->scratch == NULL)
         return 0;
     for (size_t k = 0; k < us; k++)
@@ -92,8 +93,9 @@ static int open_model(Instance *i, const char *resource, const char *guid)
         instance_fail(i, "with a contact of its own this FMU is for co-simulation only");
         return 0;
     }
-    if (!make_live(i) || !make_states(i) || !make_scratch(i) || !motion_create(&i->motion, &i->model)) {
-        instance_fail(i, "not enough memory");
+    if (!make_live(i) || !make_states(i) || !make_scratch(i) ||
+        !motion_create(&i->motion, &i->model, &i->model.memory)) {
+        instance_fail(i, "not enough memory, or more is needed than a model of this size may take");
         return 0;
     }
     return 1;

@@ -5,9 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_PHASES = 1 << 22, MAX_WHOLE = 1 << 30 }; /* the latter of what becomes an int */
-/* Shapes at all wheelsets, in numbers: what memory they take is not bounded by the file's size. */
-static const double MAX_SHAPES = 1 << 23;
+enum { MAX_WHOLE = 1 << 30 }; /* of what becomes an int */
+static const double LEAST_INTERNAL_STEP = 1e-7; /* s, as in stepping_variables.py: it bounds work */
 
 typedef struct {
     Model *model;
@@ -62,9 +61,10 @@ static void demand(Reader *reader, int condition, const char *what)
 
 static void *allocate(Reader *reader, size_t count, size_t size)
 {
-    void *memory = reader->good ? calloc(count, size) : NULL;
+    void *memory = reader->good ? memory_take(&reader->model->memory, count, size) : NULL;
     if (reader->good && memory == NULL) {
-        snprintf(reader->why, reader->room, "needs more memory than there is");
+        snprintf(reader->why, reader->room,
+                 "needs more memory than there is, or than a file of its size may take");
         reader->good = 0;
     }
     return memory;
@@ -120,8 +120,6 @@ static void read_sizes(Reader *reader)
     m->modes = m->ring + m->local;
     m->states = 2 * (m->modes + m->rigid);
     demand(reader, m->even > 0, "there are no modes");
-    demand(reader, (double)m->ring * (double)m->padded_rows <= MAX_SHAPES,
-           "there are too many modes for so many wheelsets");
     demand(reader, m->contact_sign == 0 || m->directions == 1 ||
                        m->directions == (m->contact_sign > 0 ? WHEEL_DIRECTIONS : RAIL_DIRECTIONS),
            "directions of a contact inside");
@@ -166,9 +164,6 @@ static void read_segments(Reader *reader)
     m->segment[m->segments] = (Segment){m->ring, m->ring, m->local, 0, 0, m->segments, m->ring, 0,
                                         0};
     demand(reader, model_find_chunks(m), "a segment of modes without a partner");
-    /* Chunks of few modes take whole lines each. */
-    demand(reader, (double)m->shapes <= 2 * MAX_SHAPES,
-           "there are too many modes for so many wheelsets, or too many kinds of them");
 }
 
 /* One part of the table of shapes. */
@@ -202,8 +197,6 @@ static void read_track(Reader *reader)
     demand(reader, m->cell_length > 1e-3 && m->cell_length < 1e6, "the geometry of the cell");
     m->length = m->cell_length * (double)m->cells;
     m->element = m->cell_length / (double)m->nodes;
-    /* What memory `phase` takes is not bounded by the file's size. */
-    demand(reader, m->segments <= MAX_PHASES / m->cells, "there are too many segments");
     m->phase = allocate(reader, 2 * m->cells * m->segments, sizeof(double));
     for (size_t c = 0; reader->good && c < m->cells; c++)
         for (size_t k = 0; k < m->segments; k++) {
@@ -283,6 +276,8 @@ static void read_variable(Reader *reader, size_t k, const int32_t row[4], const 
     demand(reader, isfinite(v->start) && v->minimum <= v->start && v->start <= v->maximum,
            "a start value");
     demand(reader, v->type == REAL || fabs(v->start) <= MAX_WHOLE, "a start value");
+    demand(reader, role != ROLE_INTERNAL_STEP || v->minimum >= LEAST_INTERNAL_STEP,
+           "the shortest internal step");
     if (v->causality == PARAMETER && role != ROLE_START_Z)
         m->of_role[role] = (uint32_t)k;
     if (law_number(v->role) < LAW_NUMBERS)
@@ -369,6 +364,7 @@ int model_read(Model *model, Resource resource, char *why, size_t room)
 {
     memset(model, 0, sizeof *model);
     model->resource = resource;
+    model->memory = memory_for(resource.size);
     Reader reader = {model, why, room, 1};
     read_layout(&reader);
     read_sizes(&reader);

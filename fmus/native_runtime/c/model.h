@@ -9,6 +9,7 @@
 #ifndef RAILCOSIM_MODEL_H
 #define RAILCOSIM_MODEL_H
 
+#include "memory_rule.h"
 #include "resource.h"
 
 /* Kernels take modes and rows by so many. */
@@ -115,6 +116,7 @@ typedef struct {
 
 typedef struct {
     Resource resource;
+    Memory memory; /* what the model, and what is made of it, may still take */
     const char *guid;
     size_t wheelsets, sides, directions, rows, contacts;
     size_t padded_rows;    /* whole blocks of them */

@@ -86,11 +86,11 @@ static void lay_out(Motion *motion, const Model *model, Arrays *arrays)
     }
 }
 
-int motion_create(Motion *motion, const Model *model)
+int motion_create(Motion *motion, const Model *model, Memory *memory)
 {
     memset(motion, 0, sizeof *motion);
     lay_out(motion, model, &motion->arrays);
-    if (!arrays_make(&motion->arrays) || !body_create(&motion->body, model)) {
+    if (!arrays_make(&motion->arrays, memory) || !body_create(&motion->body, model, memory)) {
         motion_free(motion);
         return 0;
     }

@@ -60,7 +60,7 @@ typedef struct {
     Arrays arrays;
 } Motion;
 
-int motion_create(Motion *motion, const Model *model); /* 0: no memory */
+int motion_create(Motion *motion, const Model *model, Memory *memory); /* 0: there is none */
 void motion_free(Motion *motion);
 
 void path_at(const Model *model, const InputPath *path, double t, Inputs *now);
