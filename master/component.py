@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import Enum, IntEnum
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -31,6 +31,28 @@ class Hold(IntEnum):
     in the first step from the value at the end of initialisation."""
 
 
+class Type(Enum):
+    """Types of values, as FMI calls them; all are exchanged as floating-point numbers."""
+
+    REAL = "Real"
+    INTEGER = "Integer"
+    BOOLEAN = "Boolean"
+    ENUMERATION = "Enumeration"
+
+    @property
+    def fits(self) -> frozenset[Type]:
+        """The types of inputs that hold every value of an output of this type."""
+        return _FITS[self]
+
+
+_FITS = {
+    Type.REAL: frozenset({Type.REAL}),
+    Type.INTEGER: frozenset({Type.REAL, Type.INTEGER, Type.ENUMERATION}),
+    Type.BOOLEAN: frozenset({Type.REAL, Type.INTEGER, Type.BOOLEAN}),
+    Type.ENUMERATION: frozenset({Type.REAL, Type.INTEGER, Type.ENUMERATION}),
+}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Variable:
     """One scalar of a component's interface.
@@ -45,15 +67,24 @@ class Variable:
         What it is.
     nominal : float
         A typical magnitude, in `unit`; the yardstick for divergence.
+    has_nominal : bool
+        Whether somebody has said so; else `nominal` is 1 for want of better.
     start : float
         What an input keeps when nothing is connected to it, in `unit`.
+    type : Type
+        Of its values. All but Real ones jump: they are held over a step.
+    items : tuple of (str, int)
+        Of an enumeration: its names, and their numbers.
     """
 
     name: str
     unit: str = ""
     description: str = ""
     nominal: float = 1.0
+    has_nominal: bool = True
     start: float = 0.0
+    type: Type = Type.REAL
+    items: tuple[tuple[str, int], ...] = ()
 
 
 class ComponentError(RuntimeError):
@@ -131,6 +162,11 @@ class Component(ABC):
 
         For what is cheaper done for many steps at once.
         """
+
+    @property
+    def jumping(self) -> NDArray[np.intp]:
+        """The inputs that are no Reals: no polynomial goes through their values."""
+        return np.flatnonzero([v.type is not Type.REAL for v in self.inputs])
 
     # --- for those who use a component by itself -----------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from railcosim.master.component import Component, Variable
+from railcosim.master.component import Component, Type, Variable
 from railcosim.master.suggest import suggest
 
 
@@ -93,7 +93,7 @@ def check_connections(components: Sequence[Component], connections: Iterable[Con
     ------
     CouplingError
         For two components of one name, a name that does not exist, an input with two sources,
-        or two different units.
+        two different units, or a type that does not fit.
     """
     names = [component.name for component in components]
     if len(set(names)) < len(names):
@@ -109,6 +109,32 @@ def check_connections(components: Sequence[Component], connections: Iterable[Con
             raise CouplingError(f"two sources for one input: {other} and {connection}")
         if output.unit and input_.unit and output.unit != input_.unit:
             raise CouplingError(f"{connection}: unit {output.unit} feeds unit {input_.unit}")
+        check_types(str(connection), output, input_)
+
+
+def check_types(connection: str, output: Variable, input_: Variable) -> None:
+    """Refuse an output that has values its input has not.
+
+    Raises
+    ------
+    CouplingError
+        Naming the types, or the item of an enumeration.
+    """
+    source, target = output.type, input_.type
+    if target not in source.fits:
+        fitting = ", ".join(t.value for t in Type if t in source.fits)
+        raise CouplingError(
+            f"{connection}: {source.value} values feed type {target.value}, which cannot hold them "
+            f"all; {source.value} outputs feed {fitting}"
+        )
+    if output.items and input_.items:
+        for name, number in output.items:
+            if (name, number) not in input_.items:
+                known = ", ".join(f"{k} = {v}" for k, v in input_.items)
+                raise CouplingError(
+                    f"{connection}: item {name} = {number} of the one enumeration is not in the "
+                    f"other, which has {known}"
+                )
 
 
 def _find(

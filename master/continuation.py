@@ -97,7 +97,8 @@ class _Polynomial:
     def __init__(self, component: Component, degree: int) -> None:
         self.degree = degree
         self._component = component
-        n = component.u.size
+        n, self._jumping = component.u.size, component.jumping
+        self._jumps = bool(self._jumping.size)
         self._times: list[float] = []  # the latest first, as the points
         self._points: list[FloatArray] = [np.empty(n) for _ in range(degree + 1)]
         self._derivatives: FloatArray = np.zeros((degree, n))
@@ -156,6 +157,8 @@ class _Polynomial:
             np.divide(first, span, first)
             if order > 1:
                 self._bend(t)
+            if self._jumps:
+                self._derivatives[:, self._jumping] = 0.0
         return self._known[order]
 
     def _bend(self, t: float) -> None:
@@ -218,6 +221,8 @@ class Derivatives(_Polynomial):
         """Follow the polynomial through the past and the end; see `Continuation`."""
         component, self._beginning = self._component, 1
         component.u[...] = self._points[0]
+        if self._jumps:
+            component.u[self._jumping] = u[self._jumping]
         component.write_inputs()
         self._note(t + h, u)
         derivatives = self._fit(t)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg.blas import dnrm2
 
-from railcosim.master.component import ComponentError, FloatArray
+from railcosim.master.component import ComponentError, FloatArray, Type, Variable
 from railcosim.master.pace import FixedStep, Pace
 from railcosim.master.schemes import Scheme, StepReport
 from railcosim.master.system import System
@@ -19,6 +19,18 @@ _LIMIT = 1e6
 """Largest output, in nominal values. A contact force or a displacement in its own unit never gets
 there (the force's nominal value is near the static load), while a coupling that diverges, growing
 by a factor each step, passes it soon and long before it overflows."""
+
+
+_UNSTATED = 1e6
+"""The same of what has no nominal value, such as pressures and powers in SI's units: a thousand
+million of these is no divergence yet."""
+
+
+def _yardstick(variable: Variable) -> float:
+    """What an output is measured by; what jumps between whole numbers does not diverge."""
+    if variable.type is not Type.REAL:
+        return math.inf
+    return variable.nominal if variable.has_nominal else _UNSTATED
 
 
 class Divergence(RuntimeError):  # noqa: N818 (it says what happened)
@@ -74,7 +86,7 @@ class Cosimulation(Iterator[CommunicationPoint]):
         self.walk = pace.walk(system, self.stepper, start, stop)
         self.time = math.nan
         self.start, self.stop = start, stop
-        self._limits = limit * np.array([v.nominal for v in system.variables])
+        self._limits = limit * np.array([_yardstick(v) for v in system.variables])
         self._alike = len(set(self._limits)) == 1
         self._most = float(self._limits[0]) if self._alike else 1.0
         self._scaled = np.zeros(max(len(system.variables), 1))  # BLAS takes no empty

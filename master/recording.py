@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from railcosim.master.component import ComponentError, FloatArray
+from railcosim.master.component import ComponentError, FloatArray, Type
 from railcosim.master.cosimulation import CommunicationPoint, Divergence
 from railcosim.master.suggest import suggest
 from railcosim.master.system import System
@@ -122,8 +122,10 @@ class Recorder:
         times, *values = self._table[: self._rows].T.copy()
         time = ("time", times, {"units": "s", "long_name": "time"})
         variables = {
-            label: ("time", column, variable_attrs)
-            for label, column, variable_attrs in zip(self._labels, values, self._attrs, strict=True)
+            label: ("time", column.astype(dtype), variable_attrs)
+            for label, column, (dtype, variable_attrs) in zip(
+                self._labels, values, self._attrs, strict=True
+            )
         }
         return xr.Dataset(variables, {"time": time}, dict(attrs or {}))
 
@@ -172,11 +174,18 @@ def _choose(system: System, labels: list[str], variables: Sequence[str]) -> list
     return list(dict.fromkeys(index[name] for name in variables))
 
 
-def _attrs(system: System, owners: Sequence[str], i: int) -> dict[str, str]:
-    """Attributes of one variable."""
+def _attrs(system: System, owners: Sequence[str], i: int) -> tuple[str, dict[str, Any]]:
+    """Type and attributes of one variable."""
     variable = system.variables[i]
-    return {
+    attrs: dict[str, Any] = {
         "units": variable.unit,
         "long_name": variable.description or variable.name,
         "component": owners[i],
     }
+    if variable.type is Type.REAL:
+        return "f8", attrs
+    if variable.items:  # as the conventions for climate and forecast say it
+        names, numbers = zip(*variable.items, strict=True)
+        attrs["flag_values"] = np.array(numbers, dtype="i4")
+        attrs["flag_meanings"] = " ".join(name.replace(" ", "_") for name in names)
+    return "i4", attrs

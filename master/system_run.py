@@ -69,7 +69,7 @@ def run_ssp(
     Returns
     -------
     Dataset
-        All Real outputs at all communication points.
+        All outputs but Strings at all communication points.
     exception or None
         What stopped the run early.
 
@@ -96,7 +96,9 @@ def run_ssp(
         about: dict[str, str | float] = {"title": loaded.name}
         for fmu in loaded.fmus:
             for name, value in loaded.starts[fmu.name].items():
-                about[f"start {fmu.name}.{name}"] = float(value)
+                about[f"start {fmu.name}.{name}"] = (
+                    value if isinstance(value, str) else float(value)
+                )
             for key, text in fmu.description.as_attributes().items():
                 about[f"{fmu.name} {key}"] = text
         course = Course(

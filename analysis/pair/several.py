@@ -18,6 +18,7 @@ from railcosim.master import plain
 from railcosim.master.component import FloatArray, Hold
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.description import FmuDescription, Parameter
+from railcosim.master.fmi.fmu_parameters import Scalar
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.mechanics.ports import wheelset_name, wheelset_of
 
@@ -97,6 +98,7 @@ class SeveralVehicles(LoadedFmu):
             feedthrough=block_diag(*(d.feedthrough for d in each)).astype(bool),
             states_dependence=np.concatenate([d.states_dependence for d in each]),
             parameters=self._parameters(),
+            initials={},
             other_names={},
             can_get_and_set_state=all(d.can_get_and_set_state for d in each),
             can_serialize_state=all(d.can_serialize_state for d in each),
@@ -149,13 +151,13 @@ class SeveralVehicles(LoadedFmu):
 
     # --- life cycle ----------------------------------------------------------------------------
 
-    def set_parameters(self, values: Mapping[str, float | int | bool]) -> None:
+    def set_parameters(self, values: Mapping[str, Scalar]) -> None:
         """Set parameters, of the vehicles that have them; see `LoadedFmu`."""
         for name in values:
             if name not in self.description.parameters:
                 raise FmuError(f"{self.description.path}: has no parameter {name}")
         for at, (fmu, layout) in enumerate(zip(self.fmus, self._layouts, strict=True)):
-            own = {self._own(name, at): value for name, value in values.items()}
+            own: dict[str | None, Any] = {self._own(k, at): v for k, v in values.items()}
             fmu.set_parameters(
                 fitting({name: v for name, v in own.items() if name is not None}, fmu, layout)
             )

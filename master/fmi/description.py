@@ -12,11 +12,14 @@ import fmpy.model_description
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.master.component import Variable
+from railcosim.master.component import Type, Variable
 from railcosim.master.fmi.archive import FmuError, description_of
 
 HOLD_PARAMETER = "input_hold"
 """Integer parameter by which an FMU lets its master choose a `Hold`."""
+
+
+_ORDER = {"Real": 0, "Integer": 1, "Enumeration": 1, "Boolean": 2}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +38,8 @@ class Parameter:
         The default, as written.
     reference : int
         FMI value reference.
+    items : tuple of (str, int)
+        Of an enumeration: its names, and their numbers.
     """
 
     name: str
@@ -44,6 +49,7 @@ class Parameter:
     unit: str
     description: str
     reference: int
+    items: tuple[tuple[str, int], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +67,8 @@ class FmuDescription:
     model_identifier : str
         Stem of the shared library.
     inputs, outputs : tuple of Variable
-        The Real inputs and outputs; others take no part in coupling.
+        Inputs and outputs by type: Real ones, those that FMI 2 takes for Integers (enumerations
+        as well), Boolean ones. Strings take no part in coupling.
     input_references, output_references : tuple of int
         Their FMI value references.
     feedthrough : array of bool, shape (n_outputs, n_inputs)
@@ -70,6 +77,9 @@ class FmuDescription:
         Whether it lists what an output depends on; if not, that may be everything.
     parameters : dict of str to Parameter
         All parameters by name.
+    initials : dict of str to Parameter
+        What else can be given a value before the initialisation: its own start values, by name,
+        and inputs that are Strings.
     other_names : dict of str to str
         The causality of every variable that is not a parameter.
     can_get_and_set_state, can_serialize_state : bool
@@ -94,6 +104,7 @@ class FmuDescription:
     feedthrough: NDArray[np.bool_]
     states_dependence: NDArray[np.bool_]
     parameters: dict[str, Parameter]
+    initials: dict[str, Parameter]
     other_names: dict[str, str]
     can_get_and_set_state: bool
     can_serialize_state: bool
@@ -101,6 +112,16 @@ class FmuDescription:
     has_directional_derivatives: bool
     has_output_rates: bool
     default_step: float | None
+
+    @property
+    def real_inputs(self) -> int:
+        """How many of the inputs are Real ones; they are the first."""
+        return sum(v.type is Type.REAL for v in self.inputs)
+
+    @property
+    def real_outputs(self) -> int:
+        """Likewise of the outputs."""
+        return sum(v.type is Type.REAL for v in self.outputs)
 
     @property
     def has_hold_parameter(self) -> bool:
@@ -174,8 +195,7 @@ def describe_file(path: Path) -> FmuDescription:
 
 def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
     """What FMPy has read, for one kind of FMU: ``raw.coSimulation`` or ``raw.modelExchange``."""
-    inputs = [v for v in raw.modelVariables if v.type == "Real" and v.causality == "input"]
-    outputs = [v for v in raw.modelVariables if v.type == "Real" and v.causality == "output"]
+    inputs, outputs = (_exchanged(raw.modelVariables, way) for way in ("input", "output"))
     feedthrough, stated = _feedthrough(raw.outputs, inputs, outputs)
     return FmuDescription(
         path=path,
@@ -194,6 +214,7 @@ def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
         parameters={
             v.name: _parameter(v) for v in raw.modelVariables if v.causality == "parameter"
         },
+        initials={v.name: _parameter(v) for v in raw.modelVariables if _is_initial(v)},
         other_names={v.name: v.causality for v in raw.modelVariables if v.causality != "parameter"},
         can_get_and_set_state=kind.canGetAndSetFMUstate,
         can_serialize_state=kind.canSerializeFMUstate,
@@ -202,6 +223,21 @@ def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
         has_output_rates=getattr(kind, "maxOutputDerivativeOrder", 0) >= 1,  # likewise
         default_step=_default_step(raw.defaultExperiment),
     )
+
+
+def _exchanged(variables: Iterable[Any], causality: str) -> list[Any]:
+    """Inputs or outputs that take part in coupling, by what FMI function passes them."""
+    found = [v for v in variables if v.causality == causality and v.type in _ORDER]
+    return sorted(found, key=lambda v: _ORDER[v.type])
+
+
+def _is_initial(variable: Any) -> bool:
+    """Tell whether a variable that is no parameter may be set before the initialisation."""
+    if variable.causality in {"parameter", "independent"} or variable.variability == "constant":
+        return False
+    if variable.causality == "input":
+        return bool(variable.type not in _ORDER)
+    return variable.initial in {"exact", "approx"}
 
 
 def _default_step(experiment: Any) -> float | None:
@@ -240,13 +276,30 @@ def _declared(variable: Any, attribute: str) -> str | None:
 def coupling_variable(variable: Any) -> Variable:
     """Real input or output of a model description as FMPy reads it, as a `Variable`."""
     # The schema asks for a start value of every input; 0 is for outputs, where it is not used.
+    nominal = abs(float(_declared(variable, "nominal") or 0.0))
+    kind = Type(variable.type)
     return Variable(
         name=variable.name,
-        unit=_declared(variable, "unit") or "",
+        unit=(_declared(variable, "unit") or "") if kind is Type.REAL else "",
         description=variable.description or "",
-        nominal=abs(float(_declared(variable, "nominal") or 1.0)) or 1.0,
-        start=float(variable.start or 0.0),
+        nominal=nominal or 1.0,
+        has_nominal=bool(nominal),
+        start=_number(variable.start),
+        type=kind,
+        items=_items(variable),
     )
+
+
+def _number(start: str | None) -> float:
+    """A start value as written, as a number."""
+    words = {"true": 1.0, "false": 0.0}
+    return words[start] if start in words else float(start or 0.0)
+
+
+def _items(variable: Any) -> tuple[tuple[str, int], ...]:
+    """Names and numbers of an enumeration."""
+    kind = variable.declaredType
+    return tuple((i.name, int(i.value)) for i in (kind.items if kind is not None else None) or ())
 
 
 def _parameter(variable: Any) -> Parameter:
@@ -260,6 +313,7 @@ def _parameter(variable: Any) -> Parameter:
         unit=(_declared(variable, "unit") or "") if is_real else "",
         description=variable.description or "",
         reference=variable.valueReference,
+        items=_items(variable),
     )
 
 

@@ -15,9 +15,10 @@ import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray, Hold
 from railcosim.master.fmi.archive import FmuError, unpack
+from railcosim.master.fmi.counted import counted
 from railcosim.master.fmi.description import HOLD_PARAMETER, FmuDescription, read_description
 from railcosim.master.fmi.fmu_instance import WARNING, FmuInstance, FmuState, PreparedCall
-from railcosim.master.fmi.fmu_parameters import parameter_call
+from railcosim.master.fmi.fmu_parameters import Scalar, parameter_call
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.fmi.rollback import rollback_fault
 
@@ -36,8 +37,8 @@ class FmuComponent(LoadedFmu):
     """One instance of an FMI 2.0 Co-Simulation FMU.
 
     Made by `load`; then `set_parameters`, `enter_initialization`, `exit_initialization`, steps,
-    `close`. As a context manager it closes in any case. Only Real inputs and outputs take part in
-    coupling. Unsuitable calls raise `FmuError`, refusals by the FMU `ComponentError`.
+    `close`. As a context manager it closes in any case. Strings take no part in coupling.
+    Unsuitable calls raise `FmuError`, refusals by the FMU `ComponentError`.
 
     Attributes
     ----------
@@ -49,9 +50,9 @@ class FmuComponent(LoadedFmu):
         super().__init__(name, description)
         self._instance = FmuInstance(name, description, folder)
         self._phase = _Phase.INSTANTIATED
-        self._parameters: dict[str, float | int | bool] = {}
-        self._u_references = _references(description.input_references)
-        self._y_references = _references(description.output_references)
+        self._parameters: dict[str, Scalar] = {}
+        self._u_references = description.input_references[: description.real_inputs]
+        self._y_references = description.output_references[: description.real_outputs]
         self._t, self._h = ctypes.c_double(), ctypes.c_double()
         self._n_derivatives = ctypes.c_size_t()
         self._do_step = PreparedCall(self._check_phase, (_Phase.RUNNING,))  # too early
@@ -105,7 +106,7 @@ class FmuComponent(LoadedFmu):
 
     # --- life cycle ----------------------------------------------------------------------------
 
-    def set_parameters(self, values: Mapping[str, float | int | bool]) -> None:
+    def set_parameters(self, values: Mapping[str, Scalar]) -> None:
         """Set parameters; see `LoadedFmu`."""
         initialised = self._phase is _Phase.RUNNING
         calls = [
@@ -148,17 +149,20 @@ class FmuComponent(LoadedFmu):
     def bind(self, u: FloatArray, y: FloatArray) -> None:
         """Exchange values through these arrays from now on; see `Component.bind`."""
         super().bind(u, y)
-        self._set_real = self._prepare("fmi2SetReal", self._u_references, u)
-        self._get_real = self._prepare("fmi2GetReal", self._y_references, y)
-        derivatives = np.zeros((self.max_input_derivative, u.size))
+        d, (n, m) = self.description, self._reals
+        self._set_real = self._prepare("fmi2SetReal", self._u_references, u[:n])
+        self._get_real = self._prepare("fmi2GetReal", self._y_references, y[:m])
+        self._set_counted = counted("Set", d.inputs, d.input_references, u, self._bound)
+        self._get_counted = counted("Get", d.outputs, d.output_references, y, self._bound)
+        derivatives = np.zeros((self.max_input_derivative, n))
         self._derivatives = [derivatives[:k] for k in range(len(derivatives) + 1)]  # by order
         if derivatives.size:
-            every = self.description.input_references * len(derivatives)
+            every = self._u_references * len(derivatives)
             self._set_derivatives = self._instance.prepare(
                 "fmi2SetRealInputDerivatives",
                 ctypes.byref(_references(every)),
                 self._n_derivatives,
-                ctypes.byref(_orders(u.size, len(derivatives))),
+                ctypes.byref(_orders(n, len(derivatives))),
                 ctypes.byref(_doubles(derivatives)),
             )
 
@@ -168,6 +172,10 @@ class FmuComponent(LoadedFmu):
         status = call.function(*call.arguments)
         if status > WARNING:
             self._instance.refuse("fmi2SetReal", status)
+        if self._set_counted:
+            for some in self._set_counted:
+                some.to_integers()
+                self._call(some.call)
 
     def read_outputs(self) -> None:
         """Put the outputs at the present time, for the inputs last written, into `y`."""
@@ -175,14 +183,21 @@ class FmuComponent(LoadedFmu):
         status = call.function(*call.arguments)
         if status > WARNING:
             self._instance.refuse("fmi2GetReal", status)
+        if self._get_counted:
+            for some in self._get_counted:
+                self._call(some.call)
+                some.to_values()
 
     def set_input_derivatives(self, derivatives: FloatArray) -> None:
         """Give derivatives of the inputs for the next step; see `Component`."""
         order = len(derivatives)
         if order >= len(self._derivatives):
             super().set_input_derivatives(derivatives)
-        self._derivatives[order][...] = derivatives
-        self._n_derivatives.value = derivatives.size
+        known = self._derivatives[order]
+        known[...] = (
+            derivatives if known.shape == derivatives.shape else derivatives[:, : self._reals[0]]
+        )
+        self._n_derivatives.value = known.size
         call = self._set_derivatives
         status = call.function(*call.arguments)
         if status > WARNING:
@@ -192,31 +207,32 @@ class FmuComponent(LoadedFmu):
         """Change of the outputs per change of an input held over the last step; see `Component`."""
         if not self.description.has_directional_derivatives:
             return None
-        matrix = np.empty((self.u.size, self.y.size))
-        one, column = (ctypes.c_double * 1)(1.0), np.empty(self.y.size)
-        for j, reference in enumerate(self.description.input_references):
+        matrix = np.zeros((self.u.size, self.y.size))
+        n = self._reals[1]
+        one, column = (ctypes.c_double * 1)(1.0), np.empty(n)
+        for j, reference in enumerate(self._u_references):
             self._instance.call(
                 "fmi2GetDirectionalDerivative",
-                self._y_references,
-                self.y.size,
+                _references(self._y_references),
+                n,
                 _references((reference,)),
                 1,
                 one,
                 _pointer(column),
             )
-            matrix[j] = column
+            matrix[j, :n] = column
         return matrix.T
 
     def output_rates(self) -> FloatArray | None:
         """Rates of the outputs at the end of the last step; see `Component`."""
         if not self.description.has_output_rates:
             return None
-        rates = np.empty(self.y.size)
+        rates, n = np.zeros(self.y.size), self._reals[1]
         self._instance.call(
             "fmi2GetRealOutputDerivatives",
-            self._y_references,
-            self.y.size,
-            _orders(self.y.size, 1),
+            _references(self._y_references),
+            n,
+            _orders(n, 1),
             _pointer(rates),
         )
         return rates
@@ -272,17 +288,29 @@ class FmuComponent(LoadedFmu):
         self._instance.call("fmi2DeSerializeFMUstate", buffer, len(data), ctypes.byref(pointer))
         return self._instance.own(pointer)
 
-    def _prepare(self, function: str, references: Any, values: FloatArray) -> PreparedCall:
+    @property
+    def _reals(self) -> tuple[int, int]:
+        """How many inputs and outputs are Reals."""
+        return len(self._u_references), len(self._y_references)
+
+    def _prepare(
+        self, function: str, references: tuple[int, ...], values: FloatArray
+    ) -> PreparedCall:
         """Bind a call that sets or gets Reals to its arguments."""
-        n = values.size
-        if not n:
+        if not references:
             return PreparedCall(int, ())  # no call, and OK
-        return self._instance.prepare(
-            function,
-            ctypes.byref(references),
-            ctypes.c_size_t.from_param(n),
-            ctypes.byref(_doubles(values)),
-        )
+        return self._bound(function, _references(references), _doubles(values))
+
+    def _bound(self, function: str, references: Any, values: Any) -> PreparedCall:
+        """Bind a call that sets or gets to ctypes arrays."""
+        n = ctypes.c_size_t.from_param(len(references))
+        return self._instance.prepare(function, ctypes.byref(references), n, ctypes.byref(values))
+
+    def _call(self, call: PreparedCall) -> None:
+        """Make a prepared call that is not on the path of Reals."""
+        status = call.function(*call.arguments)
+        if status > WARNING:
+            self._instance.refuse(call.name, status)
 
     # --- checks --------------------------------------------------------------------------------
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import shutil
 import weakref
@@ -11,16 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-import fmpy
-import fmpy.fmi2
-from fmpy.fmi1 import FMICallException
-
 from railcosim.master.component import ComponentError
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.description import FmuDescription
 from railcosim.master.fmi.fmu_log import FmuLog, status_name
+from railcosim.master.fmi.library import Library, library_of
 
 WARNING, _FATAL = 1, 4
+MODEL_EXCHANGE, CO_SIMULATION = 0, 1
 
 
 @dataclass(slots=True)
@@ -29,6 +26,7 @@ class PreparedCall:
 
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
+    name: str = ""
 
 
 class FmuState:
@@ -53,8 +51,8 @@ class FmuInstance:
         What the FMU says of itself.
     folder : Path
         Where it is unpacked; removed at the end.
-    kind : type
-        FMPy's class for the kind of FMU: ``FMU2Slave`` or ``FMU2Model``.
+    kind : int
+        `MODEL_EXCHANGE` or `CO_SIMULATION`.
 
     Attributes
     ----------
@@ -74,7 +72,7 @@ class FmuInstance:
         name: str,
         description: FmuDescription,
         folder: Path,
-        kind: type[Any] = fmpy.fmi2.FMU2Slave,
+        kind: int = CO_SIMULATION,
     ) -> None:
         # PythonFMU's loader reads this file, whatever tool the FMU claims to come from.
         is_python = (folder / "resources" / "slavemodule.txt").is_file()
@@ -84,8 +82,19 @@ class FmuInstance:
         self._prepared: dict[str, PreparedCall] = {}
         self._name = name
         self._states: weakref.WeakSet[FmuState] = weakref.WeakSet()
-        self._fmu = _instantiate(name, description, folder, self.log, kind)
-        self._component = self._fmu.component
+        library = library_of(description.path, folder, description.model_identifier)
+        try:
+            self._library = Library(library)
+            self._functions: dict[str, Callable[..., int]] = {}
+            resources = (folder / "resources").as_uri()
+            instance = self._library.instantiate(
+                name, kind, description.guid, resources, self.log.callbacks
+            )
+        except (OSError, AttributeError) as error:
+            raise FmuError(f"{description.path}: cannot be loaded ({error})") from error
+        if instance is None:
+            raise FmuError(f"{description.path}: cannot be instantiated.{self.log.quote()}")
+        self._component: int = instance
         self._remove_folder = weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
 
     def call(self, function: str, *arguments: Any) -> None:
@@ -100,8 +109,7 @@ class FmuInstance:
         """
         if not self.is_open:
             self.check_open()
-        # The C function as FMPy has declared it: its own wrapper would cost as much as a vehicle.
-        status = getattr(self._fmu.dll, function)(self._component, *arguments)
+        status = self._function(function)(self._component, *arguments)
         if status > WARNING:
             self.refuse(function, status)
 
@@ -119,10 +127,25 @@ class FmuInstance:
         """
         self.check_open()
         instance = ctypes.c_void_p.from_param(self._component)
-        # What [] looks up is new, without the conversion of arguments that FMPy has declared.
-        call = PreparedCall(self._fmu.dll[function], (instance, *arguments))
+        try:
+            found = self._library.bare(function)
+        except AttributeError:
+            raise self._missing(function) from None
+        call = PreparedCall(found, (instance, *arguments), function)
         self._prepared[function] = call
         return call
+
+    def _function(self, name: str) -> Callable[..., int]:
+        """A function of the library."""
+        if name not in self._functions:
+            try:
+                self._functions[name] = self._library.function(name)
+            except AttributeError:
+                raise self._missing(name) from None
+        return self._functions[name]
+
+    def _missing(self, function: str) -> FmuError:
+        return FmuError(f"{self._name}: its library has no {function}, which FMI asks for")
 
     def refuse(self, function: str, status: int) -> NoReturn:
         """Raise ComponentError for a status worse than a warning; see `call`."""
@@ -135,11 +158,10 @@ class FmuInstance:
 
     def own(self, pointer: ctypes.c_void_p) -> FmuState:
         """Wrap a snapshot that the FMU made, so that it is freed in time."""
-        fmu, component = self._fmu, self._component
+        function, component = self._function("fmi2FreeFMUstate"), self._component
 
         def free(pointer: ctypes.c_void_p) -> None:
-            with contextlib.suppress(FMICallException):
-                fmu.fmi2FreeFMUstate(component, ctypes.byref(pointer))
+            function(component, ctypes.byref(pointer))
 
         state = FmuState(pointer, free)
         self._states.add(state)
@@ -164,7 +186,7 @@ class FmuInstance:
         for state in list(self._states):  # FMI: before the instance
             state.free()
         self._close()
-        self._fmu.freeInstance()
+        self._library.free(self._component)
         self._remove_folder()
 
     def _close(self) -> None:
@@ -179,31 +201,3 @@ class FmuInstance:
         for state in list(self._states):
             state.free.detach()
         self._remove_folder()
-
-
-def _instantiate(
-    name: str, description: FmuDescription, folder: Path, log: FmuLog, kind: type[Any]
-) -> Any:
-    """Load the shared library and make an instance."""
-    path, identifier = description.path, description.model_identifier
-    library = folder / "binaries" / fmpy.platform / (identifier + fmpy.sharedLibraryExtension)
-    if not library.is_file():
-        found = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
-        raise FmuError(
-            f"{path}: no binary for {fmpy.platform}, only for {', '.join(found) or 'nothing'}; "
-            "get a build for this platform"
-        )
-    try:
-        # fmpy changes the working directory to load, and stays there if loading fails.
-        with contextlib.chdir(Path.cwd()):
-            fmu = kind(
-                guid=description.guid,
-                modelIdentifier=identifier,
-                unzipDirectory=str(folder),
-                instanceName=name,
-            )
-        # Logging on: a Python FMU says nothing about its exceptions otherwise.
-        fmu.instantiate(callbacks=log.callbacks, loggingOn=True)
-    except Exception as error:  # fmpy raises bare Exception
-        raise FmuError(f"{path}: cannot be instantiated ({error}).{log.quote()}") from error
-    return fmu

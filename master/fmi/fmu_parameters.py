@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from railcosim.master.fmi.archive import FmuError
@@ -18,7 +19,7 @@ class _Kind:
 
     function: str
     c_type: Any
-    convert: Callable[[Any], float | int | bool]
+    convert: Callable[[Any], Any]
 
 
 _KINDS = {
@@ -26,11 +27,14 @@ _KINDS = {
     "Integer": _Kind("fmi2SetInteger", ctypes.c_int, int),
     "Enumeration": _Kind("fmi2SetInteger", ctypes.c_int, int),
     "Boolean": _Kind("fmi2SetBoolean", ctypes.c_int, bool),
+    "String": _Kind("fmi2SetString", ctypes.c_char_p, str),
 }
+Scalar = float | int | bool | str
+"""A value of a parameter: of an enumeration its number, or its name."""
 
 
 def parameter_call(
-    description: FmuDescription, name: str, value: float | int | bool, *, initialised: bool
+    description: FmuDescription, name: str, value: Scalar, *, initialised: bool
 ) -> tuple[str, Any, Any]:
     """Find the FMI call that sets a parameter.
 
@@ -39,8 +43,8 @@ def parameter_call(
     description : FmuDescription
         The FMU.
     name : str
-        The parameter.
-    value : float, int or bool
+        The parameter, or another variable that has a start value of its own.
+    value : float, int, bool or str
         Its new value, in its unit.
     initialised : bool
         Whether initialisation is over: only tunable parameters can be set then.
@@ -53,28 +57,39 @@ def parameter_call(
     Raises
     ------
     FmuError
-        For an unknown name, a variable that is not a parameter, a parameter that cannot be set
-        now, or a value that does not fit its type.
+        For an unknown name, a variable that cannot be given a value, a parameter that cannot be
+        set now, or a value that does not fit its type.
     """
     parameter = _find(description, name)
     path = description.path
-    if parameter.type not in _KINDS:
-        raise FmuError(f"{path}: parameter {name} is a {parameter.type}, which is not supported")
     if initialised and parameter.variability != "tunable":
         raise FmuError(
             f"{path}: parameter {name} is {parameter.variability}; "
             "set it before the initialisation ends"
         )
     kind = _KINDS[parameter.type]
-    if not _fits(kind, value):
+    number = _numbered(path, parameter, value)
+    if not _fits(kind, number):
         raise FmuError(f"{path}: parameter {name} is a {parameter.type}; {value!r} does not fit")
     references = (ctypes.c_uint * 1)(parameter.reference)
-    return kind.function, references, (kind.c_type * 1)(kind.convert(value))
+    given = number.encode() if isinstance(number, str) else kind.convert(number)
+    return kind.function, references, (kind.c_type * 1)(given)
+
+
+def _numbered(path: Path, parameter: Parameter, value: Scalar) -> Scalar:
+    """The number of an item of an enumeration; other values as they are."""
+    if parameter.type != "Enumeration" or not parameter.items:
+        return value
+    items = dict(parameter.items)
+    if (isinstance(value, str) and value in items) or value in items.values():
+        return items[value] if isinstance(value, str) else value
+    known = ", ".join(f"{name} = {number}" for name, number in parameter.items)
+    raise FmuError(f"{path}: parameter {parameter.name} has no item {value!r}; it has {known}")
 
 
 def _find(description: FmuDescription, name: str) -> Parameter:
     """Look up a parameter."""
-    parameter = description.parameters.get(name)
+    parameter = description.parameters.get(name, description.initials.get(name))
     if parameter is not None:
         return parameter
     causality = description.other_names.get(name)
@@ -84,12 +99,14 @@ def _find(description: FmuDescription, name: str) -> Parameter:
     raise FmuError(f"{description.path}: no parameter {name!r}{hint}")
 
 
-def _fits(kind: _Kind, value: float | int | bool) -> bool:
+def _fits(kind: _Kind, value: Scalar) -> bool:
     """Tell whether a value survives the conversion."""
     # bool is a kind of int in Python, so the two have to be told apart by hand.
     if isinstance(value, bool) != (kind.convert is bool):
         return False
+    if isinstance(value, str) != (kind.convert is str):
+        return False
     try:
-        return kind.convert(value) == value
+        return bool(kind.convert(value) == value)
     except (TypeError, ValueError, OverflowError):
         return False

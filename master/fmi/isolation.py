@@ -20,6 +20,7 @@ import numpy as np
 from railcosim.master.component import ComponentError, FloatArray, Hold
 from railcosim.master.fmi.archive import FmuError, unpack
 from railcosim.master.fmi.description import FmuDescription, read_description
+from railcosim.master.fmi.fmu_parameters import Scalar
 from railcosim.master.fmi.fmu_process import FmuProcess
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 
@@ -100,7 +101,7 @@ class IsolatedComponent(LoadedFmu):
         """The last messages of the FMU, oldest first; none once its process has ended."""
         return tuple(json.loads(self._process.ask("messages"))) if self._process.is_open else ()
 
-    def set_parameters(self, values: Mapping[str, float | int | bool]) -> None:
+    def set_parameters(self, values: Mapping[str, Scalar]) -> None:
         """Set parameters; see `LoadedFmu`."""
         self._process.ask("set_parameters", dict(values))
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from railcosim.master.component import Component, Hold
 from railcosim.master.fmi.description import FmuDescription
+from railcosim.master.fmi.fmu_parameters import Scalar
 
 
 class LoadedFmu(Component):
@@ -72,13 +73,14 @@ class LoadedFmu(Component):
         """The last messages of the FMU, oldest first, as ``status: text``."""
 
     @abstractmethod
-    def set_parameters(self, values: Mapping[str, float | int | bool]) -> None:
+    def set_parameters(self, values: Mapping[str, Scalar]) -> None:
         """Set parameters.
 
         Parameters
         ----------
-        values : mapping of str to float, int or bool
-            By name. Fixed parameters only before `exit_initialization`.
+        values : mapping of str to float, int, bool or str
+            By name; of an enumeration a number or a name. Fixed parameters only before
+            `exit_initialization`, start values of other variables only before initialisation.
 
         Raises
         ------

@@ -12,6 +12,7 @@ import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.fmi.description import FmuDescription
+from railcosim.master.fmi.fmu_parameters import Scalar
 from railcosim.master.fmi.isolation import IsolatedComponent, IsolatedState
 
 _STEP = 1e-3  # s, where the FMU names no step
@@ -21,7 +22,7 @@ _BEFORE, _AFTER = 2, 3
 _faults: dict[str, str | None] = {}
 """What was found, by digest of the file."""
 
-Values = Mapping[str, float | int | bool]
+Values = Mapping[str, Scalar]
 
 
 def rollback_fault(

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from railcosim.master.component import Type, Variable
 from railcosim.master.fmi.archive import FmuError, description_of
 from railcosim.master.fmi.description import read_raw
 from railcosim.master.fmi.fmu import FmuComponent
@@ -103,7 +104,7 @@ class Pulses:
                 ("input", [*wanted.at, *(wanted.inputs or ())], fmu.inputs),
                 ("output", wanted.outputs or (), fmu.outputs),
             ):
-                allowed = [v.name for v in known]
+                allowed = [v.name for v in known if v.type is Type.REAL]
                 for one in names:
                     if one not in allowed:
                         raise FmuError(f"{path}: no {kind} {one}{suggest(one, allowed)}")
@@ -118,11 +119,16 @@ class Pulses:
                 amplitude=self.amplitude,
                 step=self.step,
                 steps=self.steps,
-                inputs=wanted.inputs,
-                outputs=wanted.outputs,
+                inputs=_reals(fmu.inputs) if wanted.inputs is None else wanted.inputs,
+                outputs=_reals(fmu.outputs) if wanted.outputs is None else wanted.outputs,
                 directions=self.directions,
                 progress=progress,
             )
+
+
+def _reals(variables: Sequence[Variable]) -> list[str]:
+    """The names of those that can be linear in anything."""
+    return [v.name for v in variables if v.type is Type.REAL]
 
 
 def best_way(path: Path, pulses: Pulses) -> Way:

@@ -15,7 +15,7 @@ from scipy.sparse import csc_array
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.fmi.archive import FmuError, unpack
 from railcosim.master.fmi.description import FmuDescription, coupling_variable, describe, read_raw
-from railcosim.master.fmi.fmu_instance import FmuInstance
+from railcosim.master.fmi.fmu_instance import MODEL_EXCHANGE, FmuInstance
 from railcosim.master.fmi.fmu_parameters import parameter_call
 from railcosim.master.linear.state_space import IndexArray
 from railcosim.master.suggest import suggest
@@ -82,7 +82,7 @@ class OperatingPoint:
             if raw.modelExchange is None:
                 raise FmuError(f"{path}: no Model Exchange in it; linearise it by pulses")
             description = describe(path, raw, raw.modelExchange)
-            instance = FmuInstance(raw.modelName, description, folder, fmpy.fmi2.FMU2Model)
+            instance = FmuInstance(raw.modelName, description, folder, MODEL_EXCHANGE)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise

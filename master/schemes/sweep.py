@@ -40,6 +40,8 @@ class _Rider:
         Its inputs that come from other components, and where they stand in the outputs.
     degree : int
         Of the polynomials of its inputs.
+    jumping : array of int
+        Its inputs that go along no polynomial.
     """
 
     k: int
@@ -48,6 +50,7 @@ class _Rider:
     fed: Slot
     sources: Slot
     degree: int
+    jumping: Slot
 
 
 @dataclass(frozen=True)
@@ -258,6 +261,7 @@ class Sweep:
             # Differences: what does not change has derivatives of exactly zero.
             taylor[:, rider.fed] = of_samples @ (fed - fed[0])
             taylor[0, rider.fed] += fed[0]
+            taylor[0, rider.jumping], taylor[1:, rider.jumping] = u[rider.jumping], 0.0
             taylor[1:] /= h ** np.arange(1, rider.degree + 1)[:, None]
             system.step_along(rider.k, t + begin * h, (end - begin) * h, taylor)
             if system.reacts(rider.k):
@@ -312,4 +316,6 @@ def _rider(system: System, k: int, own: slice, variant: Variant) -> _Rider:
         )
     degree = max(wanted, min(able, len(variant.points), 2)) if len(fed) else wanted
     system.set_continuation(k, degree, at_end=True)
-    return _Rider(k, forced, sources[forced] - own.start, fed, sources[fed], degree)
+    return _Rider(
+        k, forced, sources[forced] - own.start, fed, sources[fed], degree, component.jumping
+    )

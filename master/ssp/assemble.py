@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from railcosim.master.component import Component, Variable
-from railcosim.master.connections import Connection
+from railcosim.master.component import Component, Type, Variable
+from railcosim.master.connections import Connection, CouplingError, check_types
 from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.fmu_parameters import Scalar
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.mapped_inputs import MappedInputs
-from railcosim.master.ssp.structure import Scalar, Structure, Wire
+from railcosim.master.ssp.structure import Start, Structure, Wire
 from railcosim.master.suggest import suggest
 from railcosim.master.units import IDENTITY, Linear, UnitError, Units, fmu_units
 
@@ -82,8 +83,11 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
         if input_ is None:
             _check_other(path, wire, fmus[wire.target], wire.input, "input")
         if output is None or input_ is None:
-            notes.append(f"{wire} is not connected: only Real values are passed on")
-            continue
+            raise FmuError(f"{path}: {wire}: Strings are not passed on; take the connection out")
+        try:
+            check_types(str(wire), output, input_)
+        except CouplingError as error:
+            raise FmuError(f"{path}: {error}") from None
         try:
             linear = wire.way.linear(
                 output.unit, units[wire.source], input_.unit, units[wire.target]
@@ -92,11 +96,16 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
             raise FmuError(
                 f"{path}: {wire}: {error}; define it in both, or suppress the conversion"
             ) from None
+        if linear != IDENTITY and input_.type is not Type.REAL:
+            raise FmuError(
+                f"{path}: {wire}: a transformation or a conversion of units is for Real inputs; "
+                f"this one is of type {input_.type.value}"
+            )
         maps[Connection(wire.source, wire.output, wire.target, wire.input)] = linear
     starts: dict[str, dict[str, Scalar]] = {name: {} for name in fmus}
     for name, fmu in fmus.items():
         starts[name] = _starts(path, structure, fmu, units[name], notes)
-        known = fmu.description.parameters
+        known = {**fmu.description.parameters, **fmu.description.initials}
         fmu.set_parameters({k: v for k, v in starts[name].items() if k in known})
     return LoadedSystem(
         name=structure.name,
@@ -133,28 +142,58 @@ def _starts(
 ) -> dict[str, Scalar]:
     """Values for an FMU, in its own units, that it can be given."""
     description = fmu.description
-    known = {name: p.unit for name, p in description.parameters.items()}
+    settable = {**description.parameters, **description.initials}
+    known = {name: p.unit for name, p in settable.items()}
     inputs = {v.name: v.unit for v in fmu.inputs}
     starts: dict[str, Scalar] = {}
     for name, start in structure.starts[fmu.name].items():
         full = f"{fmu.name}.{name}"
         if name not in known and name not in inputs:
             causality = description.other_names.get(name)
-            why = (
-                f"its FMU has no such variable{suggest(name, [*known, *inputs])}"
-                if causality is None
-                else f"only parameters and Real inputs can be, and it is of causality {causality}"
-            )
-            notes.append(f"{full} is not set: {why}")
+            if causality is not None:
+                raise FmuError(
+                    f"{path}: {full} cannot be set: only parameters, inputs and variables with a "
+                    f"start value of their own can be, and it is of causality {causality}"
+                )
+            hint = suggest(name, [*known, *inputs])
+            notes.append(f"{full} is not set: its FMU has no such variable{hint}")
             continue
         unit = known.get(name, inputs.get(name, ""))
         try:
             linear = start.way.linear(start.way.unit, start.way.units, unit, units)
         except UnitError as error:
             raise FmuError(f"{path}: {full}: {error}") from None
-        # A function that does nothing leaves whole numbers whole and Booleans Booleans.
-        starts[name] = start.value if linear == IDENTITY else linear(start.value)
+        try:
+            starts[name] = _converted(start, linear)
+            if name in inputs:
+                _number(starts[name], next(v for v in fmu.inputs if v.name == name))
+        except ValueError as error:
+            raise FmuError(f"{path}: {full}: {error}") from None
     return starts
+
+
+def _converted(start: Start, linear: Linear) -> Scalar:
+    """A value in the unit of its variable."""
+    # A function that does nothing leaves whole numbers whole and Booleans Booleans.
+    if linear == IDENTITY:
+        return start.value
+    if isinstance(start.value, str):
+        raise ValueError(f"{start.value!r} is a text; nothing can be done to it on its way")
+    return linear(start.value)
+
+
+def _number(value: Scalar, variable: Variable) -> float:
+    """Start value of an input as a system has it; ValueError if it cannot be."""
+    kind, items = variable.type, dict(variable.items)
+    if isinstance(value, str) and kind is Type.ENUMERATION:
+        if value not in items:
+            raise ValueError(f"has no item {value!r}; it has {', '.join(items)}")
+        return float(items[value])
+    if isinstance(value, str) or (isinstance(value, bool) and Type.BOOLEAN not in {kind}):
+        raise ValueError(f"{value!r} is no {kind.value}")
+    if kind is not Type.REAL and not float(value).is_integer():
+        raise ValueError(f"{value!r} is no {kind.value}")
+    return float(value)
 
 
 def _seen(
@@ -168,7 +207,7 @@ def _seen(
     seen, linears = [], []
     for variable in fmu.inputs:
         connection = sources.get(variable.name)
-        start = float(starts.get(variable.name, variable.start))
+        start = _number(starts.get(variable.name, variable.start), variable)
         if connection is None:
             seen.append(replace(variable, start=start))
             linears.append(IDENTITY)

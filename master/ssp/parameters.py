@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
+from railcosim.master.fmi.fmu_parameters import Scalar
 from railcosim.master.ssp.package import Package, is_true, local
-from railcosim.master.ssp.structure import SSD, SSM, SSV, Hop, Scalar, Start, Way
+from railcosim.master.ssp.structure import SSD, SSM, SSV, Hop, Start, Way
 from railcosim.master.units import Units
 
 _SET = "application/x-ssp-parameter-set"
@@ -22,15 +23,12 @@ class Bound:
     ----------
     name : str
         Of the variable, seen from the element that has the binding.
-    start : Start or None
-        Its value; None if it is neither number nor Boolean.
-    kind : str
-        Type as in the file.
+    start : Start
+        Its value.
     """
 
     name: str
-    start: Start | None
-    kind: str
+    start: Start
 
 
 def read_bindings(package: Package, element: Element, units: Units) -> Iterator[Bound]:
@@ -81,18 +79,19 @@ def _values(package: Package, root: Element, prefix: str, units: Units) -> Itera
         found = next((child for child in parameter if child.tag.startswith(SSV)), None)
         if found is None:
             raise package.error(f"parameter {name} has no value")
-        value = _scalar(package, found)
         way = Way(unit=found.get("unit", ""), units=units)
-        yield Bound(name, None if value is None else Start(value, way), local(found))
+        yield Bound(name, Start(_scalar(package, name, found), way))
 
 
-def _scalar(package: Package, element: Element) -> Scalar | None:
-    """The value of an entry; None if it is no number and no Boolean."""
+def _scalar(package: Package, name: str, element: Element) -> Scalar:
+    """The value of an entry."""
     kind = local(element)
     if kind == "Boolean":
         return is_true(package.need(element, "value"))
+    if kind in {"String", "Enumeration"}:
+        return package.need(element, "value")
     if kind not in {"Real", "Integer"}:
-        return None
+        raise package.error(f"parameter {name}: {kind} values are not supported; leave it out")
     number = package.number(element, "value")
     return int(number) if kind == "Integer" and number.is_integer() else number
 
@@ -107,8 +106,6 @@ def _mapped(package: Package, element: Element, bounds: list[Bound]) -> Iterator
         bound = by_name.get(package.need(entry, "source"))
         if bound is None:
             continue
-        start = bound.start
-        if start is not None:
-            hop = Hop(package.linear(entry), "", not is_true(entry.get("suppressUnitConversion")))
-            start = Start(start.value, Way(unit=start.way.unit, units=start.way.units, hops=(hop,)))
-        yield Bound(package.need(entry, "target"), start, bound.kind)
+        hop = Hop(package.linear(entry), "", not is_true(entry.get("suppressUnitConversion")))
+        way = Way(unit=bound.start.way.unit, units=bound.start.way.units, hops=(hop,))
+        yield Bound(package.need(entry, "target"), Start(bound.start.value, way))

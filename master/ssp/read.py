@@ -197,8 +197,6 @@ class _Reader:
             full = _name((*place, bound.name))
             if node is None:
                 self.notes.append(f"{full} has a value, and nothing is called so")
-            elif bound.start is None:
-                self.notes.append(f"{full} is not set: {bound.kind} values are not supported")
             else:
                 self._starts[node] = bound.start
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from railcosim.master.fmi.fmu_parameters import Scalar
 from railcosim.master.units import Linear, Units, conversion
 
 NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructure"
@@ -15,8 +16,6 @@ SSM = f"{{{NAMESPACE}ParameterMapping}}"
 
 MAIN = "SystemStructure.ssd"
 FMU = "application/x-fmu-sharedlibrary"
-
-Scalar = float | int | bool
 
 
 @dataclass(frozen=True)
@@ -84,8 +83,8 @@ class Start:
 
     Attributes
     ----------
-    value : float, int or bool
-        The number.
+    value : float, int, bool or str
+        The number, text, or name of an enumeration's item.
     way : Way
         To the variable.
     """

@@ -11,7 +11,8 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from railcosim.master.connections import Connection
 from railcosim.master.fmi.description import FmuDescription
-from railcosim.master.ssp.structure import FMU, NAMESPACE, Scalar
+from railcosim.master.fmi.fmu_parameters import Scalar
+from railcosim.master.ssp.structure import FMU, NAMESPACE
 from railcosim.master.units import BASE_UNITS, IDENTITY, Linear, Unit, Units, fmu_units
 
 _NAMESPACES = {
@@ -20,7 +21,7 @@ _NAMESPACES = {
     "ssv": f"{NAMESPACE}ParameterValues",
     "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations",
 }
-TYPES = {"Real": "Real", "Integer": "Integer", "Enumeration": "Integer", "Boolean": "Boolean"}
+TYPES = {t: t for t in ("Real", "Integer", "Boolean", "String")} | {"Enumeration": "Integer"}
 """SSP's types for FMI's, of the values that can be written."""
 PARAMETER_SET = "start"
 """Name of every parameter set; ecos asks for it."""
@@ -36,7 +37,7 @@ class Part:
         Of the component.
     description : FmuDescription
         Its FMU.
-    starts : mapping of str to float, int or bool
+    starts : mapping of str to float, int, bool or str
         Parameters and inputs that differ from the FMU's start values, in its units.
     """
 
@@ -48,7 +49,13 @@ class Part:
         """Unit of every variable that can be in an SSP."""
         d = self.description
         variables = {v.name: v.unit for v in (*d.inputs, *d.outputs)}
-        return variables | {name: p.unit for name, p in d.parameters.items()}
+        return variables | {name: p.unit for name, p in (d.initials | d.parameters).items()}
+
+    def types(self) -> dict[str, str]:
+        """SSP's type of each of them."""
+        d = self.description
+        variables = {v.name: TYPES[v.type.value] for v in (*d.inputs, *d.outputs)}
+        return {n: TYPES[p.type] for n, p in (d.initials | d.parameters).items()} | variables
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,13 +124,14 @@ def structure_xml(
 
 def _component(parent: Element, part: Part, source: str, fed: set[str], defined: Units) -> None:
     component = SubElement(parent, "ssd:Component", name=part.name, type=FMU, source=quote(source))
-    d, units = part.description, part.units()
+    d, units, types = part.description, part.units(), part.types()
     ends = [("input", v.name) for v in d.inputs if v.name in fed]
     ends += [("output", v.name) for v in d.outputs]
     connectors = SubElement(component, "ssd:Connectors")
-    for kind, name in ends:
-        connector = SubElement(connectors, "ssd:Connector", name=name, kind=kind)
-        SubElement(connector, "ssc:Real", _unit(units[name], defined))
+    for way, name in ends:
+        connector = SubElement(connectors, "ssd:Connector", name=name, kind=way)
+        unit = _unit(units[name], defined) if types[name] == "Real" else {}
+        SubElement(connector, f"ssc:{types[name]}", unit)
     if not part.starts:
         return
     bindings = SubElement(component, "ssd:ParameterBindings")
@@ -132,13 +140,17 @@ def _component(parent: Element, part: Part, source: str, fed: set[str], defined:
     parameters = SubElement(SubElement(values, "ssv:ParameterSet", known), "ssv:Parameters")
     for name, value in part.starts.items():
         parameter = SubElement(parameters, "ssv:Parameter", name=name)
-        kind = TYPES[d.parameters[name].type] if name in d.parameters else "Real"
+        kind = types[name]
+        if isinstance(value, str) and kind == "Integer":  # an item of an enumeration
+            kind = "Enumeration"
         unit = _unit(units[name], defined) if kind == "Real" else {}
         SubElement(parameter, f"ssv:{kind}", {"value": _text(kind, value)} | unit)
 
 
 def _text(kind: str, value: Scalar) -> str:
-    """A number as XML wants it; nothing is lost."""
+    """A value as XML wants it; nothing is lost."""
+    if isinstance(value, str):
+        return value
     if kind == "Boolean":
         return "true" if value else "false"
     return repr(float(value)) if kind == "Real" else str(int(value))

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from railcosim.master.connections import Connection, CouplingError
 from railcosim.master.ssp.structure import MAIN
-from railcosim.master.ssp.structure_xml import TYPES, Experiment, Part, structure_xml
+from railcosim.master.ssp.structure_xml import Experiment, Part, structure_xml
 from railcosim.master.suggest import suggest
 from railcosim.master.units import IDENTITY, Linear
 from railcosim.storage.archive import write_archive
@@ -75,19 +75,18 @@ def _check(parts: Sequence[Part], connections: Iterable[Connection]) -> None:
         _check_end(c, "output", c.source, c.output, outputs)
         _check_end(c, "input", c.target, c.input, inputs)
     for part in parts:
-        parameters = part.description.parameters.items()
-        known = [*inputs[part.name], *(name for name, p in parameters if p.type in TYPES)]
+        known = [*inputs[part.name], *part.description.parameters, *part.description.initials]
         for name in part.starts:
             if name not in known:
                 raise CouplingError(
-                    f"{part.name} has no parameter or Real input {name!r}{suggest(name, known)}"
+                    f"{part.name} has no parameter or input {name!r}{suggest(name, known)}"
                 )
 
 
 def _check_end(
     c: Connection, kind: str, owner: str, name: str, known: Mapping[str, Sequence[str]]
 ) -> None:
-    """Refuse a connection with an end that is no Real variable of a part."""
+    """Refuse a connection with an end that no part has."""
     if owner not in known:
         hint = suggest(owner, known)
         raise CouplingError(f"{c}: {owner} is no FMU of this system; SSP holds FMUs only{hint}")

@@ -12,7 +12,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from railcosim.master.component import Hold
+from railcosim.master.component import Hold, Type
 from railcosim.master.fmi import archive
 from railcosim.master.fmi.archive import FmuError, description_of, unpack
 from railcosim.master.fmi.description import read_description
@@ -273,19 +273,20 @@ def test_missing_binary_leaves_nothing_behind(make, own_tempdir):
 def test_broken_binary_leaves_the_working_directory(make):
     name = f"binaries/{fmpy.platform}/contact{fmpy.sharedLibraryExtension}"
     before = Path.cwd()
-    with pytest.raises(FmuError, match="cannot be instantiated"):
+    with pytest.raises(FmuError, match="cannot be loaded"):
         FmuComponent.load(make((name, "not a library")))
     assert Path.cwd() == before
 
 
 def test_interface(make):
     description = describe(make())
-    z, vz = description.inputs
+    z, vz, mode = description.inputs  # what is no Real comes last
     assert (z.name, z.unit, z.start, z.nominal) == ("z", "m", 0.5, 1.0)
     assert vz.name == "vz"
+    assert (mode.name, mode.type, mode.start) == ("mode", Type.INTEGER, 1.0)
     force = description.outputs[0]
     assert (force.unit, force.nominal, force.description) == ("N", 5e4, "of contact")
-    assert description.input_references == (10, 11)
+    assert description.input_references == (10, 11, 3)
     assert description.output_references == (20, 21, 22)
     assert description.can_get_and_set_state
     assert not description.can_serialize_state
@@ -296,8 +297,8 @@ def test_interface(make):
 
 
 def test_feedthrough(make):
-    # Listed (the Integer input takes no part), empty, and missing: everything.
-    expected = [[True, False], [False, False], [True, True]]
+    # Listed, empty, and missing: everything.
+    expected = [[True, False, True], [False, False, False], [True, True, True]]
     np.testing.assert_array_equal(describe(make()).feedthrough, expected)
 
 
@@ -320,7 +321,7 @@ def test_hold_parameter_must_be_an_integer(make):
         ("stiffness", "1e9", "is a Real; '1e9' does not fit"),
         ("input_hold", 1.5, "is a Integer; 1.5 does not fit"),
         ("linear", 1, "is a Boolean; 1 does not fit"),
-        ("file", 1.0, "is a String, which is not supported"),
+        ("file", 1.0, "is a String; 1.0 does not fit"),
     ],
 )
 def test_parameters_are_checked(make, name, value, message):

@@ -94,7 +94,7 @@ def test_what_cannot_be_written(package, tmp_path):
         with pytest.raises(CouplingError, match="names must differ"):
             write_ssp(target, [parts[0], parts[0]], [])
         wrong = Part(name="a", description=parts[0].description, starts={"x9": 1.0})
-        with pytest.raises(CouplingError, match=r"no parameter or Real input 'x9'"):
+        with pytest.raises(CouplingError, match=r"no parameter or input 'x9'"):
             write_ssp(target, [wrong], [])
     # The FMUs are gone with the folder they were unpacked to.
     with pytest.raises(FileNotFoundError):
