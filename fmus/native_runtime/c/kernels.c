@@ -6,10 +6,13 @@
 enum { LANES = 4 };
 typedef double Lanes __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
 #define LANE(lanes, l) ((lanes)[l])
+typedef float Floats __attribute__((vector_size(4 * LANES), aligned(4), may_alias));
+#define WIDE(floats, place) __builtin_convertvector(*(const Floats *)((floats) + (place)), Lanes)
 #else
 enum { LANES = 1 };
 typedef double Lanes;
 #define LANE(lanes, l) (lanes)
+#define WIDE(floats, place) ((double)(floats)[place])
 #endif
 #define AT(array, place) (*(const Lanes *)((array) + (place)))
 #define PUT(array, place) (*(Lanes *)((array) + (place)))
@@ -21,6 +24,9 @@ typedef double Lanes;
 
 #if (defined(__x86_64__) || defined(_M_X64)) && defined(__GNUC__)
 #define HAS_AVX2
+#include <immintrin.h>
+#undef WIDE /* GCC makes a dozen instructions of the other one */
+#define WIDE(floats, place) (Lanes)_mm256_cvtps_pd(_mm_loadu_ps((floats) + (place)))
 #define NAME(kernel) kernel##_avx2
 #define TARGET __attribute__((target("avx2")))
 #include "kernels_body.h"

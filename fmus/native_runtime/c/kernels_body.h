@@ -7,13 +7,13 @@
     const double *restrict X2_re = X1_re + stride, *restrict X2_im = X1_im + stride;         \
     const double *restrict X3_re = X2_re + stride, *restrict X3_im = X2_im + stride
 
-/* A shape by weights k of the parts of nodes, turned by c + i s. */
+/* Of four modes or LANES of them: shapes by weights k of the parts of nodes, turned by c + i s. */
 #define SHAPE(k, to_re, to_im)                                                                    \
     {                                                                                             \
-        const double re = k##0 * w_a + k##1 * w_b + k##2 * dw_a + k##3 * dw_b;                    \
-        const double im = k##0 * w_a_im + k##1 * w_b_im + k##2 * dw_a_im + k##3 * dw_b_im;        \
-        to_re[r] = c * re - s * im;                                                               \
-        to_im[r] = c * im + s * re;                                                               \
+        const Lanes re = k##0 * w_a + k##1 * w_b + k##2 * dw_a + k##3 * dw_b;                     \
+        const Lanes im = k##0 * w_a_im + k##1 * w_b_im + k##2 * dw_a_im + k##3 * dw_b_im;         \
+        PUT(to_re, r) = c * re - s * im;                                                          \
+        PUT(to_im, r) = c * im + s * re;                                                          \
     }
 
 TARGET static void NAME(evaluate_both)(size_t n, size_t stride, const float *restrict a,
@@ -28,11 +28,12 @@ TARGET static void NAME(evaluate_both)(size_t n, size_t stride, const float *res
     const float *restrict a_im = a + stride, *restrict da = a_im + stride;
     const float *restrict b_im = b + stride, *restrict db = b_im + stride;
     const float *restrict da_im = da + stride, *restrict db_im = db + stride;
-    n -= n % 8; /* tells compilers that nothing is left over */
     if (phase_a == phase_b) {
-        for (size_t r = 0; r < n; r++) {
-            const double w_a = a[r], w_a_im = a_im[r], dw_a = da[r], dw_a_im = da_im[r];
-            const double w_b = b[r], w_b_im = b_im[r], dw_b = db[r], dw_b_im = db_im[r];
+        for (size_t r = 0; r < n; r += LANES) {
+            const Lanes w_a = WIDE(a, r), w_a_im = WIDE(a_im, r);
+            const Lanes dw_a = WIDE(da, r), dw_a_im = WIDE(da_im, r);
+            const Lanes w_b = WIDE(b, r), w_b_im = WIDE(b_im, r);
+            const Lanes dw_b = WIDE(db, r), dw_b_im = WIDE(db_im, r);
             SHAPE(w, X_re, X_im)
             SHAPE(v, Y_re, Y_im)
         }
@@ -40,10 +41,12 @@ TARGET static void NAME(evaluate_both)(size_t n, size_t stride, const float *res
     }
     /* From a to b, of this cell and the next one. */
     const double C = c * phase_b[0] + s * phase_b[1], S = c * phase_b[1] - s * phase_b[0];
-    for (size_t r = 0; r < n; r++) {
-        const double w_a = a[r], w_a_im = a_im[r], dw_a = da[r], dw_a_im = da_im[r];
-        const double w_b = C * b[r] - S * b_im[r], w_b_im = C * b_im[r] + S * b[r];
-        const double dw_b = C * db[r] - S * db_im[r], dw_b_im = C * db_im[r] + S * db[r];
+    for (size_t r = 0; r < n; r += LANES) {
+        const Lanes w_a = WIDE(a, r), w_a_im = WIDE(a_im, r);
+        const Lanes dw_a = WIDE(da, r), dw_a_im = WIDE(da_im, r);
+        const Lanes e = WIDE(b, r), e_im = WIDE(b_im, r), de = WIDE(db, r), de_im = WIDE(db_im, r);
+        const Lanes w_b = C * e - S * e_im, w_b_im = C * e_im + S * e;
+        const Lanes dw_b = C * de - S * de_im, dw_b_im = C * de_im + S * de;
         SHAPE(w, X_re, X_im)
         SHAPE(v, Y_re, Y_im)
     }
