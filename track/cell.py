@@ -16,7 +16,7 @@ import numpy as np
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.ports import Direction, Y, Z
 
-from .fastenings import springs_of
+from .fastenings import Support, springs_of
 from .parameters import Track
 from .rail import assemble, element_matrices
 from .section import VERTICAL, Section, moves_aside, section_of
@@ -39,6 +39,8 @@ class Cell:
         Mass, viscous damping, stiffness.
     K_loss : array, shape (n, n)
         Hysteretic part: the complex stiffness is K + i K_loss.
+    supports : tuple of Support
+        The springs and dampers in these matrices that stand between rail and slab.
     nodes : array, shape (n_nodes,)
         Rail nodes along the cell, m.
     parity : int
@@ -55,6 +57,7 @@ class Cell:
     C: FloatArray
     K: FloatArray
     K_loss: FloatArray
+    supports: tuple[Support, ...]
     nodes: FloatArray
     parity: int
     track: Track
@@ -72,12 +75,20 @@ class Cell:
 
     def viscous_damping(self) -> FloatArray:
         """C with the hysteretic part made viscous at the stated frequency, for time domain."""
-        omega: float = 2 * np.pi * self.track.mesh.loss_factor_frequency
-        return self.C + self.K_loss / omega
+        return self.C + self.K_loss / self._loss_omega
 
     def made_viscous(self) -> Cell:
         """The cell with viscous damping only."""
-        return replace(self, C=self.viscous_damping(), K_loss=np.zeros_like(self.K_loss))
+        return replace(
+            self,
+            C=self.viscous_damping(),
+            K_loss=np.zeros_like(self.K_loss),
+            supports=tuple(s.made_viscous(self._loss_omega) for s in self.supports),
+        )
+
+    @property
+    def _loss_omega(self) -> float:
+        return 2 * np.pi * self.track.mesh.loss_factor_frequency
 
     def dynamic_stiffness(self, omega: FloatArray) -> ComplexArray:
         """K + i K_loss + i omega C - omega^2 M, shape (n_omega, n, n)."""
@@ -154,14 +165,17 @@ def build_cell(
     M[:n_rail, :n_rail], K[:n_rail, :n_rail] = assemble(M_e), assemble(K_e)
     K_loss += track.rail.loss_factor * K
     _add_slab(M, C, K, track, slab, n_rail)
+    supports = []
     for spring in springs_of(track.fastening, directions):
         stretch = _stretch(track, section, slab, nodes, spring.direction)
         K += spring.stiffness * stretch.T @ stretch
         C += spring.damping * stretch.T @ stretch
         K_loss += track.fastening.loss_factor * spring.stiffness * stretch.T @ stretch
+        loss = track.fastening.loss_factor * spring.stiffness
+        supports.append(Support(stretch, spring.stiffness, spring.damping, loss))
     return Cell(
-        M=M, C=C, K=K, K_loss=K_loss, nodes=nodes, parity=parity, track=track, section=section,
-        slab=slab,
+        M=M, C=C, K=K, K_loss=K_loss, supports=tuple(supports), nodes=nodes, parity=parity,
+        track=track, section=section, slab=slab,
     )  # fmt: skip
 
 

@@ -1,8 +1,9 @@
 """One cell condensed to its two ends, at many frequencies at once.
 
-Between the ends a rail is a chain of elements, its matrix a narrow band; the slab's modes touch it
-at the railseats only. So the band is solved for unit forces at ends, railseats and loads, all
-frequencies in one banded system, and the slab joins them afterwards.
+Between its places, where supports hold it, loads act or motions are seen, a rail is a chain of
+elements: each such span is solved once for all that are equal. What the rail stands on is in modes,
+which meet nothing but supports: it gives these their flexibility, as a sum over modes. What is left
+are the rail's places, some twenty, in one small system a frequency.
 """
 
 from __future__ import annotations
@@ -11,11 +12,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_banded
 
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
 
 from .cell import Cell
+
+Indices = NDArray[np.intp]
+Matrices = tuple[ComplexArray, ComplexArray, ComplexArray]
+"""Coefficients of 1, omega and omega^2 of a dynamic stiffness."""
+
+SAME = 1e-9  # relative difference below which spans are equal; nodes are rounded to 1e-15 of a cell
+ROUNDING = 1e-12  # of the largest entry: what is left of supports that were taken out
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,75 +68,143 @@ def condense(
     -------
     CondensedCell
     """
-    size, rail, d = cell.K.shape[0], cell.rail_size, cell.section.size
-    ends, inner = np.r_[0:d, rail - d : rail], np.r_[d : rail - d, rail:size]
-    at_ends = _dynamic(cell, omega, inner, ends)
-    right = np.concatenate(
-        [at_ends, np.broadcast_to(loads[inner], (omega.size, *loads[inner].shape))], axis=2
-    )
-    solved = _solve_inside(cell, omega, right)
+    rail, d = cell.rail_size, cell.section.size
+    held = [(s.stretch, s.dynamic_stiffness(omega)) for s in cell.supports]
+    rows = np.concatenate([stretch for stretch, _ in held])
+    z = np.concatenate([np.repeat(zs[:, None], len(T), axis=1) for T, zs in held], axis=1)
+    free = _without_supports(cell)
+    places = _places(d, np.concatenate([rows, loads.T, observed.T])[:, :rail])
+    at = (d * places[:, None] + np.arange(d)).ravel()
+    P = _rail(free, d, places, omega)
+    S, F, W = rows[:, at], loads[at], observed[at].T
+    below = _Below.of(free, rail, omega, rows, loads, observed, z)
+    P += S.T @ below.held @ S
+    F = F - S.T @ below.loads
+    W = W - below.motions @ S
+    # Rail's places but the ends, for motions of the ends and for loads.
+    ends, inner = np.r_[0:d, at.size - d : at.size], np.arange(d, at.size - d)
+    right = np.concatenate([P[:, inner[:, None], ends], F[:, inner]], axis=2)
+    solved = np.linalg.solve(P[:, inner[:, None], inner], right)
     follow, moved = solved[:, :, : 2 * d], solved[:, :, 2 * d :]
     up = np.swapaxes(follow, 1, 2)
     return CondensedCell(
-        stiffness=_dynamic(cell, omega, ends, ends) - np.swapaxes(at_ends, 1, 2) @ follow,
-        forces=loads[ends] - up @ loads[inner],
-        motions=observed[ends].T - observed[inner].T @ follow,
-        within=observed[inner].T @ moved,
+        stiffness=P[:, ends[:, None], ends] - P[:, ends[:, None], inner] @ follow,
+        forces=F[:, ends] - up @ F[:, inner],
+        motions=W[:, :, ends] - W[:, :, inner] @ follow,
+        within=W[:, :, inner] @ moved + below.within,
     )
 
 
-def _dynamic(
-    cell: Cell, omega: FloatArray, rows: NDArray[np.intp], columns: NDArray[np.intp]
-) -> ComplexArray:
-    """Part of the dynamic stiffness, shape (n_omega, n_rows, n_columns)."""
-    return _at_frequencies(omega, *(A[np.ix_(rows, columns)] for A in _matrices(cell)))
+def _without_supports(cell: Cell) -> Matrices:
+    """The cell's matrices with nothing between the rail and what is below."""
+    below, rail = slice(cell.rail_size, None), slice(cell.rail_size)
+    K, C = cell.K + 1j * cell.K_loss, 1j * cell.C
+    sizes = [np.abs(A[below, below]).max(initial=0.0) for A in (K, C)]
+    for support in cell.supports:
+        square = support.stretch.T @ support.stretch
+        K -= (support.stiffness + 1j * support.loss) * square
+        C -= 1j * support.damping * square
+    for A, size in zip((K, C), sizes, strict=True):
+        for part in (A[below, below], A[rail, below], A[below, rail]):
+            part[np.abs(part) <= ROUNDING * size] = 0
+    if any(np.any(A[rail, below]) for A in (K, C)):
+        raise ValueError("only supports may couple the rail with what is below it")
+    return K, C, -cell.M.astype(complex)
 
 
-def _matrices(cell: Cell) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Coefficients of 1, omega and omega^2 in the dynamic stiffness."""
-    elastic: ComplexArray = cell.K + 1j * cell.K_loss
-    return elastic, 1j * cell.C.astype(complex), -cell.M.astype(complex)
+def _places(d: int, rows: FloatArray) -> Indices:
+    """Rail nodes that something happens at: the ends, and those in any row."""
+    touched = np.any(rows, axis=0).reshape(-1, d).any(axis=1)
+    touched[[0, -1]] = True
+    return np.flatnonzero(touched)
 
 
-def _at_frequencies(omega: FloatArray, *coefficients: ComplexArray) -> ComplexArray:
+def _rail(free: Matrices, d: int, places: Indices, omega: FloatArray) -> ComplexArray:
+    """Dynamic stiffness of the rail between its places, shape (n_omega, d n, d n)."""
+    at = (d * places[:, None] + np.arange(d)).ravel()
+    P = _at_frequencies(omega, [A[np.ix_(at, at)] for A in free])
+    known: list[tuple[ComplexArray, ComplexArray]] = []
+    for k, (first, last) in enumerate(zip(d * places[:-1], d * places[1:], strict=True)):
+        inside, ends = slice(first + d, last), np.r_[first : first + d, last : last + d]
+        if inside.start == inside.stop:
+            continue
+        span = np.stack([np.concatenate([A[inside, inside], A[inside, ends]], axis=1)
+                         for A in free])  # fmt: skip
+        taken = next((found for one, found in known if _same(one, span)), None)
+        if taken is None:
+            D = _at_frequencies(omega, list(span))
+            coupling = D[:, :, -2 * d :]
+            taken = np.swapaxes(coupling, 1, 2) @ np.linalg.solve(D[:, :, : -2 * d], coupling)
+            known.append((span, taken))
+        here = slice(d * k, d * (k + 2))
+        P[:, here, here] -= taken
+    return P
+
+
+def _same(one: ComplexArray, other: ComplexArray) -> bool:
+    """Whether two spans have the same matrices."""
+    return one.shape == other.shape and all(
+        np.abs(a - b).max() <= SAME * np.abs(a).max() for a, b in zip(one, other, strict=True)
+    )
+
+
+def _at_frequencies(omega: FloatArray, coefficients: list[ComplexArray]) -> ComplexArray:
     """Polynomial in omega with arrays for coefficients: one product, the frequencies in front."""
     powers = (omega[:, None] ** np.arange(len(coefficients))).astype(complex)
     values: ComplexArray = powers @ np.stack([c.ravel() for c in coefficients])
     return values.reshape(omega.size, *coefficients[0].shape)
 
 
-def _solve_inside(cell: Cell, omega: FloatArray, right: ComplexArray) -> ComplexArray:
-    """Inner unknowns for right-hand sides (n_omega, n_inner, n), the ends being held."""
-    size, rail, d = cell.K.shape[0], cell.rail_size, cell.section.size
-    on_rail, on_slab = np.arange(d, rail - d), np.arange(rail, size)
-    seats = np.flatnonzero(np.any(cell.K[on_rail[:, None], on_slab], axis=1))
-    n, columns = on_rail.size, right.shape[2]
-    unit = np.broadcast_to(np.eye(n)[:, seats], (omega.size, n, seats.size))
-    solved = _solve_rail(cell, omega, np.concatenate([right[:, :n], unit], axis=2))
-    free, soft = solved[:, :, :columns], solved[:, :, columns:]
-    if not seats.size:
-        return free
-    # Slab: (D_pp - B' R B) q = f - B' w, with B where it is fastened and R the rail's receptance.
-    B = _dynamic(cell, omega, on_rail[seats], on_slab)
-    up = np.swapaxes(B, 1, 2)
-    D = _dynamic(cell, omega, on_slab, on_slab) - up @ soft[:, seats] @ B
-    q = np.linalg.solve(D, right[:, n:] - up @ free[:, seats])
-    return np.concatenate([free - soft @ (B @ q), q], axis=1)
+@dataclass(frozen=True, kw_only=True)
+class _Below:
+    """What supports stand on, once its own motion is eliminated.
+
+    Attributes
+    ----------
+    held : array, shape (n_omega, n_springs, n_springs)
+        Forces of the supports for motions of the rail there.
+    loads, motions : array, shape (n_omega, n_springs, n_loads) and (n_omega, n_observed, n_springs)
+        Forces of the supports for loads below, the rail being held, and (reciprocal) motions
+        below for motions of the rail.
+    within : array, shape (n_omega, n_observed, n_loads)
+        Motions below for loads below, the rail being held.
+    """
+
+    held: ComplexArray
+    loads: ComplexArray
+    motions: ComplexArray
+    within: ComplexArray
+
+    @classmethod
+    def of(
+        cls, free: Matrices, rail: int, omega: FloatArray, rows: FloatArray, loads: FloatArray,
+        observed: FloatArray, z: ComplexArray,
+    ) -> _Below:  # fmt: skip
+        """Eliminate it; z of each support, shape (n_omega, n_springs)."""
+        n, n_loads = len(rows), loads.shape[1]
+        X = np.concatenate([rows[:, rail:], loads[rail:].T, observed[rail:].T])
+        G = _flexibility([A[rail:, rail:] for A in free], omega, X)
+        # Forces s = z (T w + g - G s), with the flexibility G of what is below and its motion g.
+        held = np.zeros((omega.size, n, n), dtype=complex)
+        held[:, np.arange(n), np.arange(n)] = z
+        on = np.flatnonzero(np.any(rows[:, rail:], axis=1))
+        if on.size:
+            within = np.eye(on.size) + z[:, on, None] * G[:, on[:, None], on]
+            held[:, on[:, None], on] = np.linalg.solve(within, held[:, on[:, None], on])
+        given, seen = slice(n, n + n_loads), slice(n + n_loads, None)
+        forces, motions = held @ G[:, :n, given], G[:, seen, :n] @ held
+        return cls(
+            held=held, loads=forces, motions=motions,
+            within=G[:, seen, given] - G[:, seen, :n] @ forces,
+        )  # fmt: skip
 
 
-def _solve_rail(cell: Cell, omega: FloatArray, right: ComplexArray) -> ComplexArray:
-    """Rail held at the ends, on fastenings whose slabs are held: all frequencies as one band."""
-    d = cell.section.size
-    n, inner = right.shape[1], slice(d, cell.rail_size - d)
-    reach = 2 * d - 1  # diagonals on either side: a node's unknowns meet those of the next node
-    band = np.zeros((2 * reach + 1, omega.size, n), dtype=complex)
-    matrices = [A[inner, inner] for A in _matrices(cell)]
-    for k in range(-reach, reach + 1):
-        place = slice(max(k, 0), n + min(k, 0))
-        band[reach - k, :, place] = _at_frequencies(omega, *(A.diagonal(k) for A in matrices))
-    flat = right.reshape(omega.size * n, -1)
-    solved: ComplexArray = solve_banded(
-        (reach, reach), band.reshape(2 * reach + 1, -1), flat,
-        overwrite_ab=True, overwrite_b=True, check_finite=False,
-    )  # fmt: skip
-    return solved.reshape(right.shape)
+def _flexibility(free: list[ComplexArray], omega: FloatArray, X: FloatArray) -> ComplexArray:
+    """X D^-1 X' of what is below, (n_omega, n, n); a sum over modes where these do not meet."""
+    if any(np.any(A - np.diag(A.diagonal())) for A in free):
+        D = _at_frequencies(omega, free)
+        return X @ np.linalg.solve(D, np.broadcast_to(X.T, (omega.size, *X.T.shape)))
+    each = 1 / _at_frequencies(omega, [A.diagonal() for A in free])
+    pairs = (X[:, None] * X[None]).reshape(len(X) ** 2, X.shape[1]).T
+    summed = each.real @ pairs + 1j * (each.imag @ pairs)  # real products: half the work
+    return summed.reshape(omega.size, len(X), len(X))

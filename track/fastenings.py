@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.ports import ROLL, Direction, Y, Z
 
 from .parameters import Fastening
@@ -18,6 +19,33 @@ class Spring:
     direction: Direction
     stiffness: float
     damping: float
+
+
+@dataclass(frozen=True)
+class Support:
+    """Equal springs and dampers in a cell, of one direction.
+
+    Attributes
+    ----------
+    stretch : array, shape (n_springs, n)
+        What each is stretched by, in the unknowns of the cell.
+    stiffness, damping, loss : float
+        N/m, N s/m, and the hysteretic part of the stiffness, N/m.
+    """
+
+    stretch: FloatArray
+    stiffness: float
+    damping: float
+    loss: float
+
+    def dynamic_stiffness(self, omega: FloatArray) -> ComplexArray:
+        """Of one, shape (n_omega,)."""
+        z: ComplexArray = self.stiffness + 1j * self.loss + 1j * omega * self.damping
+        return z
+
+    def made_viscous(self, omega: float) -> Support:
+        """With the loss as an equal damping at a frequency (rad/s)."""
+        return replace(self, damping=self.damping + self.loss / omega, loss=0.0)
 
 
 def springs_of(fastening: Fastening, directions: Collection[Direction]) -> list[Spring]:

@@ -6,7 +6,7 @@ Nothing is truncated: at every frequency the finite elements are solved as they 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -22,7 +22,8 @@ from .waves import waves
 
 Progress = Callable[[int, int], None]
 
-BLOCK = 64  # frequencies solved at once: some 20 MB of matrices
+BLOCK = 128  # frequencies solved at once: some 10 MB of matrices
+BOTH = 0  # sides
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,14 +35,15 @@ class Point:
     x : float
         Along the track, m; on a ring it wraps. Cells begin at multiples of the cell length.
     side : int
-        -1 left, 1 right.
+        -1 left, 1 right; `BOTH`: the same on each, at mirrored offsets. As much of a load acts on
+        either, and what is observed of both is their sum.
     slab_y : float or None
         None: at the head of the rail of that side. Else on the slab, this far from the centre line
         (m, >= 0).
     direction : Direction
         Of load and motion.
     offset : float
-        On the rail, to the right of the middle of the head, m.
+        On the rail, to the right of the middle of the head, m; of `BOTH` on the right one.
     """
 
     x: float
@@ -54,10 +56,11 @@ class Point:
         """Participation in the unknowns of its cell, shape (n,)."""
         x = self.x % cell.track.cell_length
         if self.slab_y is None:
-            row = cell.rail_row(x, self.direction, self.side * self.offset)
+            row = cell.rail_row(x, self.direction, (self.side or 1) * self.offset)
         else:
             row = cell.slab_row(x, self.slab_y, self.direction)
-        return row * (cell.left(self.direction) if self.side < 0 else 1)
+        left = cell.left(self.direction)
+        return row * {-1: left, 1: 1, BOTH: 1 + left}[self.side]
 
 
 class Joined(Protocol):
@@ -160,7 +163,17 @@ def infinite_receptance(
     difference to `direct_receptance` is the error of the ring. Nothing is asked of
     `track.mesh.cells`. See `direct_receptance` for parameters and result.
     """
-    return _receptance(track, omega, loads, observed, waves, progress, viscous=viscous)
+    return _receptance(shortest(track), omega, loads, observed, waves, progress, viscous=viscous)
+
+
+def shortest(track: Track) -> Track:
+    """The endless track with the shortest cell: on rigid ground no slab makes it longer than a bay.
+
+    Cells of both begin midway between two railseats, so places along the track stay what they are.
+    """
+    if track.slab.present:
+        return track
+    return replace(track, slab=replace(track.slab, length=track.fastening.spacing, joint=0.0))
 
 
 def _receptance(
@@ -176,7 +189,9 @@ def _receptance(
     omega = np.atleast_1d(np.asarray(omega, dtype=float))
     out = np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
     on_rail = [p.x % track.cell_length for p in (*loads, *observed) if p.slab_y is None]
-    directions = directions_for(p.direction for p in (*loads, *observed))
+    directions = directions_for(
+        (p.direction for p in (*loads, *observed)), coupled=track.slab.tilts_rails
+    )
     cells = [build_cell(track, parity, np.array(on_rail), directions) for parity in (EVEN, ODD)]
     if viscous:
         cells = [cell.made_viscous() for cell in cells]
@@ -195,6 +210,8 @@ def _one_parity(
 ) -> ComplexArray:
     F = np.stack([p.row(cell) for p in loads], axis=1)
     W = np.stack([p.row(cell) for p in observed], axis=1)
+    if not (np.any(F) and np.any(W)):  # loads on both rails leave one parity at rest
+        return np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
     condensed = condense(cell, omega, F, W)
     joined = join(condensed)
     length = cell.track.cell_length

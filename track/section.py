@@ -20,6 +20,7 @@ from railcosim.mechanics.shape_functions import shape_functions
 from .parameters import Rail
 
 VERTICAL, SPATIAL = DIMENSIONS["vertical"], DIMENSIONS["spatial"]
+ASIDE = (Y, ROLL)
 
 GAUSS = np.polynomial.legendre.leggauss(4)  # exact to degree 7; a deflection squared has 6
 
@@ -221,10 +222,14 @@ def moves_aside(directions: Collection[Direction]) -> bool:
     return Y in directions or ROLL in directions
 
 
-def directions_for(asked: Iterable[Direction]) -> tuple[Direction, ...]:
-    """Those of the smallest model that moves in all that are asked for."""
+def directions_for(asked: Iterable[Direction], *, coupled: bool) -> tuple[Direction, ...]:
+    """Those of the smallest model that moves in all that are asked for.
+
+    Unless slabs that bend tilt the rails (`coupled`), what moves aside does without bending down.
+    """
     wanted = set(asked)
-    return next(d for d in DIMENSIONS.values() if wanted <= set(d))
+    models = (VERTICAL, SPATIAL) if coupled else (VERTICAL, ASIDE, SPATIAL)
+    return next(d for d in models if wanted <= set(d))
 
 
 def lateral(rail: Rail) -> Beam:

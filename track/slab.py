@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -121,6 +122,7 @@ class SlabModes:
         return across
 
 
+@lru_cache(maxsize=16)
 def free_plate_modes(slab: Slab, parity: int, highest_frequency: float) -> PlateModes:
     """Modes of the free plate up to a frequency, by Ritz with Legendre series.
 
@@ -175,12 +177,7 @@ def _gram(degree: int, side: float) -> dict[str, FloatArray]:
     """Integrals over the side of products of Legendre polynomials and their derivatives."""
     points, weights = legendre.leggauss(degree + 1)
     orders = [
-        np.stack(
-            [
-                legendre.legval(points, legendre.legder(c, m)) * (2 / side) ** m
-                for c in np.eye(degree + 1)
-            ]
-        )
+        legendre.legval(points, legendre.legder(np.eye(degree + 1), m)) * (2 / side) ** m
         for m in range(3)
     ]
     weights = weights * side / 2

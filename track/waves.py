@@ -15,6 +15,7 @@ that carry power away from the load are taken, the limit of small damping.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,18 +36,22 @@ class Waves:
 
     Attributes
     ----------
-    decay : array, shape (n_omega, d)
-        Factors lambda from one cell to the next, the slowest wave first.
     forward, backward : array, shape (n_omega, d, d)
         Motion of a cell's end from that of the end before, away from the load.
     at_load : array, shape (n_omega, d, d)
         Motion of a cell's end for unit loads there.
     """
 
-    decay: ComplexArray
     forward: ComplexArray
     backward: ComplexArray
     at_load: ComplexArray
+
+    @cached_property
+    def decay(self) -> ComplexArray:
+        """Factors lambda from one cell to the next, the slowest wave first, (n_omega, d)."""
+        factor: ComplexArray = np.linalg.eigvals(self.forward).astype(complex)
+        order = np.argsort(-np.abs(factor), axis=1)
+        return np.take_along_axis(factor, order, axis=1)
 
     def away(self, cells: int) -> ComplexArray:
         """Motion for unit loads that many cells behind (or, if negative, ahead)."""
@@ -81,10 +86,7 @@ def waves(cell: CondensedCell) -> Waves:
     forward = np.linalg.solve(right_right + ahead, -left).astype(complex)
     backward = np.linalg.solve(left_left + behind, -right).astype(complex)
     at_load = np.linalg.inv(ahead + behind).astype(complex)
-    decay: ComplexArray = np.linalg.eigvals(forward).astype(complex)
-    order = np.argsort(-np.abs(decay), axis=1)
-    sorted_: ComplexArray = np.take_along_axis(decay, order, axis=1)
-    return Waves(decay=sorted_, forward=forward, backward=backward, at_load=at_load)
+    return Waves(forward=forward, backward=backward, at_load=at_load)
 
 
 def _quarters(S: ComplexArray) -> tuple[ComplexArray, ...]:

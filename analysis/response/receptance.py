@@ -18,7 +18,7 @@ from railcosim.mechanics.ports import Direction
 from railcosim.parameters import ArgumentError
 from railcosim.track.cell import railseats
 from railcosim.track.parameters import Track
-from railcosim.track.receptance import Point, direct_receptance, infinite_receptance
+from railcosim.track.receptance import BOTH, Point, direct_receptance, infinite_receptance
 from railcosim.track.section import SPATIAL
 
 from .choices import Method
@@ -156,8 +156,8 @@ def track_receptance(
     """
     x = place_of(track, position)
     loaded, seen = direction_of("direction", direction), direction_of("response", response)
-    sides = (-1, 1) if both_rails else (-1,)
-    loads = [Point(x=x, side=side, direction=loaded, offset=-side * offset) for side in sides]
+    side, right = (BOTH, -offset) if both_rails else (-1, offset)
+    loads = [Point(x=x, side=side, direction=loaded, offset=right)]
     here = Point(x=x, direction=seen, offset=offset)
     solved = []
     for k, receptance_of in enumerate((infinite_receptance, direct_receptance)):
@@ -166,7 +166,7 @@ def track_receptance(
             progress(k + done / total, 2)
 
         found = receptance_of(track, 2 * np.pi * frequency, loads, [here], half)
-        solved.append(found[:, 0, :].sum(axis=1))
+        solved.append(found[:, 0, 0])
     endless, round_ = solved
     off = np.abs(round_ - endless)
     error = np.divide(off, np.abs(endless), out=np.zeros_like(off), where=off > 0)
