@@ -98,7 +98,8 @@ def condense(
 def _without_supports(cell: Cell) -> Matrices:
     """The cell's matrices with nothing between the rail and what is below."""
     below, rail = slice(cell.rail_size, None), slice(cell.rail_size)
-    K, C = cell.K + 1j * cell.K_loss, 1j * cell.C
+    K: ComplexArray = cell.K + 1j * cell.K_loss
+    C: ComplexArray = 1j * cell.C.astype(complex)
     sizes = [np.abs(A[below, below]).max(initial=0.0) for A in (K, C)]
     for support in cell.supports:
         square = support.stretch.T @ support.stretch

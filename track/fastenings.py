@@ -40,8 +40,8 @@ class Support:
 
     def dynamic_stiffness(self, omega: FloatArray) -> ComplexArray:
         """Of one, shape (n_omega,)."""
-        z: ComplexArray = self.stiffness + 1j * self.loss + 1j * omega * self.damping
-        return z
+        z = self.stiffness + 1j * self.loss + 1j * omega * self.damping
+        return z.astype(complex)
 
     def made_viscous(self, omega: float) -> Support:
         """With the loss as an equal damping at a frequency (rad/s)."""
