@@ -54,8 +54,8 @@ def run_system(
         concluded(
             lambda update, change: run_ssp(
                 system, make_scheme, update, step=course.step, time=course.time,
-                load=keeping.load, keeping=kept, tolerance=course.tolerance, change=change,
-                check=check_rings_of,
+                load=keeping.load, keeping=kept, tolerance=course.tolerance,
+                tolerance_fmu=course.tolerance_fmu, change=change, check=check_rings_of,
             ),
             out, plot, outputs_chart, believe=keeping.believe,
         )  # fmt: skip

@@ -100,11 +100,20 @@ class CourseOptions:
         ),
     ] = None
 
+    tolerance_fmu: Annotated[
+        float | None,
+        typer.Option(
+            "--tolerance-fmu",
+            help="Relative error that FMUs are asked to keep; if not given, what each says.",
+        ),
+    ] = None
+
     def check(self) -> None:
         """Raise UsageError if a number cannot be."""
         for option, value in (("--step", self.step), ("--time", self.time)):
             if value is not None:
                 positive(option, value, "s")
-        if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
-            must = "must be between 0 and 1, such as 1e-4"
-            raise UsageError(f"--tolerance {self.tolerance:g}: {must}")
+        tolerances = {"--tolerance": self.tolerance, "--tolerance-fmu": self.tolerance_fmu}
+        for option, value in tolerances.items():
+            if value is not None and not 0.0 < value < 1.0:
+                raise UsageError(f"{option} {value:g}: must be between 0 and 1, such as 1e-4")

@@ -220,6 +220,12 @@ class Component(ABC):
         """
         return None
 
+    def keep_past(self) -> None:  # noqa: B027 - most keep nothing
+        """Be told that steps may be taken back from now on, to a state before the present time.
+
+        Until then only what is now is saved, and a run may begin with a state restored.
+        """
+
     @property
     def rollback_fault(self) -> str | None:
         """Why `save_state` and `restore_state` do not work; None if they do."""

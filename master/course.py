@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from railcosim.master.checkpoint import Checkpoints
 from railcosim.master.memory import TooLargeError
@@ -64,6 +65,18 @@ def count_steps(start: float, stop: float, step: float) -> int:
     return math.ceil(span / step)
 
 
+class Told(NamedTuple):
+    """What FMUs are told of a run: see `LoadedFmu.enter_initialization`."""
+
+    start: float = 0.0
+    stop: float | None = None
+    tolerance: float | None = None
+
+
+ALL_TIME = Told()
+"""From 0 s on, with no end."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Course:
     """How a system is taken through time.
@@ -79,6 +92,8 @@ class Course:
     tolerance : float or None
         Relative and absolute error (in nominal values) that steps are chosen for; None for
         steps of one length.
+    tolerance_fmu : float or None
+        Relative error that FMUs are asked to keep; None for that of their default experiments.
     keeping : Keeping
         What is kept beyond outputs.
     """
@@ -88,6 +103,7 @@ class Course:
     stop: float
     start: float = 0.0
     tolerance: float | None = None
+    tolerance_fmu: float | None = None
     keeping: Keeping = OUTPUTS_ONLY
 
     def __post_init__(self) -> None:
@@ -102,6 +118,11 @@ class Course:
         return replace(
             self, step=self.step / factor, stop=until, tolerance=tolerance, keeping=OUTPUTS_ONLY
         )
+
+    @property
+    def told(self) -> Told:
+        """What FMUs are told of it."""
+        return Told(self.start, self.pace.reach(self.start, self.stop), self.tolerance_fmu)
 
     @property
     def pace(self) -> Pace:

@@ -96,6 +96,10 @@ class MappedInputs(Component):
         derivative = self.inner.step_derivative()
         return None if derivative is None else derivative * self._factor
 
+    def keep_past(self) -> None:
+        """Be told that steps may be taken back from now on."""
+        self.inner.keep_past()
+
     def save_state(self) -> Any:
         """Snapshot of everything that decides the future."""
         return self.inner.save_state()

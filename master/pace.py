@@ -13,6 +13,8 @@ from railcosim.master.system import System
 
 _AHEAD = 256
 """Steps that components are told of at once."""
+_SUMS = 4
+"""Roundings on the way to the end of a step that is cut into parts."""
 _ROUNDING = 1e-6
 """Of a step: a remainder smaller than this is rounding in the user's numbers, not a step."""
 
@@ -38,8 +40,16 @@ class Pace(Protocol):
     def walk(self, system: System, stepper: Stepper, start: float, stop: float) -> Walk:
         """Begin at `start` (s); the last step ends exactly at `stop`."""
 
+    def reach(self, start: float, stop: float) -> float:
+        """A time (s) that no step ends behind: `stop`, but for rounding."""
+
     def describe(self) -> str:
         """For people and for results."""
+
+
+def rounded_up(time: float) -> float:
+    """What a sum of a few numbers that should give `time` (s) does not exceed."""
+    return time + _SUMS * math.ulp(time)
 
 
 @dataclass(frozen=True)
@@ -54,7 +64,20 @@ class FixedStep:
 
     def walk(self, system: System, stepper: Stepper, start: float, stop: float) -> Walk:
         """Begin; see `Pace.walk`."""
-        return _FixedWalk(system, stepper, self.step, start, stop)
+        return _FixedWalk(system, stepper, self, start, stop)
+
+    def reach(self, start: float, stop: float) -> float:
+        """A time (s) that no step ends behind; see `Pace.reach`."""
+        n_steps, last = self.last(start, stop)
+        return rounded_up(max(stop, start + (n_steps - 1) * self.step + last))
+
+    def last(self, start: float, stop: float) -> tuple[int, float]:
+        """How many steps there are, and the length of the last, s."""
+        n_steps = max(1, math.ceil((stop - start) / self.step - _ROUNDING))
+        remainder = stop - (start + (n_steps - 1) * self.step)
+        # The same number for every full step: an FMU may keep matrices for the step it knows.
+        is_full = abs(remainder - self.step) <= _ROUNDING * self.step
+        return n_steps, self.step if is_full else remainder
 
     def describe(self) -> str:
         """For people and for results."""
@@ -65,16 +88,13 @@ class _FixedWalk:
     """See `Walk`; its memory is the number of steps made."""
 
     def __init__(
-        self, system: System, stepper: Stepper, step: float, start: float, stop: float
+        self, system: System, stepper: Stepper, pace: FixedStep, start: float, stop: float
     ) -> None:
         self.memory = 0
         self._system, self._stepper = system, stepper
-        self._step, self._start, self._stop = step, start, stop
+        self._step, self._start, self._stop = pace.step, start, stop
         self._foreseen = range(0)
-        self._n_steps = max(1, math.ceil((stop - start) / step - _ROUNDING))
-        remainder = stop - (start + (self._n_steps - 1) * step)
-        # The same number for every full step: an FMU may keep matrices for the step it knows.
-        self._last = step if abs(remainder - step) <= _ROUNDING * step else remainder
+        self._n_steps, self._last = pace.last(start, stop)
 
     def advance(self, t: float) -> tuple[float, StepReport]:
         """Make one step; see `Walk.advance`."""

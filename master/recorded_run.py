@@ -57,6 +57,8 @@ def recorded_run(
         What stopped the run early.
     """
     keeping = course.keeping
+    if course.tolerance_fmu is not None:
+        about = {**about, "tolerance of FMUs": course.tolerance_fmu}
     steps = count_steps(course.start, course.stop, course.step)
     columns = 1 + len(system.variables)
     afford(

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from railcosim.master.component import ComponentError, FloatArray
+from railcosim.master.component import ComponentError, FloatArray, Type
+from railcosim.master.pace import rounded_up
 from railcosim.master.schemes import ConvergenceError, Stepper, StepReport, check_rollback
 from railcosim.master.system import System
 
@@ -95,6 +96,10 @@ class StepControl:
         check_rollback(system)
         return ControlledWalk(self, system, stepper, stop)
 
+    def reach(self, start: float, stop: float) -> float:
+        """A time (s) that no step ends behind; see `Pace.reach`."""
+        return rounded_up(stop)
+
     def describe(self) -> str:
         """For people and for results."""
         return (
@@ -116,6 +121,7 @@ class ControlledWalk:
         self.memory: tuple[int, float] = (0, 1.0)
         self._pace, self._system, self._stepper, self._stop = pace, system, stepper, stop
         self._nominal = np.array([abs(v.nominal) for v in system.variables])
+        self._jumping = [i for i, v in enumerate(system.variables) if v.type is not Type.REAL]
         self._strictness = max(pace.relative, pace.absolute) ** (1.0 / pace.order)
 
     def advance(self, t: float) -> tuple[float, StepReport]:
@@ -176,6 +182,7 @@ class ControlledWalk:
         pace, values = self._pace, system.outputs
         size = np.maximum(np.abs(values), np.abs(whole))
         allowed = (pace.absolute * self._nominal + pace.relative * size) * self._strictness
+        allowed[self._jumping] = math.inf  # they are right, or an event is elsewhere
         # Of order p, whole and halves differ by 2^p - 1 times the error of the halves.
         error = np.abs(values - whole) / (2.0**pace.order - 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):

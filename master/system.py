@@ -281,6 +281,11 @@ class System:
         """Whether all components can go back to a snapshot."""
         return all(component.can_rollback for component in self.components)
 
+    def keep_past(self) -> None:
+        """Tell all components that steps may be taken back from now on."""
+        for component in self.components:
+            component.keep_past()
+
     def save_state(self) -> Any:
         """Snapshot of all components and of the values exchanged."""
         return (

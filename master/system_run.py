@@ -36,6 +36,7 @@ def run_ssp(
     load: Callable[..., LoadedFmu] = FmuComponent.load,
     keeping: Keeping = OUTPUTS_ONLY,
     tolerance: float | None = None,
+    tolerance_fmu: float | None = None,
     change: Change = lambda course: course,
     check: Callable[[Sequence[LoadedFmu]], None] = _nothing,
 ) -> tuple[xr.Dataset, Stopped]:
@@ -61,6 +62,8 @@ def run_ssp(
         What is kept beyond outputs.
     tolerance : float, optional
         For steps chosen by an error estimate; `step` is then the longest.
+    tolerance_fmu : float, optional
+        Relative error that FMUs are asked to keep; that of their default experiments if not given.
     change : callable, optional
         Gives the course that is taken, from that of the options and the file.
     check : callable, optional
@@ -86,7 +89,18 @@ def run_ssp(
         start, stop, step = _experiment(path, loaded, step, time)
         system = System(loaded.components, loaded.connections)
         scheme = make_scheme(loaded.fmus[0].name)
-        if not initialise(system, loaded.fmus, start):
+        course = change(
+            Course(
+                scheme=scheme,
+                step=step,
+                start=start,
+                stop=stop,
+                tolerance=tolerance,
+                tolerance_fmu=tolerance_fmu,
+                keeping=keeping,
+            )
+        )
+        if not initialise(system, loaded.fmus, *course.told):
             warnings.warn(
                 f"{path}: initial values did not settle: outputs depend on each other in a circle "
                 "in initialisation; the run begins with the last ones",
@@ -101,10 +115,7 @@ def run_ssp(
                 )
             for key, text in fmu.description.as_attributes().items():
                 about[f"{fmu.name} {key}"] = text
-        course = Course(
-            scheme=scheme, step=step, start=start, stop=stop, tolerance=tolerance, keeping=keeping
-        )
-        return recorded_run(system, change(course), progress, about)
+        return recorded_run(system, course, progress, about)
 
 
 def _experiment(

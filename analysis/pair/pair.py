@@ -10,6 +10,7 @@ from pathlib import Path
 
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.connections import CouplingError
+from railcosim.master.course import ALL_TIME, Told
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.signals import Signal
@@ -92,6 +93,7 @@ def open_pair(
     parameters: Parameters,
     journey: Journey,
     load: Load = FmuComponent.load,
+    told: Told = ALL_TIME,
 ) -> Iterator[Pair]:
     """Load both FMUs, connect them by name and find their static equilibrium.
 
@@ -108,21 +110,23 @@ def open_pair(
         Speed, irregularity and where it begins.
     load : callable, optional
         Loads an FMU.
+    told : Told, optional
+        What the FMUs are told of the run.
     """
     with ExitStack() as stack:
         cars = stack.enter_context(load_vehicles(vehicle, load))
         rails = stack.enter_context(load(track, name="track"))
         layout = layout_of((cars.description.path, _variables(cars)), (track, _variables(rails)))
         kind = KINDS[layout.dimension]
-        told = {NONLINEAR: True, **parameters, **start_positions(vehicle, journey.position)}
-        given = completed(told, (cars, rails), layout, kind.needed(told))
+        wanted = {NONLINEAR: True, **parameters, **start_positions(vehicle, journey.position)}
+        given = completed(wanted, (cars, rails), layout, kind.needed(wanted))
         first = given
         if TANGENT in given:  # the static load does not depend on the law: any does to find it
             first = {**given, NONLINEAR: False, STIFFNESS: given[TANGENT]}
         _set(first, layout, cars, rails)
         _set_speed(journey, layout, cars, rails)
         for fmu in (cars, rails):
-            fmu.enter_initialization(0.0)
+            fmu.enter_initialization(*told)
         forces = layout.names(FORCE)
         outputs = {v.name: y for v, y in zip(cars.outputs, cars.get_outputs(), strict=True)}
         place = places_of(cars.description.path, outputs, layout)

@@ -105,6 +105,7 @@ class SeveralVehicles(LoadedFmu):
             can_interpolate_inputs=all(d.can_interpolate_inputs for d in each),
             has_directional_derivatives=all(d.has_directional_derivatives for d in each),
             has_output_rates=all(d.has_output_rates for d in each),
+            default_tolerance=None,  # each has its own
             default_step=min(
                 (d.default_step for d in each if d.default_step is not None), default=None
             ),
@@ -162,11 +163,13 @@ class SeveralVehicles(LoadedFmu):
                 fitting({name: v for name, v in own.items() if name is not None}, fmu, layout)
             )
 
-    def enter_initialization(self, start_time: float, stop_time: float | None = None) -> None:
+    def enter_initialization(
+        self, start: float, stop: float | None = None, tolerance: float | None = None
+    ) -> None:
         """See `LoadedFmu`; CouplingError if they do not stand one behind the other."""
         places = []
         for fmu, layout in zip(self.fmus, self._layouts, strict=True):
-            fmu.enter_initialization(start_time, stop_time)
+            fmu.enter_initialization(start, stop, tolerance)
             values = dict(zip((v.name for v in fmu.outputs), fmu.get_outputs(), strict=True))
             names = layout.of_axles("position")
             if values.keys() >= set(names):
@@ -245,6 +248,11 @@ class SeveralVehicles(LoadedFmu):
     def rollback_fault(self) -> str | None:
         """That of the first that has one."""
         return next((f.rollback_fault for f in self.fmus if f.rollback_fault is not None), None)
+
+    def keep_past(self) -> None:
+        """See `Component`."""
+        for fmu in self.fmus:
+            fmu.keep_past()
 
     def save_state(self) -> tuple[Any, ...]:
         """See `Component`."""

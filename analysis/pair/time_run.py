@@ -45,7 +45,7 @@ def run_pair(
         If the irregularity ends before the run does.
     """
     journey.profile.check_covers(journey.speed * course.stop)
-    with open_pair(vehicle, track, parameters, journey, load) as pair:
+    with open_pair(vehicle, track, parameters, journey, load, course.told) as pair:
         about: dict[str, str | float] = {
             "title": f"{3.6 * journey.speed:.0f} km/h, irregularity {journey.profile.name}",
             "speed": journey.speed,

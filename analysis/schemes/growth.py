@@ -115,6 +115,7 @@ class Bench:
 
     def __init__(self, pair: Pair, disturbance: Disturbance) -> None:
         self._system, self._disturbance = pair.system, disturbance
+        pair.system.keep_past()
         self._rest = pair.system.save_state()
         told = [name.partition(".")[2] for name in pair.system.names]
         self._forces = [told.index(name) for name in pair.layout.names(FORCE)]

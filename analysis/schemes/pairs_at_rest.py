@@ -43,6 +43,7 @@ class PairsAtRest:
             pair = open_pair(cars, rails, dict(parameters), journey)
             with told_before():
                 system = self._stack.enter_context(pair).system
+            system.keep_past()
             self._kept[key] = system, system.save_state()
         system, state = self._kept[key]
         system.restore_state(state)

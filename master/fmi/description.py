@@ -88,6 +88,8 @@ class FmuDescription:
         Likewise.
     default_step : float or None
         Communication step (s) that suits it, if it names one.
+    default_tolerance : float or None
+        Relative error that it is made for, likewise.
     """
 
     path: Path
@@ -112,6 +114,7 @@ class FmuDescription:
     has_directional_derivatives: bool
     has_output_rates: bool
     default_step: float | None
+    default_tolerance: float | None
 
     @property
     def real_inputs(self) -> int:
@@ -221,7 +224,8 @@ def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
         can_interpolate_inputs=getattr(kind, "canInterpolateInputs", False),  # Co-Simulation's
         has_directional_derivatives=kind.providesDirectionalDerivative,
         has_output_rates=getattr(kind, "maxOutputDerivativeOrder", 0) >= 1,  # likewise
-        default_step=_default_step(raw.defaultExperiment),
+        default_step=_default(raw.defaultExperiment, "stepSize"),
+        default_tolerance=_default(raw.defaultExperiment, "tolerance"),
     )
 
 
@@ -240,10 +244,10 @@ def _is_initial(variable: Any) -> bool:
     return variable.initial in {"exact", "approx"}
 
 
-def _default_step(experiment: Any) -> float | None:
-    """Step that a default experiment names, if it is one."""
-    step = getattr(experiment, "stepSize", None)
-    return float(step) if step is not None and 0.0 < float(step) < np.inf else None
+def _default(experiment: Any, name: str) -> float | None:
+    """Step or tolerance that a default experiment names, if it is one."""
+    value = getattr(experiment, name, None)
+    return float(value) if value is not None and 0.0 < float(value) < np.inf else None
 
 
 def _feedthrough(

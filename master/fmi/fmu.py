@@ -54,6 +54,7 @@ class FmuComponent(LoadedFmu):
         self._u_references = description.input_references[: description.real_inputs]
         self._y_references = description.output_references[: description.real_outputs]
         self._t, self._h = ctypes.c_double(), ctypes.c_double()
+        self._is_final = ctypes.c_int(1)  # promises that nobody goes back to before a step
         self._n_derivatives = ctypes.c_size_t()
         self._do_step = PreparedCall(self._check_phase, (_Phase.RUNNING,))  # too early
         self.bind(self.u, self.y)
@@ -117,13 +118,20 @@ class FmuComponent(LoadedFmu):
             self._instance.call(function, references, 1, array)
         self._parameters.update(values)
 
-    def enter_initialization(self, start_time: float, stop_time: float | None = None) -> None:
-        """Announce the time span (s) and enter initialisation mode; see `LoadedFmu`."""
+    def enter_initialization(
+        self, start: float, stop: float | None = None, tolerance: float | None = None
+    ) -> None:
+        """Announce the time span and enter initialisation mode; see `LoadedFmu`."""
         self._check_phase(_Phase.INSTANTIATED)
-        self._instance.time = start_time
-        has_stop = stop_time is not None
+        self._instance.time = start
+        error = self.description.default_tolerance if tolerance is None else tolerance
         self._instance.call(
-            "fmi2SetupExperiment", False, 0.0, start_time, has_stop, stop_time or 0.0
+            "fmi2SetupExperiment",
+            error is not None,
+            error or 0.0,
+            start,
+            stop is not None,
+            stop or 0.0,
         )
         self._instance.call("fmi2EnterInitializationMode")
         self._phase = _Phase.INITIALISING
@@ -133,9 +141,7 @@ class FmuComponent(LoadedFmu):
         self._check_phase(_Phase.INITIALISING)
         self._instance.call("fmi2ExitInitializationMode")
         self._phase = _Phase.RUNNING
-        # The last argument promises the FMU that nobody will go back; somebody may.
-        is_final = ctypes.c_int.from_param(not self.description.can_get_and_set_state)
-        self._do_step = self._instance.prepare("fmi2DoStep", self._t, self._h, is_final)
+        self._do_step = self._instance.prepare("fmi2DoStep", self._t, self._h, self._is_final)
 
     def close(self) -> None:
         """Free the instance, its snapshots, its library and its folder. Harmless to repeat."""
@@ -257,6 +263,10 @@ class FmuComponent(LoadedFmu):
             self._instance.call("fmi2SetInteger", _references((reference,)), 1, value)
 
     # --- state ---------------------------------------------------------------------------------
+
+    def keep_past(self) -> None:
+        """Be told that steps may be taken back from now on; see `Component`."""
+        self._is_final.value = 0
 
     def save_state(self) -> FmuState:
         """Take a snapshot of everything that decides the future; freed when you drop it."""

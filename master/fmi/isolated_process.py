@@ -29,7 +29,14 @@ from railcosim.master.fmi.description import read_description
 from railcosim.master.fmi.fmu import FmuComponent, FmuState
 
 _CALLS = frozenset(
-    ["set_parameters", "enter_initialization", "exit_initialization", "do_step", "close"]
+    [
+        "set_parameters",
+        "enter_initialization",
+        "exit_initialization",
+        "keep_past",
+        "do_step",
+        "close",
+    ]
 )  # as they are
 
 

@@ -105,9 +105,11 @@ class IsolatedComponent(LoadedFmu):
         """Set parameters; see `LoadedFmu`."""
         self._process.ask("set_parameters", dict(values))
 
-    def enter_initialization(self, start_time: float, stop_time: float | None = None) -> None:
-        """Announce the time span (s) and enter initialisation mode; see `LoadedFmu`."""
-        self._process.ask("enter_initialization", start_time, stop_time)
+    def enter_initialization(
+        self, start: float, stop: float | None = None, tolerance: float | None = None
+    ) -> None:
+        """Announce the time span and enter initialisation mode; see `LoadedFmu`."""
+        self._process.ask("enter_initialization", start, stop, tolerance)
 
     def exit_initialization(self) -> None:
         """Leave initialisation mode; steps may follow."""
@@ -160,6 +162,10 @@ class IsolatedComponent(LoadedFmu):
         self._process.ask("set_hold", int(hold))
 
     # --- state ---------------------------------------------------------------------------------
+
+    def keep_past(self) -> None:
+        """Be told that steps may be taken back from now on; see `Component`."""
+        self._process.tell("keep_past")
 
     def save_state(self) -> IsolatedState:
         """Take a snapshot of everything that decides the future."""

@@ -90,9 +90,21 @@ class LoadedFmu(Component):
         """
 
     @abstractmethod
-    def enter_initialization(self, start_time: float, stop_time: float | None = None) -> None:
-        """Announce the time span (s) and enter initialisation mode.
+    def enter_initialization(
+        self, start: float, stop: float | None = None, tolerance: float | None = None
+    ) -> None:
+        """Announce the time span and enter initialisation mode.
 
+        Parameters
+        ----------
+        start, stop : float
+            s. No step may end behind a stop that is told, not by a rounding; see `Pace.reach`.
+        tolerance : float, optional
+            Relative error that the FMU is asked to keep; that of its own default experiment if not
+            given.
+
+        Notes
+        -----
         In it, `set_inputs` and `get_outputs` work: bring a coupled system to its initial state
         with `System.exchange` before `exit_initialization`.
         """

@@ -62,6 +62,7 @@ def _try(description: FmuDescription, parameters: Values, inputs: FloatArray) ->
             fmu.enter_initialization(0.0)
             fmu.set_inputs(inputs)
             fmu.exit_initialization()
+            fmu.keep_past()
             return _differs(fmu, inputs, description.default_step or _STEP)
     except (ComponentError, ValueError) as error:  # FmuError is a ValueError
         return str(error)

@@ -178,6 +178,7 @@ def linearise(
     component.set_hold(Hold.CONSTANT)
     component.set_inputs(u)
     standing = values_of(component)
+    component.keep_past()
     state = component.save_state()
     bench = Bench(component, u, rows, time, state, step, steps, len(columns), progress)
     pulses = np.zeros((len(columns), u.size))

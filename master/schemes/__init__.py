@@ -93,7 +93,7 @@ class ConvergenceError(ComponentError):
 
 
 def check_rollback(system: System) -> None:
-    """Refuse components that cannot go back to a saved state.
+    """Refuse components that cannot go back to a saved state, and tell the others that they will.
 
     Raises
     ------
@@ -107,6 +107,7 @@ def check_rollback(system: System) -> None:
                 f"{component.name} cannot go back to a saved state, which is needed to repeat a "
                 f"step: {fault}. Use jacobi or gauss-seidel with a fixed step, or another FMU"
             )
+        component.keep_past()
 
 
 def check_degree(degree: int) -> None:

@@ -69,11 +69,14 @@ def open_ssp(
         yield loaded
 
 
-def initialise(system: System, fmus: Sequence[LoadedFmu], start: float) -> bool:
+def initialise(
+    system: System,
+    fmus: Sequence[LoadedFmu],
+    start: float,
+    stop: float | None = None,
+    tolerance: float | None = None,
+) -> bool:
     """Initialise FMUs together, each with the values of the others.
-
-    They are not told when the run stops: some would refuse its last step if that ends behind it
-    by the rounding of a sum.
 
     Parameters
     ----------
@@ -81,8 +84,10 @@ def initialise(system: System, fmus: Sequence[LoadedFmu], start: float) -> bool:
         What they are connected to.
     fmus : sequence of LoadedFmu
         Instantiated, parameters set.
-    start : float
-        Time, s.
+    start, stop : float
+        s; see `LoadedFmu.enter_initialization`.
+    tolerance : float, optional
+        Likewise.
 
     Returns
     -------
@@ -90,7 +95,7 @@ def initialise(system: System, fmus: Sequence[LoadedFmu], start: float) -> bool:
         Whether the values settled to the last bit.
     """
     for fmu in fmus:
-        fmu.enter_initialization(start)
+        fmu.enter_initialization(start, stop, tolerance)
     settled = False
     # What an output depends on in initialisation is not what it depends on later, by which an
     # exchange is sorted: x(0) = u makes x an output with feedthrough, once.

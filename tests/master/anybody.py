@@ -64,7 +64,7 @@ def description(
     variables: str = " ".join(VARIABLES),
     *,
     able: str = 'canHandleVariableCommunicationStepSize="true"',
-    more: str = "",
+    before: str = "",
     types: str = TYPES,
     stated: bool = True,
     **changed: tuple[str, str],
@@ -89,7 +89,7 @@ def description(
     )
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Anybody" guid="{mode}">
-  <CoSimulation modelIdentifier="anybody" {able}/>{types}{more}
+  <CoSimulation modelIdentifier="anybody" {able}/>{types}{before}
   <ModelVariables>{"".join(lines)}</ModelVariables>
   <ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns>
   </ModelStructure>

@@ -23,7 +23,10 @@ from railcosim.master.system_run import run_ssp
 from .anybody import TYPES, make_fmu
 from .plant import pack, ssd, values
 
-STATES = 'canGetAndSetFMUstate="true" canHandleVariableCommunicationStepSize="true"'
+STATES = (
+    'canGetAndSetFMUstate="true" canSerializeFMUstate="true" '
+    'canHandleVariableCommunicationStepSize="true"'
+)
 
 
 @pytest.fixture(scope="module")
