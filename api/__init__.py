@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from railcosim.master.recording import Recorder
     from railcosim.master.signals import Signal
     from railcosim.parameters import changed
+    from railcosim.track.files import read_track
     from railcosim.track.irregularity import Profile
     from railcosim.track.irregularity.named import irregularity
     from railcosim.track.parameters import Track
@@ -68,6 +69,7 @@ __all__ = [
     "limit_cycles",
     "load",
     "open_result",
+    "read_track",
     "read_vehicle",
     "receptance",
     "response_map",
@@ -102,6 +104,7 @@ _PLACES = {
     "limit_cycles": "analysis.response.limit_cycle:limit_cycles",
     "load": "master.fmi.fmu:FmuComponent.load",
     "open_result": "master.files:load",
+    "read_track": "track.files:read_track",
     "read_vehicle": "vehicle.files:read_stock",
     "receptance": "analysis.response.receptance:receptance",
     "response_map": "analysis.response.map:response_map",

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from railcosim.parameters import changed, keys_of, read_toml, tables_of, value_of
+from railcosim.parameters import changed, keys_of, value_of
 from railcosim.parameters.change import meant
+from railcosim.track.names import BUILT_IN as TRACKS
 from railcosim.vehicle.names import BUILT_IN, PAPER
 
 from .fmus import FreshOption, fmus_of
@@ -36,7 +37,12 @@ Vehicles = Annotated[
     int, typer.Option("--vehicles", help="How many of it, one behind the other, coupled.")
 ]
 TrackFile = Annotated[
-    Path | None, typer.Option("--track", help="Track parameters, TOML.", metavar="F.toml")
+    Path | None,
+    typer.Option(
+        "--track",
+        help=f"Parameters of a track, TOML, or a built-in one: {', '.join(TRACKS)}.",
+        metavar="F.toml",
+    ),
 ]
 SetOption = Annotated[
     list[str] | None,
@@ -92,10 +98,11 @@ class TrackOptions:
         Its cells are as many as they need, and no fewer than usual, if nothing says how many.
         """
         from railcosim.track.decay import long_enough
+        from railcosim.track.files import tells_cells
 
         read: Track = self._read[TRACK]
         track = changed(read, self._changes[TRACK])
-        told = self.track is not None and "cells" in tables_of(self.track).get("mesh", {})
+        told = self.track is not None and tells_cells(self.track)
         if span == 0.0 or told or "mesh.cells" in self._changes[TRACK]:
             return track
         return long_enough(track, span)
@@ -180,9 +187,9 @@ def _vehicle_of(file: Path | None, count: int) -> Vehicle | Train:
 
 
 def _track_of(file: Path | None) -> Track:
-    from railcosim.track.parameters import Track
+    from railcosim.track.files import read_track
 
-    return Track() if file is None else read_toml(Track, file)
+    return read_track(file or Path(PAPER))
 
 
 def _first(changes: dict[str, object]) -> str:

@@ -306,10 +306,10 @@ def _track(track: Track, rails: ModalBody, start: Start, *, with_contact: bool) 
     return Content(
         name="TrackWithContact" if with_contact else "Track",
         model="track",
-        text=f"Slab track, a ring of cells, {rails.layout.dimension}: "
+        text=f"{track.called}, a ring of cells, {rails.layout.dimension}: "
         + ("wheel motion to contact force." if with_contact else "contact force to motion."),
         table=interface(rails, start, with_contact=with_contact),
         body=rails,
-        parameters=write_toml(track, "Slab track"),
+        parameters=write_toml(track, track.called),
         annotations=ring_annotations(track),
     )

@@ -6,17 +6,20 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.ports import ROLL, Direction, Y, Z
-from railcosim.track.cell import EVEN, NODE_TOLERANCE, ODD, railseats
-from railcosim.track.fastenings import springs_of
+from railcosim.track.below import NODE_TOLERANCE, with_lines
+from railcosim.track.cell import EVEN, ODD
+from railcosim.track.layers import CONTINUOUS
 from railcosim.track.parameters import Track
-from railcosim.track.rail import element_matrices
+from railcosim.track.rail import section_matrices
 from railcosim.track.section import Section, moves_aside, section_of
 from railcosim.track.slab import PlateModes, free_plate_modes
+
+from .below import Line, bodies_of, unknowns_at
+from .lying import Lying
 
 SIDES = (-1, 1)  # left, right
 
@@ -115,32 +118,19 @@ class TrackRing:
         Those of the left rail, then of the right one; all directions of a place stand together.
         """
         x = np.asarray(position) % self.track.length
-        ends = np.append(self.nodes, self.track.length)
-        e = np.searchsorted(ends, x + NODE_TOLERANCE, side="right") - 1
-        e = np.clip(e, 0, self.nodes.size - 1)
-        length = ends[e + 1] - ends[e]
-        shapes = [m.shapes((x - ends[e]) / length, length) for m in self.section.members]
-        own = [self.section.element_unknowns(i) for i in range(len(shapes))]
+        line = Line(nodes=self.nodes, section=self.section, length=self.track.length)
         height, count = -self.track.rail.head_height, len(self.directions)
-        rows, columns, entries = [], [], []
-        for j, direction in enumerate(self.directions):
+        rows = []
+        for direction in self.directions:
             parts = self.section.deflections(direction, 0.0, height)
-            for part, at, N in zip(parts, own, shapes, strict=True):
-                for side in range(2):
-                    rows.append(np.repeat((side * x.size + np.arange(x.size)) * count + j, at.size))
-                    columns.append(self._element(e, side)[:, at].ravel())
-                    entries.append((part * N).ravel())
-        found = sparse.csr_array(
-            (np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))),
-            shape=(2 * x.size * count, self.K.shape[0]),
-        )
-        found.eliminate_zeros()
-        return found
-
-    def _element(self, e: NDArray[np.intp], side: int) -> NDArray[np.intp]:
-        return side * self.section.size * self.nodes.size + _unknowns(
-            e, self.nodes.size, self.section.size
-        )
+            rows.append(sparse.vstack([line.rows(side, parts, x) for side in range(2)]))
+        # All directions of a place together.
+        order = np.arange(2 * x.size * count).reshape(count, -1).T.ravel()
+        moved = sparse.csr_array(sparse.vstack(rows, format="csr")[order])
+        found = sparse.csr_array((2 * x.size * count, self.K.shape[0]))
+        padded = sparse.hstack([moved, found[:, : self.K.shape[0] - moved.shape[1]]], format="csr")
+        padded.eliminate_zeros()
+        return padded
 
 
 def build_ring(track: Track, directions: tuple[Direction, ...], points: FloatArray) -> TrackRing:
@@ -155,22 +145,31 @@ def build_ring(track: Track, directions: tuple[Direction, ...], points: FloatArr
     points : array
         Positions (m) that get a rail node.
     """
-    nodes, section = _nodes(track, points % track.length), section_of(track.rail, directions)
-    M_r, K_r = _rail(track, nodes, directions, section)
+    nodes = _nodes(track, points % track.length)
+    section = with_lines(section_of(track.rail, directions), track.layers, track.fastening.spacing)
+    M_r, K_r = _rail(track, nodes, section)
     slabs = slabs_of(track, directions)
     M_s, C_s, K_s = (
         sparse.diags_array(np.tile(diagonal, track.mesh.cells)) for diagonal in slabs.diagonals
     )
-    M = sparse.block_diag([M_r, M_r, M_s], format="csr")
-    C = sparse.block_diag([0 * M_r, 0 * M_r, C_s], format="csr")
-    K = sparse.block_diag([K_r, K_r, K_s], format="csr")
-    K_loss = track.rail.loss_factor * sparse.block_diag([K_r, K_r, 0 * M_s], format="csr")
-    for spring in springs_of(track.fastening, directions):
-        stretch = _stretch(track, nodes, section, slabs, spring.direction)
-        springs = stretch.T @ stretch
-        C = C + spring.damping * springs
-        K = K + spring.stiffness * springs
-        K_loss = K_loss + track.fastening.loss_factor * spring.stiffness * springs
+    between = [None if x.kind == CONTINUOUS else bodies_of(x, track) for x in track.layers]
+    M_b, K_b = ([getattr(x, name) for x in between if x is not None] for name in ("M", "K"))
+    M = sparse.block_diag([M_r, M_r, M_s, *M_b], format="csr")
+    C = sparse.block_diag([0 * M_r, 0 * M_r, C_s, *(0 * x for x in M_b)], format="csr")
+    K = sparse.block_diag([K_r, K_r, K_s, *K_b], format="csr")
+    of_rail = np.isin(section.unknowns, section_of(track.rail, directions).unknowns)
+    loss = np.zeros(K.shape[0])
+    loss[: 2 * K_r.shape[0]] = track.rail.loss_factor * np.tile(of_rail, 2 * nodes.size)
+    K_loss = sparse.diags_array(loss) @ K
+    lying = Lying(track=track, nodes=nodes, section=section, slabs=slabs, between=between)
+    for joint in lying.joints(directions):
+        for spring in joint.springs:
+            for side in range(2):
+                stretch = joint.stretch(spring.direction, side)
+                springs = stretch.T @ sparse.diags_array(joint.part) @ stretch
+                C = C + spring.damping * springs
+                K = K + spring.stiffness * springs
+                K_loss = K_loss + joint.loss_factor * spring.stiffness * springs
     return TrackRing(
         M=M, C=C, K=K, K_loss=K_loss, nodes=nodes, track=track, directions=directions,
         section=section,
@@ -185,44 +184,16 @@ def _nodes(track: Track, extra: FloatArray) -> FloatArray:
     return np.sort(np.concatenate([regular, new]))
 
 
-def _unknowns(e: NDArray[np.intp], nodes: int, size: int) -> NDArray[np.intp]:
-    """Of elements on a rail, of the node behind and then of the one in front, (n, 2 size)."""
-    both = np.stack([e, (e + 1) % nodes], axis=1)[:, :, None] * size + np.arange(size)
-    return both.reshape(e.size, -1)
-
-
 def _rail(
-    track: Track, nodes: FloatArray, directions: Collection[Direction], section: Section
+    track: Track, nodes: FloatArray, section: Section
 ) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Mass and stiffness of one rail closed into a ring."""
+    """Mass and stiffness of one rail, with layers as continuous, closed into a ring."""
     lengths = np.diff(np.append(nodes, track.length))
-    at = _unknowns(np.arange(nodes.size), nodes.size, section.size)
+    at = unknowns_at(np.arange(nodes.size), nodes.size, section.size)
     m, n = at.shape[1], section.size * nodes.size
     rows, columns = np.repeat(at, m, axis=1).ravel(), np.tile(at, (1, m)).ravel()
     M, K = (
         sparse.csr_array((A.ravel(), (rows, columns)), shape=(n, n))
-        for A in element_matrices(track.rail, lengths, directions)
+        for A in section_matrices(section, lengths)
     )
     return M, K
-
-
-def _stretch(
-    track: Track, nodes: FloatArray, section: Section, slabs: Slabs, direction: Direction
-) -> sparse.csr_array:
-    """Motion of the foot less that of the slab at every fastening, left rail first, as rows."""
-    seats, cells, size = railseats(track), track.mesh.cells, section.size
-    x = (np.arange(cells)[:, None] * track.cell_length + seats).ravel()
-    at = np.argmin(np.abs(nodes[None, :] - x[:, None]), axis=1)
-    rails, blocks = 2 * size * nodes.size, []
-    parts = section.deflections(direction, 0.0, track.rail.centroid_height)
-    for side, sign in enumerate(SIDES):
-        foot = sparse.csr_array((x.size, rails))
-        for i, part in enumerate(parts):
-            first = side * size * nodes.size + section.element_unknowns(i)[0]
-            foot = foot + sparse.csr_array(
-                (np.full(x.size, part), (np.arange(x.size), first + size * at)), shape=foot.shape
-            )
-        y = np.full(seats.size, sign * track.rail.lateral_distance / 2)
-        surface = slabs.motion(direction, seats - track.cell_length / 2, y)
-        blocks.append(sparse.hstack([foot, sparse.kron(sparse.eye_array(cells), -surface)]))
-    return sparse.vstack(blocks, format="csr")

@@ -16,22 +16,24 @@ import numpy as np
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.ports import Direction, Y, Z
 
-from .fastenings import Support, springs_of
+from .below import NODE_TOLERANCE, with_lines
+from .fastenings import Support
 from .parameters import Track
-from .rail import assemble, element_matrices
+from .rail import assemble, section_matrices
 from .section import VERTICAL, Section, moves_aside, section_of
 from .slab import SlabModes, free_plate_modes, no_plate_modes
+from .stack import add_crossings, check_directions, railseats, stack_of
 
 EVEN, ODD = 1, -1
-NODE_TOLERANCE = 1e-6  # m; a point this near to a node is that node
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
     """Matrices of one cell for one parity, per rail.
 
-    The unknowns are those of the rail's section at every node from end to end, then the slab's
-    modes. The rail is the right one; the left one is its mirror image (even) or its opposite.
+    The unknowns are those of the section at every node from end to end: the rail's and those of
+    layers as continuous as it is; then those of blocks and sleepers, then the slab's modes. The
+    rail is the right one; the left one is its mirror image (even) or its opposite.
 
     Attributes
     ----------
@@ -48,9 +50,9 @@ class Cell:
     track : Track
         The parameters it was built from.
     section : Section
-        What moves of the rail: [w, theta] of the vertical model.
+        What moves of the rail, [w, theta] of the vertical model, and of continuous layers.
     slab : SlabModes or None
-        The slab's modes; None where fastenings stand on rigid ground.
+        The slab's modes; None where all stands on rigid ground.
     """
 
     M: FloatArray
@@ -66,7 +68,7 @@ class Cell:
 
     @property
     def rail_size(self) -> int:
-        """Number of rail unknowns."""
+        """Number of unknowns of the rail and of layers as continuous."""
         return self.section.size * self.nodes.size
 
     def left(self, direction: Direction) -> int:
@@ -122,13 +124,9 @@ class Cell:
         row = np.zeros(self.K.shape[0])
         if self.slab is not None:
             centre = self.track.cell_length / 2
-            row[self.rail_size :] = self.slab.at(direction, np.array([x - centre]), np.array([y]))
+            modes = self.slab.at(direction, np.array([x - centre]), np.array([y]))
+            row[row.size - self.slab.size :] = modes
         return row
-
-
-def railseats(track: Track) -> FloatArray:
-    """Railseats along a cell, m: the middles of its bays, shape (bays,)."""
-    return (np.arange(track.bays, dtype=np.float64) + 0.5) * track.fastening.spacing
 
 
 def build_cell(
@@ -156,23 +154,30 @@ def build_cell(
     -------
     Cell
     """
-    nodes, section = _nodes(track, points), section_of(track.rail, directions)
-    M_e, K_e = element_matrices(track.rail, np.diff(nodes), directions)
+    check_directions(track, directions)
+    nodes = _nodes(track, points)
+    section = with_lines(section_of(track.rail, directions), track.layers, track.fastening.spacing)
     slab = _slab(track, parity, directions) if track.slab.present else None
-    n_rail = section.size * nodes.size
-    size = n_rail + (slab.size if slab else 0)
+    stack = stack_of(track, parity, section, nodes, slab)
+    size, n_rail = stack.unknowns, section.size * nodes.size
     M, C, K, K_loss = (np.zeros((size, size)) for _ in range(4))
+    M_e, K_e = section_matrices(section, np.diff(nodes))
     M[:n_rail, :n_rail], K[:n_rail, :n_rail] = assemble(M_e), assemble(K_e)
-    K_loss += track.rail.loss_factor * K
-    _add_slab(M, C, K, track, slab, n_rail)
+    of_rail = np.isin(section.unknowns, section_of(track.rail, directions).unknowns)
+    K_loss[:n_rail] += track.rail.loss_factor * np.tile(of_rail, nodes.size)[:, None] * K[:n_rail]
+    add_crossings(M, K, stack)
+    _add_slab(M, C, K, track, slab, size - (slab.size if slab else 0))
     supports = []
-    for spring in springs_of(track.fastening, directions):
-        stretch = _stretch(track, section, slab, nodes, spring.direction)
-        K += spring.stiffness * stretch.T @ stretch
-        C += spring.damping * stretch.T @ stretch
-        K_loss += track.fastening.loss_factor * spring.stiffness * stretch.T @ stretch
-        loss = track.fastening.loss_factor * spring.stiffness
-        supports.append(Support(stretch, spring.stiffness, spring.damping, loss))
+    for joint in stack.joints(directions):
+        for spring in joint.springs:
+            stretch = joint.stretch(spring.direction)
+            loss = joint.loss_factor * spring.stiffness
+            K += spring.stiffness * stretch.T @ stretch
+            C += spring.damping * stretch.T @ stretch
+            K_loss += loss * stretch.T @ stretch
+            on_chain, below = (np.any(part) for part in np.split(stretch, [n_rail], axis=1))
+            if on_chain and (below or not joint.points.all_along):
+                supports.append(Support(stretch, spring.stiffness, spring.damping, loss))
     return Cell(
         M=M, C=C, K=K, K_loss=K_loss, supports=tuple(supports), nodes=nodes, parity=parity,
         track=track, section=section, slab=slab,
@@ -214,26 +219,6 @@ def _add_slab(
         free**2 + slab.per_mass(ground.series_stiffness, ground.stiffness_lateral)
     )
     C[index, index] = 0.5 * slab.per_mass(ground.damping, ground.damping_lateral)
-
-
-def _stretch(
-    track: Track,
-    section: Section,
-    slab: SlabModes | None,
-    nodes: FloatArray,
-    direction: Direction,
-) -> FloatArray:
-    """Rows giving motion of the foot less that of the slab at every railseat, (bays, size)."""
-    seats, n_rail = railseats(track), section.size * nodes.size
-    stretch = np.zeros((seats.size, n_rail + (slab.size if slab else 0)))
-    at = np.argmin(np.abs(nodes[None, :] - seats[:, None]), axis=1)
-    for i, part in enumerate(section.deflections(direction, 0.0, track.rail.centroid_height)):
-        deflection = section.element_unknowns(i)[0]
-        stretch[np.arange(seats.size), section.size * at + deflection] = part
-    if slab is not None:
-        side = np.full(seats.size, track.rail.lateral_distance / 2)
-        stretch[:, n_rail:] = -slab.at(direction, seats - track.cell_length / 2, side)
-    return stretch
 
 
 __all__ = ["EVEN", "ODD", "Cell", "build_cell", "railseats"]

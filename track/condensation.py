@@ -70,8 +70,9 @@ def condense(
     """
     rail, d = cell.rail_size, cell.section.size
     held = [(s.stretch, s.dynamic_stiffness(omega)) for s in cell.supports]
-    rows = np.concatenate([stretch for stretch, _ in held])
-    z = np.concatenate([np.repeat(zs[:, None], len(T), axis=1) for T, zs in held], axis=1)
+    rows = np.concatenate([np.empty((0, cell.K.shape[0])), *(stretch for stretch, _ in held)])
+    of_each = (np.repeat(zs[:, None], len(T), axis=1) for T, zs in held)
+    z = np.concatenate([np.empty((omega.size, 0), dtype=complex), *of_each], axis=1)
     free = _without_supports(cell)
     places = _places(d, np.concatenate([rows, loads.T, observed.T])[:, :rail])
     at = (d * places[:, None] + np.arange(d)).ravel()

@@ -43,9 +43,9 @@ class Decay:
     ----------
     frequency : array, shape (n,)
         Hz.
-    factor : array, shape (2, n, 2)
-        |lambda|, from cell to cell, of the two waves, the slower first.
-    share : array, shape (2, n, 2)
+    factor : array, shape (2, n, d)
+        |lambda|, from cell to cell, of the d waves, two of a rail alone.
+    share : array, shape (2, n, d)
         Their parts of the deflection at a unit force, by magnitude, m/N.
     receptance : array, shape (2, n)
         Deflection at the force, m/N.
@@ -134,13 +134,11 @@ def _at(cells: list[Cell], frequency: FloatArray) -> Decay:
     for cell in cells:
         nothing = np.empty((cell.K.shape[0], 0))
         found = waves(condense(cell, 2 * np.pi * frequency, nothing, nothing))
-        slow, fast = found.decay[:, 0, None, None], found.decay[:, 1, None, None]
-        deflection = found.at_load[:, 0, 0]
-        # X = slow P + fast (1 - P), where P leaves of a motion what runs in the slower wave.
-        part = ((found.forward - fast * np.eye(2)) / (slow - fast) @ found.at_load)[:, 0, 0]
-        factor.append(np.abs(found.decay))
-        share.append(np.abs(np.stack([part, deflection - part], axis=1)))
-        receptance.append(deflection)
+        decay, vectors = np.linalg.eig(found.forward)
+        parts = vectors[:, 0] * np.linalg.solve(vectors, found.at_load[:, :, :1])[:, :, 0]
+        factor.append(np.abs(decay))
+        share.append(np.abs(parts))
+        receptance.append(found.at_load[:, 0, 0])
     return Decay(
         frequency=frequency,
         factor=np.stack(factor),

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 from railcosim.parameters import ParameterError, ParameterSet, Usual, quantity, switch
+
+from .layers import CONTINUOUS, SLEEPER, Layer, check_layers
 
 A2 = "Xu & Lu 2021, Table A2"
 CHN60 = "CHN60 rail section"
@@ -147,13 +149,17 @@ class Fastening(ParameterSet):
         0.625, "m", "distance of railseats; divides the cell (slab and joint)", above=0,
         usual=Usual(0.3, 1.5, "turnouts to bridges"), source="pinned-pinned frequency of 1062 Hz",
     )  # fmt: skip
+    continuous: bool = switch(
+        False, "true: spread along the rail, so much on every spacing; vertical only",
+        source="railseats in the paper",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
 class Slab(ParameterSet):
     """A prefabricated slab: a thin plate with free edges; joints separate the slabs."""
 
-    present: bool = switch(True, "false: fastenings stand on rigid ground", source=A2)
+    present: bool = switch(True, "false: there is rigid ground in its place", source=A2)
     young_modulus: float = quantity(
         3.6e10, "N/m2", "elastic modulus", above=0,
         usual=Usual(5e9, 1e11, "asphalt to the best concrete"), source=A2,
@@ -202,7 +208,7 @@ class Foundation(ParameterSet):
     """Viscoelastic Winkler foundation over the slab's area."""
 
     stiffness: float = quantity(
-        6e7, "N/m3", "stiffness per area, printed as k_ty", above=0,
+        6e7, "N/m3", "stiffness per area, printed as k_ty; 0: mounts only", minimum=0,
         usual=Usual(1e6, 1e10, "floating slabs to rock"),
         source=f"{A2}; per area, as the first rail resonance of 52 Hz demands",
     )  # fmt: skip
@@ -225,10 +231,27 @@ class Foundation(ParameterSet):
         source="off: with 1.3e9 the first rail resonance is 51.9 Hz",
     )  # fmt: skip
 
+    mounts: int = quantity(
+        0, "1", "single springs in either of two rows along a slab, evenly; 0: none", minimum=0,
+        maximum=100, usual=Usual(2, 40, "floating slabs"), source="none in the paper",
+    )  # fmt: skip
+    mount_stiffness: float = quantity(
+        1e7, "N/m", "vertical stiffness of a mount", above=0,
+        usual=Usual(1e6, 1e8, "coil springs to rubber blocks"), source="none in the paper",
+    )  # fmt: skip
+    mount_damping: float = quantity(
+        1e4, "N.s/m", "vertical damping of a mount", minimum=0,
+        usual=Usual(100.0, 1e6, "coil springs to viscous dampers"), source="none in the paper",
+    )  # fmt: skip
+    mount_distance: float = quantity(
+        1.5, "m", "between the two rows", above=0,
+        usual=Usual(0.5, 4.0, "under rails to under edges"), source="none in the paper",
+    )  # fmt: skip
+
     @property
     def series_stiffness(self) -> float:
         """Foundation and cement-asphalt layer in series, N/m3."""
-        if self.ca_layer_stiffness == 0:
+        if self.ca_layer_stiffness == 0 or self.stiffness == 0:
             return self.stiffness
         return 1 / (1 / self.stiffness + 1 / self.ca_layer_stiffness)
 
@@ -265,7 +288,14 @@ class Mesh(ParameterSet):
 
 @dataclass(frozen=True, kw_only=True)
 class Track:
-    """Everything about a slab track: two rails on fastenings, slabs and their foundation.
+    """Everything about a track: two rails on fastenings, layers, slabs and their foundation.
+
+    Attributes
+    ----------
+    rail, fastening, slab, foundation, mesh
+        Properties, see each.
+    layers : tuple of Layer
+        From the top, between the fastenings and the slab, or the ground if there is none.
 
     Raises
     ------
@@ -284,8 +314,12 @@ class Track:
     slab: Slab = field(default_factory=Slab)
     foundation: Foundation = field(default_factory=Foundation)
     mesh: Mesh = field(default_factory=Mesh)
+    layers: tuple[Layer, ...] = ()
 
     def __post_init__(self) -> None:
+        tables = [declared.name for declared in fields(self)]
+        check_layers(self.layers, tables, self.rail.lateral_distance)
+        self._check_lying()
         bays = self.cell_length / self.fastening.spacing
         if abs(bays - round(bays)) > 1e-6 or round(bays) < 1:
             raise ParameterError(
@@ -309,9 +343,38 @@ class Track:
                     f"[mesh] {name} = {getattr(self.mesh, name)}: must be an even number"
                 )
 
+    def _check_lying(self) -> None:
+        """Whether all lies on something."""
+        top = self.layers[0] if self.layers else None
+        if self.fastening.continuous and top and top.kind != CONTINUOUS:
+            raise ParameterError(
+                f"[fastening] continuous: what is continuous cannot lie on {top.called}, a "
+                f"{top.kind}; list something continuous above it, or set it to false"
+            )
+        if self.slab.present and not (self.foundation.stiffness or self.foundation.mounts):
+            raise ParameterError(
+                "[foundation] stiffness = 0 N/m3 and mounts = 0: a slab must lie on something"
+            )
+        across = [(layer.called, layer.length) for layer in self.layers if layer.kind == SLEEPER]
+        if self.foundation.mounts:
+            across.append(("[foundation] mount_distance", self.foundation.mount_distance))
+        for what, width in across:
+            if self.slab.present and width > self.slab.width:
+                raise ParameterError(
+                    f"{what} = {width:g} m across: must be within slab.width = "
+                    f"{self.slab.width:g} m"
+                )
+
+    @property
+    def called(self) -> str:
+        """What it is, in a word or two."""
+        return "Slab track" if self.slab.present else "Track"
+
     @property
     def cell_length(self) -> float:
-        """One slab with its joint, m."""
+        """One slab with its joint, m; a bay where there are no slabs but layers."""
+        if not self.slab.present and (self.layers or self.fastening.continuous):
+            return self.fastening.spacing
         return self.slab.length + self.slab.joint
 
     @property

@@ -42,7 +42,12 @@ def element_matrices(
     Goudreau, G. L. & Taylor, R. L. (1973), Evaluation of numerical integration methods in
     elastodynamics, Comput. Methods Appl. Mech. Eng. 2(1), 69-97 (on the averaged mass).
     """
-    L, section = np.asarray(length, dtype=float), section_of(rail, directions)
+    return section_matrices(section_of(rail, directions), length)
+
+
+def section_matrices(section: Section, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The same of any section."""
+    L = np.asarray(length, dtype=float)
     M, K = np.zeros((2, L.size, 2 * section.size, 2 * section.size))
     for i, member in enumerate(section.members):
         at = section.element_unknowns(i)

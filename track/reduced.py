@@ -22,6 +22,7 @@ from .parameters import Track
 from .residual import head_shapes, residual
 from .ring import RingModes, ring_modes
 from .section import VERTICAL, moves_aside
+from .stack import check_directions
 
 SHORTEST_WAVES = 0.8  # of the highest frequency kept: what a mesh must have, if at its least
 FADE_FROM = 0.6  # of the highest frequency kept; modes below count in full
@@ -131,8 +132,10 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
     Raises
     ------
     ParameterError
-        If rails are to roll and their elements are too long for it.
+        If rails are to roll and their elements are too long for it, or nothing is known of how the
+        track moves aside.
     """
+    check_directions(track, directions)
     check_mesh(track, directions)
     groups = independent(track, directions)
     parts = [_group(track, group) for group in groups]

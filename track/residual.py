@@ -27,6 +27,7 @@ LEAST_DAMPING, MOST_DAMPING = 1e-3, 0.9  # ratio of the residual's pole, whateve
 TRIFLE = 1e-6  # of a flexibility: rounding, to be left out as if it were there
 MOSTLY_ELASTIC = 0.1  # imaginary by real part of what is left out
 HIGHEST_POLE = 10.0  # of the residual, in highest frequencies kept
+RIPPLES = 5.0  # m: those of the modes fade with distance
 OTHERS, APART = 3, 1.5  # other wheelsets, and m to the next one; bogies have 1.8 m or more
 
 
@@ -274,6 +275,7 @@ def _missing_jumps(
     nodes, k = cells[0].nodes, len(directions)
     places = np.linspace(0, track.cell_length, 2 * nodes.size - 1)
     size = np.sqrt(np.max(np.diagonal(apart.static, axis1=1, axis2=2), axis=0))
+    cells_near = int(np.ceil(RIPPLES / track.cell_length - 1e-9))
     missing = []
     for cell, ring in zip(cells, modes, strict=True):
         shape = head_shapes(cell, ring, directions)
@@ -288,7 +290,7 @@ def _missing_jumps(
             for j in range(k):
                 own[:, i, j] = np.sum(along[:, i] * along[:, j][:, ring.partner], axis=1).real
         two = w[:, :, ring.partner].reshape(-1, ring.poles.size)
-        for c in (-1, 0, 1):  # ripples of the modes fade with distance
+        for c in range(-cells_near, cells_near + 1):
             one = (along * np.exp(1j * ring.mu * c)).reshape(-1, ring.poles.size)
             J = np.abs((one @ two.T).real).reshape(places.size, k, nodes.size, k)
             far = np.abs(places[:, None] + c * track.cell_length - nodes) > APART
