@@ -42,6 +42,13 @@ void balance_over_step(const Question *question, size_t k, const double *x, doub
     contact_over_step(question->law, k, question->way, x, force, tangent);
 }
 
+/* Rows are added to rows: what takes the time. */
+static void add_row(size_t n, double factor, const double *restrict from, double *restrict to)
+{
+    for (size_t j = 0; j < n; j++)
+        to[j] += factor * from[j];
+}
+
 int solve_linear(size_t n, double *A, double *b)
 {
     for (size_t k = 0; k < n; k++) {
@@ -62,8 +69,7 @@ int solve_linear(size_t n, double *A, double *b)
         b[best] = swap;
         for (size_t i = k + 1; i < n; i++) {
             const double factor = A[i * n + k] / pivot;
-            for (size_t j = k; j < n; j++)
-                A[i * n + j] -= factor * A[k * n + j];
+            add_row(n - k - 1, -factor, A + k * n + k + 1, A + i * n + k + 1);
             b[i] -= factor * b[k];
         }
     }
@@ -120,27 +126,26 @@ static size_t members(const Question *question, size_t together, size_t group, s
     return m;
 }
 
-/* A = 1 - tangent G of the m ports of a group. */
+/* A = 1 - tangent G of the m ports of a group; `row` has room for parts * m numbers. */
 static void soften(const Question *question, const double *G, size_t m, const size_t *port,
-                   const double *tangents, double *A)
+                   const double *tangents, double *row, double *A)
 {
     const size_t own = question->law->own, n = question->n, parts = question->parts;
     const size_t wide = parts * own, all = parts * m;
     memset(A, 0, all * all * sizeof(double));
     for (size_t k = 0; k < m; k += own) {
         const double *tangent = tangents + port[k] / own * wide * wide;
-        for (size_t row = 0; row < wide; row++) {
-            const size_t at = row / own * m + k + row % own;
-            for (size_t col = 0; col < wide; col++) {
-                const double slope = tangent[row * wide + col];
-                const double *g = G + (col / own * parts * n + port[k] + col % own) * n;
-                for (size_t by = 0; by < parts; by++)
-                    for (size_t j = 0; j < m; j++)
-                        A[at * all + by * m + j] -= slope * g[by * n * n + port[j]];
-            }
-            A[at * all + at] += 1;
+        for (size_t col = 0; col < wide; col++) {
+            const double *g = G + (col / own * parts * n + port[k] + col % own) * n;
+            for (size_t by = 0; by < parts; by++)
+                for (size_t j = 0; j < m; j++)
+                    row[by * m + j] = g[by * n * n + port[j]];
+            for (size_t i = 0; i < wide; i++)
+                add_row(all, -tangent[i * wide + col], row, A + (i / own * m + k + i % own) * all);
         }
     }
+    for (size_t i = 0; i < all; i++)
+        A[i * all + i] += 1;
 }
 
 /* Solve for changes, group by group: what groups do to each other is left to the next iteration. */
@@ -152,11 +157,11 @@ static int solve_groups(const Question *question, size_t together, const double 
     size_t port[MOST_PORTS_OF_ALL];
     for (size_t group = 0; group < groups; group++) {
         const size_t m = members(question, together, group, port);
-        double *own = work, *A = own + parts * m;
+        double *own = work, *row = own + parts * m, *A = row + parts * m;
         for (size_t part = 0; part < parts; part++)
             for (size_t k = 0; k < m; k++)
                 own[part * m + k] = change[part * n + port[k]];
-        soften(question, G, m, port, tangents, A);
+        soften(question, G, m, port, tangents, row, A);
         if (!solve_linear(parts * m, A, own))
             return 0;
         for (size_t part = 0; part < parts; part++)

@@ -31,7 +31,7 @@ void balance_over_step(const Question *question, size_t k, const double *x, doub
 /* Forces by Newton's method from those that are there, and x = free + G force: G is (parts of x, parts
    of forces) matrices of (n, n), x and forces are (parts, n). 0: they did not settle. `work` has room
    for BALANCE_WORK(parts * n) numbers. */
-#define BALANCE_WORK(n) ((n) * ((n) + 4 + 2 * MOST_OWN))
+#define BALANCE_WORK(n) ((n) * ((n) + 5 + 2 * MOST_OWN))
 enum { MOST_PORTS_OF_ALL = 2 * MOST_WHEELSETS * MOST_OWN };
 int balance(const Question *question, const double *G, const double *free, double *force, double *x,
             double *work);

@@ -47,6 +47,26 @@ static Question at_once(const Motion *motion, const double *z, const double *giv
     return question;
 }
 
+/* Forces that agree with the rates that they make, from those without any, and these rates. */
+static int agree(Motion *motion, const double *given, double *force, double *v)
+{
+    const Model *m = motion->body.model;
+    const ContactLaw *law = &motion->law;
+    const double *z = motion->last.z, *free = motion->last.vz_free;
+    if (m->nodes > 0) {
+        const Question question = at_once(motion, z, given);
+        memset(force, 0, m->contacts * sizeof(double));
+        return balance(&question, motion->through, free, force, v, motion->solving);
+    }
+    memcpy(v, free, m->contacts * sizeof(double)); /* a vehicle's do not jump */
+    for (size_t k = 0; k < wheels_of(motion); k++) {
+        Contact contact;
+        contact_at(law, k, z + k * law->own, v + k * law->own, given + k * law->given, &contact);
+        memcpy(force + k * law->own, contact.force + law->first, law->own * sizeof(double));
+    }
+    return motion->body.kernels->finite(m->contacts, force) == 0;
+}
+
 int motion_last_forces(Motion *motion, const Inputs *now, const double *x)
 {
     const Model *m = motion->body.model;
@@ -60,10 +80,7 @@ int motion_last_forces(Motion *motion, const Inputs *now, const double *x)
     } else if (last->rates && memcmp(last->given, now->load, bytes) == 0)
         return 1;
     find_through(motion, shapes);
-    const Question question = at_once(motion, last->z, now->load);
-    memset(last->under, 0, m->contacts * sizeof(double));
-    if (!balance(&question, motion->through, last->vz_free, last->under, last->vz,
-                 motion->solving))
+    if (!agree(motion, now->load, last->under, last->vz))
         return 0;
     memcpy(last->given, now->load, bytes);
     motion_note_seen(motion, 1, last->under);

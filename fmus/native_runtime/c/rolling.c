@@ -10,25 +10,30 @@ typedef struct {
     double force[SIX], by_q[SIX][SIX], by_v[SIX][SIX];
 } Forces;
 
-/* Creepages and their derivatives by the coordinates. */
-static void creepages(const Slip *slip, const double v[SIX], double speed, Known creepage[3])
+/* Creepages and their derivatives by the coordinates; and by their rates, a row each. */
+static void creepages(const Slip *slip, const double v[SIX], double speed, Known creepage[3],
+                      double by_rates[3][SIX])
 {
+    memset(by_rates, 0, 3 * SIX * sizeof(double));
     for (int i = 0; i < 3; i++) {
         creepage[i] = slip->rolling[i];
-        for (int a = 0; a < SIX; a++) {
+        for (int k = 0; k < SLIPS[i]; k++) {
+            const int a = SLIPPING[i][k];
             const Known *J = &slip->J[i][a];
-            creepage[i].at += J->at * (v[a] / speed);
-            for (int b = 0; b < SIX; b++)
-                creepage[i].by[b] += J->by[b] * (v[a] / speed);
+            const double part = v[a] / speed;
+            by_rates[i][a] = J->at / speed;
+            creepage[i].at += J->at * part;
+            for (int b = 0; b < FIVE; b++)
+                creepage[i].by[b] += J->by[b] * part;
         }
     }
 }
 
 static void add_normal(const Press *press, const Known *N, Forces *f)
 {
-    for (int a = 0; a < SIX; a++) {
+    for (int a = 0; a < FIVE; a++) {
         f->force[a] -= N->at * press->overlap.by[a];
-        for (int b = 0; b < SIX; b++)
+        for (int b = 0; b < FIVE; b++)
             f->by_q[a][b] -= press->overlap.by[a] * N->by[b] + N->at * press->second[a][b];
     }
 }
@@ -37,26 +42,26 @@ static void add_creep(const RollingLaw *law, const Slip *slip, const Known *N, c
                       Forces *f)
 {
     Known creepage[3];
-    creepages(slip, v, law->speed, creepage);
+    double force[3], by[3][4], by_rates[3][SIX];
+    creepages(slip, v, law->speed, creepage, by_rates);
     const double at[3] = {creepage[0].at, creepage[1].at, creepage[2].at};
-    double force[3], by[3][4];
     rolling_creep(law, N->at, at, force, by);
     for (int i = 0; i < 3; i++) {
-        double by_q[SIX], by_v[SIX]; /* of this part of the force */
-        for (int b = 0; b < SIX; b++) {
+        double by_q[FIVE], by_v[SIX]; /* of this part of the force */
+        for (int b = 0; b < FIVE; b++)
             by_q[b] = by[i][0] * N->by[b] + by[i][1] * creepage[0].by[b] +
                       by[i][2] * creepage[1].by[b] + by[i][3] * creepage[2].by[b];
-            by_v[b] = (by[i][1] * slip->J[0][b].at + by[i][2] * slip->J[1][b].at +
-                       by[i][3] * slip->J[2][b].at) /
-                      law->speed;
-        }
-        for (int a = 0; a < SIX; a++) {
+        for (int b = 0; b < SIX; b++)
+            by_v[b] = by[i][1] * by_rates[0][b] + by[i][2] * by_rates[1][b] +
+                      by[i][3] * by_rates[2][b];
+        for (int k = 0; k < SLIPS[i]; k++) {
+            const int a = SLIPPING[i][k];
             const Known *J = &slip->J[i][a];
             f->force[a] += J->at * force[i];
-            for (int b = 0; b < SIX; b++) {
+            for (int b = 0; b < FIVE; b++)
                 f->by_q[a][b] += J->by[b] * force[i] + J->at * by_q[b];
+            for (int b = 0; b < SIX; b++)
                 f->by_v[a][b] += J->at * by_v[b];
-            }
         }
     }
 }
@@ -71,8 +76,9 @@ static void add_contact(const RollingLaw *law, double side, const double q[SIX],
     if (!(closed > 0))
         return;
     Known N = {law->hertz * closed * sqrt(closed), {0}};
-    for (int b = 0; b < SIX; b++)
-        N.by[b] = 1.5 * law->hertz * sqrt(closed) * press.overlap.by[b];
+    const double stiffness = 1.5 * law->hertz * sqrt(closed);
+    for (int b = 0; b < FIVE; b++)
+        N.by[b] = stiffness * press.overlap.by[b];
     add_normal(&press, &N, f);
     add_creep(law, &slip, &N, v, f);
 }
@@ -106,33 +112,37 @@ static void coordinates_of(const RollingLaw *law, double side,
     q[RAIL_ROLL] = at_ports[7];
 }
 
-/* What does work on the coordinates, as what does work at the ports; numbers are `stride` apart. */
-static void to_ports(const RollingLaw *law, double side, size_t stride, const double *f,
+/* What does work on the coordinates, as what does work at the ports; `n` numbers of each. */
+static void to_ports(const RollingLaw *law, double side, size_t n, const double *f,
                      double *at_ports)
 {
     const double middle = side * law->half_distance, r0 = law->radius;
-    const double y = f[Y * stride], z = f[Z * stride], spin = f[SPIN * stride] / r0;
-    at_ports[0] = z;
-    at_ports[1 * stride] = y;
-    at_ports[2 * stride] = f[ROLL * stride] + r0 * y - middle * z;
-    at_ports[3 * stride] = spin;
-    at_ports[4 * stride] = f[YAW * stride] + middle * spin;
-    at_ports[5 * stride] = -z;
-    at_ports[6 * stride] = -y;
-    at_ports[7 * stride] = f[RAIL_ROLL * stride];
+    const double *y = f + Y * n, *z = f + Z * n, *roll = f + ROLL * n, *spin = f + SPIN * n;
+    const double *yaw = f + YAW * n, *rail_roll = f + RAIL_ROLL * n;
+    for (size_t k = 0; k < n; k++) {
+        at_ports[k] = z[k];
+        at_ports[n + k] = y[k];
+        at_ports[2 * n + k] = roll[k] + r0 * y[k] - middle * z[k];
+        at_ports[3 * n + k] = spin[k] / r0;
+        at_ports[4 * n + k] = yaw[k] + middle * (spin[k] / r0);
+        at_ports[5 * n + k] = -z[k];
+        at_ports[6 * n + k] = -y[k];
+        at_ports[7 * n + k] = rail_roll[k];
+    }
+    for (size_t k = 0; k < ROLLING_WHEEL * n; k++) /* what the wheel does to the rail */
+        at_ports[k] = -at_ports[k];
 }
 
 static void matrix_to_ports(const RollingLaw *law, double side, double f[SIX][SIX],
                             double at_ports[ROLLING_MOTIONS][ROLLING_MOTIONS])
 {
     double half[SIX][ROLLING_MOTIONS];
-    for (int a = 0; a < SIX; a++)
+    for (int a = 0; a < SIX; a++) {
         to_ports(law, side, 1, f[a], half[a]);
-    for (int j = 0; j < ROLLING_MOTIONS; j++)
-        to_ports(law, side, ROLLING_MOTIONS, &half[0][j], &at_ports[0][j]);
-    for (int i = 0; i < ROLLING_WHEEL; i++) /* numbers are what the wheel does to the rail */
-        for (int j = 0; j < ROLLING_MOTIONS; j++)
-            at_ports[i][j] = -at_ports[i][j];
+        for (int j = 0; j < ROLLING_WHEEL; j++) /* a motion, not a force */
+            half[a][j] = -half[a][j];
+    }
+    to_ports(law, side, ROLLING_MOTIONS, half[0], at_ports[0]);
 }
 
 void rolling_force(const RollingLaw *law, double side, const double q[ROLLING_MOTIONS],
@@ -148,8 +158,6 @@ void rolling_force(const RollingLaw *law, double side, const double q[ROLLING_MO
     add_contact(law, side, six, rates, &f);
     add_flange(law, side, six, &f);
     to_ports(law, side, 1, f.force, force);
-    for (int i = 0; i < ROLLING_WHEEL; i++)
-        force[i] = -force[i];
     if (by_q != NULL)
         matrix_to_ports(law, side, f.by_q, by_q);
     if (by_v != NULL)

@@ -68,7 +68,7 @@ static void press_cone(const RollingLaw *law, const Place *p, const double q[SIX
     d->by[ROLL] = p->along.at + p->arm;
     d->by[YAW] = -sinking * q[YAW];
     d->by[RAIL_ROLL] = -R * p->sin_tilt;
-    for (int j = 0; j < SIX; j++)
+    for (int j = 0; j < FIVE; j++)
         press->second[ROLL][j] = press->second[j][ROLL] = p->along.by[j];
     press->second[YAW][YAW] = -sinking;
     press->second[RAIL_ROLL][RAIL_ROLL] = R * p->cos_tilt;
@@ -93,7 +93,7 @@ static void press_textbook(const RollingLaw *law, const Place *p, const double q
 static Known sum(double a, const Known *f, double b, const Known *g)
 {
     Known found = {a * f->at + b * g->at, {0}};
-    for (int j = 0; j < SIX; j++)
+    for (int j = 0; j < FIVE; j++)
         found.by[j] = a * f->by[j] + b * g->by[j];
     return found;
 }
@@ -101,7 +101,7 @@ static Known sum(double a, const Known *f, double b, const Known *g)
 static Known product(const Known *f, const Known *g)
 {
     Known found = {f->at * g->at, {0}};
-    for (int j = 0; j < SIX; j++)
+    for (int j = 0; j < FIVE; j++)
         found.by[j] = f->at * g->by[j] + f->by[j] * g->at;
     return found;
 }
@@ -126,7 +126,6 @@ static void slip_of(const RollingLaw *law, const Place *p, const double q[SIX], 
     const Known behind = sum(1, &y, -p->sin_slope / p->cos_slope, &r);
     const Known x = product(&behind, &yaw), turned = product(&r, &yaw);
     const Known forward = product(&p->c, &x);
-    memset(slip, 0, sizeof *slip);
     slip->J[0][SPIN] = r;
     slip->J[0][YAW] = sum(-1, &out, 0, &one);
     slip->J[1][Y] = p->c;
