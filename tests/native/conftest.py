@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import fcntl
 import itertools
 import os
 import shutil
 import subprocess
 import uuid
-from collections.abc import Callable, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -19,7 +22,9 @@ from railcosim.fmus.interface import Scalar
 from railcosim.fmus.native_runtime.compile import headers, sources
 from railcosim.fmus.native_runtime.resource import resource
 from railcosim.mechanics.modal import ModalBody
+from railcosim.track.decay import RingWarning
 from railcosim.track.parameters import Mesh, Track
+from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.parameters import Vehicle
 
 HERE = Path(__file__).parent / "c"
@@ -201,14 +206,16 @@ def tiny_track() -> Track:
 
 @pytest.fixture(scope="session")
 def tiny(tmp_path_factory: pytest.TempPathFactory, tiny_track: Track) -> dict[str, Fmu]:
-    """Four FMUs taken apart: files of 15 kB, to be damaged."""
-    folder = tmp_path_factory.mktemp("tiny")
-    return {
-        content.name: take_apart(
-            folder / content.name, content.body, content.table
-        )
-        for content in contents(Vehicle(), tiny_track)
-    }  # fmt: skip
+    """FMUs taken apart: files of 10 to 50 kB, to be damaged.
+
+    Four of a vertical pair; and `Spatial...` of two wheelsets, whose contacts inside roll.
+    """
+    folder, wagon = tmp_path_factory.mktemp("tiny"), read_stock(Path("wagon"))
+    with warnings.catch_warnings(category=RingWarning, action="ignore"):
+        named = {c.name: c for c in contents(Vehicle(), tiny_track)}
+        in_space = contents(wagon, tiny_track, dimension="spatial")
+    named |= {f"Spatial{c.name}": c for c in in_space if c.has_contact}
+    return {name: take_apart(folder / name, c.body, c.table) for name, c in named.items()}
 
 
 def take_apart(folder: Path, body: ModalBody, table: Sequence[Scalar]) -> Fmu:
@@ -252,27 +259,63 @@ def sanitizers() -> dict[str, str]:
 
 
 @pytest.fixture(scope="session")
+def of_all_workers(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Callable[[], AbstractContextManager[Path]]:
+    """Function: a folder that all processes of this test run share, for one of them at a time."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "of-all-workers"
+    folder.mkdir(exist_ok=True)
+
+    @contextmanager
+    def enter() -> Iterator[Path]:
+        with (folder / "lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield folder
+
+    return enter
+
+
+@pytest.fixture(scope="session")
 def sanitized(
-    tmp_path_factory: pytest.TempPathFactory, sanitizing: Callable[[], list[str]]
+    of_all_workers: Callable[[], AbstractContextManager[Path]],
+    sanitizing: Callable[[], list[str]],
 ) -> Callable[[int], list[str]]:
     """Command of the driver with the runtime, both under ASan and UBSan, for FMI 2 or 3.
 
-    Requests of the runtime for memory go through the driver, which can refuse them.
+    Requests of the runtime for memory go through the driver, which can refuse them. Compiled once,
+    what is of either version only once.
     """
-    common, folder = sanitizing(), tmp_path_factory.mktemp("sanitized")
-    made: dict[int, list[str]] = {}
+    common = sanitizing()
     wraps = [f"-Wl,--wrap={name}" for name in ("malloc", "calloc", "realloc")]
 
+    def objects(folder: Path, fmi: int, files: list[Path]) -> list[str]:
+        include = sorted({f"-I{path.parent}" for path in headers(fmi)})
+        made = {file: folder / f"{file.stem}.o" for file in files}
+        for file, to in made.items():
+            if not to.exists():
+                compiled(
+                    [
+                        *common,
+                        *include,
+                        "-fPIC",
+                        "-fvisibility=hidden",
+                        "-c",
+                        str(file),
+                        "-o",
+                        str(to),
+                    ]
+                )
+        return [str(to) for to in made.values()]
+
     def command(fmi: int) -> list[str]:
-        if fmi not in made:
-            include = sorted({f"-I{path.parent}" for path in headers(fmi)})
+        with of_all_workers() as folder:
             library, program = folder / f"fmi{fmi}.so", folder / f"driver{fmi}"
-            files = [str(path) for path in sources(fmi)]
-            compiled([*common, *wraps, *include, "-fPIC", "-shared", "-fvisibility=hidden",
-                      "-o", str(library), *files, "-lm"])  # fmt: skip
-            compiled([*common, "-rdynamic", "-o", str(program), *driver_source(fmi), "-ldl"])
-            made[fmi] = [str(program), str(library)]
-        return made[fmi]
+            if not program.exists():
+                parts = objects(folder, fmi, sources(fmi))
+                compiled([*common, *wraps, "-shared", "-o", str(library), *parts, "-lm"])
+                compiled([*common, "-rdynamic", "-o", str(program), *driver_source(fmi), "-ldl"])
+        return [str(program), str(library)]
 
     return command
 

@@ -15,7 +15,8 @@ from railcosim.fmus.native_runtime.resource import resource
 from railcosim.vehicle.parameters import Vehicle
 
 STEP = 1e-3
-NAMES = ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"]
+ROLLING = ["SpatialVehicleWithContact", "SpatialTrackWithContact"]
+NAMES = ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact", *ROLLING]
 FIRST_STATE, FIRST_DERIVATIVE = 2**16, 2**24
 
 

@@ -9,7 +9,8 @@ import subprocess
 import pytest
 
 STEP = 1e-3
-NAMES = ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"]
+ROLLING = ["SpatialVehicleWithContact", "SpatialTrackWithContact"]
+NAMES = ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact", *ROLLING]
 NO_SUCH = 4_000_000_000  # a reference
 FIRST_STATE, FIRST_DERIVATIVE = 2**16, 2**24
 
@@ -201,7 +202,7 @@ def test_steps_that_cannot_be(victim, name, hold, step):
     refused(one("step", STEP, step), "step size")
 
 
-@pytest.mark.parametrize("name", ["Track", "VehicleWithContact", "TrackWithContact"])
+@pytest.mark.parametrize("name", ["Track", "VehicleWithContact", "TrackWithContact", *ROLLING])
 def test_a_step_of_too_many_internal_steps(victim, name):
     """Rolling wheels or contacts inside; a Vehicle takes any step as one."""
     one = victim(name, hold=2)
@@ -412,7 +413,7 @@ def test_snapshots_damaged(victim):
 # --- memory -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["Vehicle", "TrackWithContact"])
+@pytest.mark.parametrize("name", ["Vehicle", "TrackWithContact", *ROLLING])
 def test_no_memory_for_an_instance(driver, tiny, fmi, name):
     """Refused at the first request, at the second, and so on until it is enough."""
     fmu = tiny[name]
