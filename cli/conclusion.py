@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from railcosim.master.recorded_run import Stopped
     from railcosim.plots.chart import Chart
 
-    Run: TypeAlias = Callable[[Progress, Change], tuple[xr.Dataset, Stopped]]
-    """Makes the run, or makes it once more with a course that differs."""
+    Run: TypeAlias = Callable[[Progress, Change, ExitStack], tuple[xr.Dataset, Stopped]]
+    """Makes the run, or makes it once more with a course that differs; what is to be closed after
+    the results are kept goes to the stack."""
 
 CURE = (
     "Take a shorter --step, another --scheme or another owner of the contact (railcosim advise "
@@ -49,10 +50,12 @@ def concluded(
     from railcosim.analysis.pair.verdict import NotBelievedError
 
     kept = 0
+    held = ExitStack()  # FMUs: one that crashes when it is closed takes no results with it
 
     def make(change: Change) -> tuple[xr.Dataset, Stopped]:
+        held.close()
         with progress("with shorter steps" if kept else "running") as update:
-            return run(update, change)
+            return run(update, change, held)
 
     def put(dataset: xr.Dataset) -> None:
         nonlocal kept
@@ -67,7 +70,7 @@ def concluded(
     def doubt(text: str) -> None:
         warnings.warn(text, stacklevel=4)
 
-    with finishing():
+    with finishing(), held:
         try:
             judged(make, believe=believe, keep=put, doubt=doubt)
         except NotBelievedError as error:

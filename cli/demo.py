@@ -59,7 +59,7 @@ def demo(
     journey = Journey(speed=SPEED, held=False, profile=synthesise("german-low", SPEED * STOP))
     course = Course(scheme=jacobi(degree=1), step=1e-4, stop=STOP)
     concluded(
-        lambda update, change: run_pair(*pair, journey, change(course), update),
+        lambda update, change, held: run_pair(*pair, journey, change(course), update, held=held),
         out / "run.nc",
         out / "run.png",
         run_chart,

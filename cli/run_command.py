@@ -119,8 +119,9 @@ def run(
         vehicle, (track,) = files_of(cars), files_of(rails)
         with told_how_to_resume(context, keeping.checkpoint):
             concluded(
-                lambda update, change: run_pair(
-                    vehicle, track, parameters, journey, change(taken), update, keeping.load
+                lambda update, change, held: run_pair(
+                    vehicle, track, parameters, journey, change(taken), update, keeping.load,
+                    held,
                 ),
                 out, plot, run_chart, believe=keeping.believe,
             )  # fmt: skip

@@ -52,10 +52,10 @@ def run_system(
     make_scheme = maker_of(chosen, course.inputs, course.first)
     with told_how_to_resume(context, keeping.checkpoint):
         concluded(
-            lambda update, change: run_ssp(
+            lambda update, change, held: run_ssp(
                 system, make_scheme, update, step=course.step, time=course.time,
                 load=keeping.load, keeping=kept, tolerance=course.tolerance,
-                tolerance_fmu=course.tolerance_fmu, change=change, check=check_rings_of,
+                tolerance_fmu=course.tolerance_fmu, change=change, check=check_rings_of, held=held,
             ),
             out, plot, outputs_chart, believe=keeping.believe,
         )  # fmt: skip

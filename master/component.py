@@ -91,6 +91,10 @@ class ComponentError(RuntimeError):
     """A component refused a call; the message names it, the time and what it said."""
 
 
+class RunEnded(Exception):  # noqa: N818 (it is no error)
+    """A component ends the run, as it may; says which, and when."""
+
+
 class Component(ABC):
     """A dynamic system that is stepped from outside.
 
@@ -118,11 +122,14 @@ class Component(ABC):
         Highest derivative of the inputs that `set_input_derivatives` takes; 0 if none.
     can_rollback : bool
         Whether `save_state` and `restore_state` work.
+    takes_any_step : bool
+        Whether steps may be of different lengths in a run.
     """
 
     holds: frozenset[Hold] = frozenset({Hold.CONSTANT})
     max_input_derivative: int = 0
     can_rollback: bool = False
+    takes_any_step: bool = True
 
     def __init__(self, name: str, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> None:
         self.name = name
@@ -181,6 +188,9 @@ class Component(ABC):
         """All outputs, shape (n_outputs,); a copy."""
         self.read_outputs()
         return self.y.copy()
+
+    def expect_step(self, step: float) -> None:  # noqa: B027 - most need it not
+        """Be told how long (s) the steps of a run will be, or the longest of them."""
 
     # --- what not every component can ----------------------------------------------------------
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg.blas import dnrm2
 
-from railcosim.master.component import ComponentError, FloatArray, Type, Variable
+from railcosim.master.component import ComponentError, FloatArray, RunEnded, Type, Variable
 from railcosim.master.pace import FixedStep, Pace
 from railcosim.master.schemes import Scheme, StepReport
 from railcosim.master.system import System
@@ -59,6 +59,24 @@ class CommunicationPoint(NamedTuple):
     report: StepReport | None
 
 
+def _whole(system: System, pace: Pace, start: float, stop: float) -> float:
+    """The end of a run (s), of whole steps where a component takes no others."""
+    one = next((c.name for c in system.components if not c.takes_any_step), None)
+    end = stop if one is None else pace.whole(start, stop)
+    if end is None:
+        raise ValueError(
+            f"{one} takes steps of one length only (its canHandleVariableCommunicationStepSize is "
+            "false): no tolerance by which steps are chosen"
+        )
+    if end != stop:
+        warnings.warn(
+            f"{one} takes steps of one length only, so the run ends at t = {end:.9g} s and not at "
+            f"{stop:.9g} s",
+            stacklevel=4,
+        )
+    return end
+
+
 class Cosimulation(Iterator[CommunicationPoint]):
     """See `cosimulate`; an iterator over communication points.
 
@@ -74,6 +92,8 @@ class Cosimulation(Iterator[CommunicationPoint]):
         Where it has got to, s; NaN before the first point.
     start, stop : float
         Its span, s.
+    ended : str
+        What a component said that ended the run before; empty if none did.
     context : str
         Scheme and pace, for people.
     """
@@ -82,6 +102,10 @@ class Cosimulation(Iterator[CommunicationPoint]):
         self, system: System, scheme: Scheme, pace: Pace, start: float, stop: float, limit: float
     ) -> None:
         self.system = system
+        self.ended = ""
+        stop = _whole(system, pace, start, stop)
+        for component in system.components:
+            component.expect_step(pace.longest)
         self.stepper = scheme.start(system)
         self.walk = pace.walk(system, self.stepper, start, stop)
         self.time = math.nan
@@ -105,6 +129,9 @@ class Cosimulation(Iterator[CommunicationPoint]):
                 self.system.begin(t)
             else:
                 t, report = self.walk.advance(t)
+        except RunEnded as end:
+            self.ended, self.stop = str(end), t
+            raise StopIteration from None
         except ComponentError as error:
             # Of the same kind: a step that does not converge is one of them.
             message = f"{error} (step from t = {t:.9g} s, {self.context})"

@@ -39,6 +39,7 @@ class MappedInputs(Component):
         self.inner = inner
         self.holds = inner.holds
         self.max_input_derivative = inner.max_input_derivative
+        self.takes_any_step = inner.takes_any_step
         self._factor = np.array([m.factor for m in maps])
         self._offset = np.array([m.offset for m in maps])
         self._inner_u = np.empty(len(self.inputs))
@@ -82,6 +83,10 @@ class MappedInputs(Component):
     def do_step(self, t: float, h: float) -> None:
         """Go from time `t` to `t + h` (s). Raises ComponentError."""
         self.inner.do_step(t, h)
+
+    def expect_step(self, step: float) -> None:
+        """Be told how long (s) steps will be."""
+        self.inner.expect_step(step)
 
     def set_hold(self, hold: Hold) -> None:
         """Choose how the inputs continue from now on."""

@@ -35,13 +35,26 @@ class Walk(Protocol):
 
 
 class Pace(Protocol):
-    """A rule for the lengths of communication steps."""
+    """A rule for the lengths of communication steps.
+
+    Attributes
+    ----------
+    longest : float
+        Step, s.
+    """
+
+    @property
+    def longest(self) -> float:
+        """The longest step, s."""
 
     def walk(self, system: System, stepper: Stepper, start: float, stop: float) -> Walk:
         """Begin at `start` (s); the last step ends exactly at `stop`."""
 
     def reach(self, start: float, stop: float) -> float:
         """A time (s) that no step ends behind: `stop`, but for rounding."""
+
+    def whole(self, start: float, stop: float) -> float | None:
+        """The last time (s) up to `stop` that whole steps lead to; None if they differ."""
 
     def describe(self) -> str:
         """For people and for results."""
@@ -65,6 +78,16 @@ class FixedStep:
     def walk(self, system: System, stepper: Stepper, start: float, stop: float) -> Walk:
         """Begin; see `Pace.walk`."""
         return _FixedWalk(system, stepper, self, start, stop)
+
+    @property
+    def longest(self) -> float:
+        """The step, s."""
+        return self.step
+
+    def whole(self, start: float, stop: float) -> float:
+        """The last time (s) up to `stop` that whole steps lead to."""
+        n_steps, last = self.last(start, stop)
+        return stop if last == self.step else start + (n_steps - 1) * self.step
 
     def reach(self, start: float, stop: float) -> float:
         """A time (s) that no step ends behind; see `Pace.reach`."""

@@ -93,6 +93,9 @@ def recorded_run(
             "stopped": "no" if stopped is None else str(stopped) or "interrupted",
             **{f"inputs of {name}": how for name, how in system.describe_inputs().items()},
         }
+        if run.ended:
+            attributes["ended"] = run.ended
+            warnings.warn(run.ended, stacklevel=3)
         dataset = recorder.to_dataset(attributes)
         if meter is not None:
             dataset = xr.merge([dataset, meter.to_dataset()], join="left", combine_attrs="override")

@@ -96,6 +96,14 @@ class StepControl:
         check_rollback(system)
         return ControlledWalk(self, system, stepper, stop)
 
+    @property
+    def longest(self) -> float:
+        """The longest step, s."""
+        return self.largest
+
+    def whole(self, start: float, stop: float) -> None:
+        """There are no whole steps; see `Pace.whole`."""
+
     def reach(self, start: float, stop: float) -> float:
         """A time (s) that no step ends behind; see `Pace.reach`."""
         return rounded_up(stop)

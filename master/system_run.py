@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
 import xarray as xr
@@ -39,6 +40,7 @@ def run_ssp(
     tolerance_fmu: float | None = None,
     change: Change = lambda course: course,
     check: Callable[[Sequence[LoadedFmu]], None] = _nothing,
+    held: ExitStack | None = None,
 ) -> tuple[xr.Dataset, Stopped]:
     """Run a system; also a run that stops early returns what was recorded, and why it stopped.
 
@@ -68,6 +70,8 @@ def run_ssp(
         Gives the course that is taken, from that of the options and the file.
     check : callable, optional
         Given all FMUs, initialised; may raise, or warn.
+    held : ExitStack, optional
+        Closes the FMUs when its owner wants; else they are closed before the results are returned.
 
     Returns
     -------
@@ -83,7 +87,8 @@ def run_ssp(
     CouplingError
         If the system cannot be coupled.
     """
-    with open_ssp(path, load=load) as loaded:
+    with ExitStack() as own:
+        loaded = (held or own).enter_context(open_ssp(path, load=load))
         for note in loaded.notes:
             warnings.warn(f"{path}: {note}", stacklevel=2)
         start, stop, step = _experiment(path, loaded, step, time)

@@ -102,6 +102,7 @@ class SeveralVehicles(LoadedFmu):
             other_names={},
             can_get_and_set_state=all(d.can_get_and_set_state for d in each),
             can_serialize_state=all(d.can_serialize_state for d in each),
+            takes_any_step=all(d.takes_any_step for d in each),
             can_interpolate_inputs=all(d.can_interpolate_inputs for d in each),
             has_directional_derivatives=all(d.has_directional_derivatives for d in each),
             has_output_rates=all(d.has_output_rates for d in each),
@@ -186,6 +187,16 @@ class SeveralVehicles(LoadedFmu):
         """See `LoadedFmu`."""
         for fmu in self.fmus:
             fmu.close()
+
+    def expect_step(self, step: float) -> None:
+        """See `Component`."""
+        for fmu in self.fmus:
+            fmu.expect_step(step)
+
+    @property
+    def warned(self) -> str:
+        """Nothing: each says what it has warned of."""
+        return ""
 
     @property
     def messages(self) -> tuple[str, ...]:

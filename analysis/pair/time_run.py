@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 
 import xarray as xr
@@ -27,6 +28,7 @@ def run_pair(
     course: Course,
     progress: Progress,
     load: Load = FmuComponent.load,
+    held: ExitStack | None = None,
 ) -> tuple[xr.Dataset, Stopped]:
     """Run a pair; also a run that stops early returns what was recorded, and why it stopped.
 
@@ -38,6 +40,8 @@ def run_pair(
         Scheme, steps and span.
     progress : callable
         Given the time and the end, s, now and then.
+    held : ExitStack, optional
+        Closes the FMUs when its owner wants; else they are closed before the results are returned.
 
     Raises
     ------
@@ -45,7 +49,9 @@ def run_pair(
         If the irregularity ends before the run does.
     """
     journey.profile.check_covers(journey.speed * course.stop)
-    with open_pair(vehicle, track, parameters, journey, load, course.told) as pair:
+    with ExitStack() as own:
+        opened = open_pair(vehicle, track, parameters, journey, load, course.told)
+        pair = (held or own).enter_context(opened)
         about: dict[str, str | float] = {
             "title": f"{3.6 * journey.speed:.0f} km/h, irregularity {journey.profile.name}",
             "speed": journey.speed,

@@ -5,8 +5,16 @@ from __future__ import annotations
 import socket
 import struct
 
+from railcosim.master.component import ComponentError, RunEnded
+from railcosim.master.fmi.archive import FmuError
+
 SUCCEEDED, FAILED = b"=", b"!"
 """First byte of an answer."""
+
+ERRORS: dict[str, type[Exception]] = {
+    kind.__name__: kind for kind in (FmuError, RunEnded, ComponentError)
+}
+"""What comes up on the one side as it did on the other."""
 
 _LENGTH = struct.Struct("<Q")
 _CHUNK = 1 << 16

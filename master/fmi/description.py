@@ -84,6 +84,8 @@ class FmuDescription:
         The causality of every variable that is not a parameter.
     can_get_and_set_state, can_serialize_state : bool
         Capabilities.
+    takes_any_step : bool
+        Whether steps may differ in length (``canHandleVariableCommunicationStepSize``).
     can_interpolate_inputs, has_directional_derivatives, has_output_rates : bool
         Likewise.
     default_step : float or None
@@ -110,6 +112,7 @@ class FmuDescription:
     other_names: dict[str, str]
     can_get_and_set_state: bool
     can_serialize_state: bool
+    takes_any_step: bool
     can_interpolate_inputs: bool
     has_directional_derivatives: bool
     has_output_rates: bool
@@ -221,6 +224,7 @@ def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
         other_names={v.name: v.causality for v in raw.modelVariables if v.causality != "parameter"},
         can_get_and_set_state=kind.canGetAndSetFMUstate,
         can_serialize_state=kind.canSerializeFMUstate,
+        takes_any_step=getattr(kind, "canHandleVariableCommunicationStepSize", True),
         can_interpolate_inputs=getattr(kind, "canInterpolateInputs", False),  # Co-Simulation's
         has_directional_derivatives=kind.providesDirectionalDerivative,
         has_output_rates=getattr(kind, "maxOutputDerivativeOrder", 0) >= 1,  # likewise

@@ -98,7 +98,12 @@ class FmuComponent(LoadedFmu):
         Tested when first asked for, on an instance in a process of its own: one that fails the
         test is left in a state that nobody knows, or crashes.
         """
-        return rollback_fault(self.description, self._parameters, self.u)
+        return rollback_fault(self.description, self._parameters, self.u, self._told, self._step)
+
+    @property
+    def warned(self) -> str:
+        """What the FMU has warned of; see `LoadedFmu`."""
+        return self._instance.log.warned()
 
     @property
     def messages(self) -> tuple[str, ...]:
@@ -124,6 +129,7 @@ class FmuComponent(LoadedFmu):
         """Announce the time span and enter initialisation mode; see `LoadedFmu`."""
         self._check_phase(_Phase.INSTANTIATED)
         self._instance.time = start
+        self._told = start, stop, tolerance
         error = self.description.default_tolerance if tolerance is None else tolerance
         self._instance.call(
             "fmi2SetupExperiment",
@@ -148,6 +154,8 @@ class FmuComponent(LoadedFmu):
         if self._instance.is_open and self._phase is _Phase.RUNNING:
             with contextlib.suppress(ComponentError):  # going anyway
                 self._instance.call("fmi2Terminate")
+        if self._instance.is_open:
+            self.tell_warnings()
         self._instance.free()
 
     # --- stepping (the hot path) ---------------------------------------------------------------
@@ -250,7 +258,7 @@ class FmuComponent(LoadedFmu):
         status = call.function(*call.arguments)
         if status > WARNING:
             self._instance.time = t
-            self._instance.refuse("fmi2DoStep", status)
+            self._instance.after_step(status)
         self._instance.time = t + h
 
     def set_hold(self, hold: Hold) -> None:

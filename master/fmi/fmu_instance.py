@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import ctypes
 import shutil
+import time
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-from railcosim.master.component import ComponentError
+from railcosim.master.component import ComponentError, RunEnded
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.description import FmuDescription
 from railcosim.master.fmi.fmu_log import FmuLog, status_name
 from railcosim.master.fmi.library import Library, library_of
 
-WARNING, _FATAL = 1, 4
+WARNING, _DISCARD, _FATAL, _PENDING = 1, 2, 4, 5
+_DO_STEP_STATUS, _TERMINATED = 0, 3  # of what FMI 2 gives a status
+_LONGEST_NAP = 0.01  # s
 MODEL_EXCHANGE, CO_SIMULATION = 0, 1
 
 
@@ -155,6 +158,44 @@ class FmuInstance:
             f"{self._name}: {function} at t = {self.time:.9g} s gave status "
             f"{status_name(status)}.{self.log.quote()}"
         )
+
+    def after_step(self, status: int) -> None:
+        """Wait for a step that goes on by itself; raise for one that was not made.
+
+        Raises
+        ------
+        RunEnded
+            If the FMU ends the run, and has complained of nothing.
+        ComponentError
+            If it refused the step.
+        """
+        nap = 1e-5
+        while status == _PENDING:
+            time.sleep(nap)
+            nap = min(2 * nap, _LONGEST_NAP)
+            status = self._status("fmi2GetStatus", _DO_STEP_STATUS, _PENDING)
+        if status <= WARNING:
+            return
+        failed = any(s in {"error", "fatal"} for s, _ in self.log.messages)
+        if (
+            status == _DISCARD
+            and not failed
+            and self._status("fmi2GetBooleanStatus", _TERMINATED, 0)
+        ):
+            said = self.log.quote() if self.log.messages else ""
+            raise RunEnded(f"{self._name} ended the run after t = {self.time:.9g} s.{said}")
+        self.refuse("fmi2DoStep", status)
+
+    def _status(self, function: str, kind: int, default: int) -> int:
+        """Ask about the last step; an FMU that does not know may say so."""
+        value = ctypes.c_int(default)
+        try:
+            known = self._function(function)(self._component, kind, ctypes.byref(value))
+        except FmuError:
+            known = _DISCARD
+        if known > WARNING:
+            return default if default != _PENDING else known
+        return value.value
 
     def own(self, pointer: ctypes.c_void_p) -> FmuState:
         """Wrap a snapshot that the FMU made, so that it is freed in time."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import itertools
-from collections import deque
+from collections import Counter, deque
 from typing import Any
 from weakref import WeakValueDictionary
 
@@ -15,6 +15,8 @@ import fmpy.logging
 
 _STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 _KEPT = 50  # messages; enough for the traceback of a Python FMU
+_SHOWN = 3  # warnings
+_OTHERS = "others"
 
 
 class FmuLog:
@@ -32,10 +34,13 @@ class FmuLog:
         The ``fmi2CallbackFunctions`` to instantiate with; must live as long as the instance.
     messages : deque of (str, str)
         Status and text, oldest first.
+    warnings : Counter of str
+        Texts of status warning, and how often each came.
     """
 
     def __init__(self, *, is_format: bool) -> None:
         self.messages: deque[tuple[str, str]] = deque(maxlen=_KEPT)
+        self.warnings: Counter[str] = Counter()
         key = next(_keys)
         _logs[key] = self
         self.callbacks = fmpy.fmi2.fmi2CallbackFunctions()
@@ -47,6 +52,24 @@ class FmuLog:
             # Formats the printf arguments in C, and then calls ONE logger for the whole process:
             # the one registered last. Hence one dispatcher for all instances.
             fmpy.logging.addLoggerProxy(ctypes.byref(self.callbacks))
+
+    def note(self, status: str, text: str) -> None:
+        """Take note of a message."""
+        self.messages.append((status, text))
+        if status == "warning":
+            known = text in self.warnings or len(self.warnings) < _KEPT
+            self.warnings[text if known else _OTHERS] += 1
+
+    def warned(self) -> str:
+        """What was warned of, once each, with a count; empty for nothing."""
+        total = self.warnings.total()
+        if not total:
+            return ""
+        most = self.warnings.most_common(_SHOWN)
+        texts = [f"{text} ({n} times)" if n > 1 else text for text, n in most]
+        more = len(self.warnings) - len(most)
+        texts += [f"and {more} other texts"] if more > 0 else []
+        return f"warned {total} time{'s' * (total > 1)}: {' | '.join(texts)}"
 
     def quote(self) -> str:
         """Make the messages the end of an error message, and forget them."""
@@ -70,7 +93,7 @@ def _dispatch(
         fmpy.fmi1.printLogMessage(environment, instance, status, category, message)
         return
     text = (message or b"").decode("utf-8", errors="replace").strip()
-    log.messages.append((status_name(status), text))
+    log.note(status_name(status), text)
 
 
 _keys = itertools.count(1)

@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 
 from railcosim.master.component import ComponentError
 from railcosim.master.fmi.archive import FmuError
-from railcosim.master.fmi.channel import FAILED, Channel
+from railcosim.master.fmi.channel import ERRORS, FAILED, Channel
 
 _START_LIMIT = 60.0
 """Seconds in which Python starts, on a busy machine too, and the FMU is instantiated."""
@@ -27,6 +27,8 @@ _LAST_WORDS = 1000
 """Bytes of what the process printed that are quoted when it ends."""
 _HARMLESS = {"write_inputs", "read_outputs", "drop_state"}
 """Commands that are not named in errors beside others."""
+_NAMED = 3
+"""Commands that an error names."""
 _Command = tuple[bool, str, tuple[Any, ...]]
 
 
@@ -95,8 +97,8 @@ class FmuProcess:
             self._fail(error)
         self._unanswered.clear()
         if answer[:1] == FAILED:
-            is_misuse, text = json.loads(answer[1:])
-            raise (FmuError if is_misuse else ComponentError)(text)
+            kind, text = json.loads(answer[1:])
+            raise ERRORS[kind](text)
         return answer[1:]
 
     def flush(self) -> None:
@@ -144,7 +146,9 @@ class FmuProcess:
             for _, command, arguments in self._unanswered
             if command not in _HARMLESS
         ]
-        return ", ".join(names) or self._unanswered[-1][1]
+        few = names[-_NAMED:]
+        before = f"{len(names) - len(few)} calls and " if len(names) > len(few) else ""
+        return before + ", ".join(few) if few else self._unanswered[-1][1]
 
 
 class _LastWords:

@@ -23,8 +23,7 @@ from typing import Any
 import numpy as np
 
 from railcosim.master.component import ComponentError, Hold
-from railcosim.master.fmi.archive import FmuError
-from railcosim.master.fmi.channel import FAILED, SUCCEEDED, Channel
+from railcosim.master.fmi.channel import ERRORS, FAILED, SUCCEEDED, Channel
 from railcosim.master.fmi.description import read_description
 from railcosim.master.fmi.fmu import FmuComponent, FmuState
 
@@ -100,7 +99,12 @@ class _Server:
     def messages(self) -> bytes:
         return json.dumps(self._fmu.messages).encode()
 
-    def rollback_fault(self) -> bytes:
+    def warned(self) -> bytes:
+        return json.dumps(self._fmu.warned).encode()
+
+    def rollback_fault(self, step: float | None) -> bytes:
+        if step is not None:
+            self._fmu.expect_step(step)
         return json.dumps(self._fmu.rollback_fault).encode()
 
 
@@ -131,9 +135,9 @@ def serve(line: Channel, load: Callable[[], FmuComponent]) -> None:
 
 def _describe(error: Exception) -> bytes:
     """Kind and text of an error, for the other side to raise."""
-    known = isinstance(error, FmuError | ComponentError)
-    text = str(error) if known else f"{type(error).__name__}: {error}"
-    return json.dumps([isinstance(error, FmuError), text]).encode()
+    kind = next((name for name, kind in ERRORS.items() if isinstance(error, kind)), "")
+    text = str(error) if kind else f"{type(error).__name__}: {error}"
+    return json.dumps([kind or ComponentError.__name__, text]).encode()
 
 
 def _end_with(line: socket.socket, folder: Path) -> None:

@@ -17,7 +17,7 @@ from typing import Self
 
 import numpy as np
 
-from railcosim.master.component import ComponentError, FloatArray, Hold
+from railcosim.master.component import ComponentError, FloatArray, Hold, RunEnded
 from railcosim.master.fmi.archive import FmuError, unpack
 from railcosim.master.fmi.description import FmuDescription, read_description
 from railcosim.master.fmi.fmu_parameters import Scalar
@@ -93,8 +93,13 @@ class IsolatedComponent(LoadedFmu):
     @property
     def rollback_fault(self) -> str | None:
         """Why the FMU cannot go back to a saved state; None if it can."""
-        fault: str | None = json.loads(self._process.ask("rollback_fault"))
+        fault: str | None = json.loads(self._process.ask("rollback_fault", self._step))
         return fault
+
+    @property
+    def warned(self) -> str:
+        """What the FMU has warned of; nothing once its process has ended."""
+        return str(json.loads(self._process.ask("warned"))) if self._process.is_open else ""
 
     @property
     def messages(self) -> tuple[str, ...]:
@@ -118,7 +123,8 @@ class IsolatedComponent(LoadedFmu):
     def close(self) -> None:
         """End the process. Harmless to repeat."""
         if self._process.is_open:
-            with contextlib.suppress(ComponentError, FmuError):  # going anyway
+            with contextlib.suppress(ComponentError, FmuError, RunEnded):  # going anyway
+                self.tell_warnings()
                 self._process.ask("close")
         self._process.end()
 
@@ -155,7 +161,10 @@ class IsolatedComponent(LoadedFmu):
     def do_step(self, t: float, h: float) -> None:
         """Go from time `t` to `t + h` (s). A failure may come up in the next call."""
         self._process.tell("do_step", t, h)
-        self._process.flush()
+        if self.y.size:
+            self._process.flush()
+        else:  # nobody will ask for anything that would tell how it went
+            self._process.ask("ready")
 
     def set_hold(self, hold: Hold) -> None:
         """Choose how the inputs continue from now on; `hold` must be in `holds`."""

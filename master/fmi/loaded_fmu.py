@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from abc import abstractmethod
 from collections.abc import Mapping
 from types import TracebackType
@@ -13,6 +14,10 @@ from numpy.typing import NDArray
 from railcosim.master.component import Component, Hold
 from railcosim.master.fmi.description import FmuDescription
 from railcosim.master.fmi.fmu_parameters import Scalar
+
+
+class FmuWarning(UserWarning):
+    """What an FMU warned of in a run."""
 
 
 class LoadedFmu(Component):
@@ -34,6 +39,12 @@ class LoadedFmu(Component):
     def __init__(self, name: str, description: FmuDescription) -> None:
         super().__init__(name, description.inputs, description.outputs)
         self.description = description
+        self._told: tuple[float, float | None, float | None] = (0.0, None, None)
+        self._step = description.default_step
+
+    def expect_step(self, step: float) -> None:
+        """Be told how long (s) steps will be, for the test of going back."""
+        self._step = step
 
     @property
     def feedthrough(self) -> NDArray[np.bool_]:
@@ -58,6 +69,11 @@ class LoadedFmu(Component):
         )
 
     @property
+    def takes_any_step(self) -> bool:  # type: ignore[override]
+        """Whether it declares that steps may differ in length."""
+        return self.description.takes_any_step
+
+    @property
     def can_rollback(self) -> bool:  # type: ignore[override]
         """Whether going back to a saved state was tested, on another instance, and works."""
         return self.rollback_fault is None
@@ -66,6 +82,16 @@ class LoadedFmu(Component):
     @abstractmethod
     def rollback_fault(self) -> str | None:
         """Why the FMU cannot go back to a saved state; None if it can."""
+
+    @property
+    @abstractmethod
+    def warned(self) -> str:
+        """What the FMU has warned of, once each, with a count; empty for nothing."""
+
+    def tell_warnings(self) -> None:
+        """Pass on what the FMU has warned of; when it is closed."""
+        if self.warned:
+            warnings.warn(f"{self.name} {self.warned}", FmuWarning, stacklevel=3)
 
     @property
     @abstractmethod

@@ -26,7 +26,11 @@ Values = Mapping[str, Scalar]
 
 
 def rollback_fault(
-    description: FmuDescription, parameters: Values, inputs: FloatArray
+    description: FmuDescription,
+    parameters: Values,
+    inputs: FloatArray,
+    told: tuple[float, float | None, float | None],
+    step: float | None,
 ) -> str | None:
     """Try on a new instance whether steps repeated from a snapshot give the same bits.
 
@@ -41,6 +45,10 @@ def rollback_fault(
         To set before.
     inputs : array, shape (n_inputs,)
         To step near.
+    told : tuple of (float, float or None, float or None)
+        Start, stop and tolerance, as of the instance in use.
+    step : float or None
+        Length of the steps, s; that of the run, if it is known.
 
     Returns
     -------
@@ -50,29 +58,37 @@ def rollback_fault(
     if not description.can_get_and_set_state:
         return "its canGetAndSetFMUstate is false"
     if description.sha256 not in _faults:
-        _faults[description.sha256] = _try(description, parameters, inputs)
+        _faults[description.sha256] = _try(description, parameters, inputs, told, step or _STEP)
     return _faults[description.sha256]
 
 
-def _try(description: FmuDescription, parameters: Values, inputs: FloatArray) -> str | None:
+def _try(
+    description: FmuDescription,
+    parameters: Values,
+    inputs: FloatArray,
+    told: tuple[float, float | None, float | None],
+    step: float,
+) -> str | None:
     """Run the test; see `rollback_fault`."""
     try:
         with IsolatedComponent.load(description.path, name="test of rollback") as fmu:
             fmu.set_parameters(parameters)
-            fmu.enter_initialization(0.0)
+            start, stop, tolerance = told
+            end = start + (_BEFORE + _AFTER + 1) * step
+            fmu.enter_initialization(start, stop and max(stop, end), tolerance)
             fmu.set_inputs(inputs)
             fmu.exit_initialization()
             fmu.keep_past()
-            return _differs(fmu, inputs, description.default_step or _STEP)
+            return _differs(fmu, inputs, start, step)
     except (ComponentError, ValueError) as error:  # FmuError is a ValueError
         return str(error)
 
 
-def _differs(fmu: IsolatedComponent, inputs: FloatArray, h: float) -> str | None:
+def _differs(fmu: IsolatedComponent, inputs: FloatArray, start: float, h: float) -> str | None:
     """Take an initialised FMU through the same steps again and again."""
-    _go(fmu, inputs, h, 0, _BEFORE)
+    _go(fmu, inputs, start, h, 0, _BEFORE)
     state = fmu.save_state()
-    first = _go(fmu, inputs, h, _BEFORE, _AFTER)
+    first = _go(fmu, inputs, start, h, _BEFORE, _AFTER)
     ways: dict[str, Callable[[], IsolatedState]] = {"it went back to a saved state": lambda: state}
     if fmu.description.can_serialize_state:
         data = fmu.serialize_state(state)
@@ -80,7 +96,7 @@ def _differs(fmu: IsolatedComponent, inputs: FloatArray, h: float) -> str | None
     ways["it went back once more"] = lambda: state
     for way, snapshot in ways.items():
         fmu.restore_state(snapshot())
-        again = _go(fmu, inputs, h, _BEFORE, _AFTER)
+        again = _go(fmu, inputs, start, h, _BEFORE, _AFTER)
         unequal = np.argwhere(again.view(np.int64) != first.view(np.int64))
         if unequal.size:
             k, i = unequal[0]
@@ -91,13 +107,13 @@ def _differs(fmu: IsolatedComponent, inputs: FloatArray, h: float) -> str | None
 
 
 def _go(
-    fmu: IsolatedComponent, inputs: FloatArray, h: float, first: int, n_steps: int
+    fmu: IsolatedComponent, inputs: FloatArray, start: float, h: float, first: int, n_steps: int
 ) -> FloatArray:
     """Outputs, shape (n_steps, n_outputs), over steps with inputs that change a little."""
     nominal = np.array([v.nominal for v in fmu.inputs])
     outputs = []
     for k in range(first, first + n_steps):
         fmu.set_inputs(inputs + 1e-3 * nominal * np.sin(1.0 + k))
-        fmu.do_step(k * h, h)
+        fmu.do_step(start + k * h, h)
         outputs.append(fmu.get_outputs())
     return np.array(outputs)

@@ -87,12 +87,13 @@ def description(
         for name in names
         if name in OUTPUTS
     )
+    lists = ("Outputs", "InitialUnknowns") if unknowns else ()
+    structure = "".join(f"<{name}>{unknowns}</{name}>" for name in lists)
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Anybody" guid="{mode}">
   <CoSimulation modelIdentifier="anybody" {able}/>{types}{before}
   <ModelVariables>{"".join(lines)}</ModelVariables>
-  <ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns>
-  </ModelStructure>
+  <ModelStructure>{structure}</ModelStructure>
 </fmiModelDescription>"""
 
 

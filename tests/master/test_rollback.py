@@ -96,7 +96,7 @@ def test_tried_once_for_each_file(fmu, monkeypatch):
     with FmuComponent.load(fmu(), name="mass") as mass:
         assert mass.can_rollback
         monkeypatch.setattr(IsolatedComponent, "load", None)
-        assert rollback_fault(mass.description, {}, np.zeros(1)) is None
+        assert rollback_fault(mass.description, {}, np.zeros(1), (0.0, None, None), None) is None
 
 
 @pytest.mark.parametrize("load", LOADERS, ids=["here", "isolated"])

@@ -1,0 +1,200 @@
+"""A folder of anybody's FMUs, run here and by FMPy, one by one: what was equal, what was refused.
+
+    python benchmarks/public.py FOLDER [TABLE.csv]
+
+Each FMU of FMI 2.0 for Co-Simulation runs by itself over its default experiment, inputs at their
+start values, at most `MOST` communication steps; once in this master, once in FMPy's
+`simulate_fmu`, each in a process of its own. Their code is run. Nothing is downloaded: FMUs of
+public projects are where you have put them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import subprocess
+import sys
+import tempfile
+import warnings
+import zipfile
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import fmpy
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import track
+
+CONSOLE = Console()
+LIMIT = 60.0
+"""Seconds that a run may take."""
+MOST = 500
+"""Communication steps of a run."""
+CLOSE = 1e-9
+"""Difference that counts as none, of the largest value of an output."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """Start, stop and step of a run, s."""
+
+    start: float
+    stop: float
+    step: float
+
+    @classmethod
+    def of(cls, experiment: object) -> Span:
+        """A default experiment, shortened to `MOST` steps; 1 s in 100 steps where it is silent."""
+        values = (getattr(experiment, name, None) for name in ("startTime", "stopTime", "stepSize"))
+        start, stop, step = (None if v is None else float(v) for v in values)
+        begin = start or 0.0
+        end = begin + 1.0 if stop is None or stop <= begin else stop
+        step = (end - begin) / 100 if step is None or not 0 < step <= end - begin else step
+        n = min(round((end - begin) / step), MOST)
+        return cls(begin, begin + n * step, step)
+
+
+def here(path: Path, span: Span) -> tuple[list[str], NDArray[np.float64]]:
+    """Names of the outputs, and a row each step, by this master."""
+    from railcosim.master.cosimulation import cosimulate  # noqa: PLC0415  (not in FMPy's process)
+    from railcosim.master.fmi.fmu import FmuComponent  # noqa: PLC0415
+    from railcosim.master.pace import FixedStep  # noqa: PLC0415
+    from railcosim.master.schemes.jacobi import jacobi  # noqa: PLC0415
+    from railcosim.master.ssp import initialise  # noqa: PLC0415
+    from railcosim.master.system import System  # noqa: PLC0415
+
+    with FmuComponent.load(path, name="a") as fmu:
+        system, pace = System([fmu], []), FixedStep(span.step)
+        initialise(system, [fmu], span.start, pace.reach(span.start, span.stop))
+        points = cosimulate(system, jacobi(degree=0), pace, span.stop, span.start)
+        rows = np.array([point.outputs for point in points])
+        return [v.name for v in fmu.outputs], rows
+
+
+def fmpys(path: Path, span: Span) -> tuple[list[str], NDArray[np.float64]]:
+    """The same by FMPy."""
+    description = fmpy.read_model_description(path, validate=False)
+    names = [
+        v.name for v in description.modelVariables if v.causality == "output" and v.type != "String"
+    ]
+    experiment = description.defaultExperiment
+    tolerance = getattr(experiment, "tolerance", None)
+    result = fmpy.simulate_fmu(
+        str(path),
+        validate=False,
+        start_time=span.start,
+        stop_time=span.stop,
+        step_size=span.step,
+        output_interval=span.step,
+        relative_tolerance=None if tolerance is None else float(tolerance),
+        fmi_type="CoSimulation",
+        output=names,
+        set_input_derivatives=False,
+    )
+    return names, np.array([[float(row[name]) for name in names] for row in result])
+
+
+WAYS = {"here": here, "fmpy": fmpys}
+
+
+def one(way: str, path: Path, target: Path) -> None:
+    """Run one FMU in this process, and write what came out."""
+    span = Span.of(fmpy.read_model_description(path, validate=False).defaultExperiment)
+    names, rows = WAYS[way](path, span)
+    np.savez(target, names=np.array(names, dtype=str), rows=rows)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run in a process of its own gave: values by output, or why there are none."""
+
+    values: dict[str, NDArray[np.float64]]
+    why: str
+
+
+def ran(way: str, path: Path) -> Outcome:
+    """Run one FMU in a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "rows.npz"
+        command = [sys.executable, __file__, "--one", way, str(path.absolute()), str(target)]
+        try:
+            done = subprocess.run(
+                command, capture_output=True, timeout=LIMIT, check=False, cwd=folder
+            )
+        except subprocess.TimeoutExpired:
+            return Outcome({}, f"took more than {LIMIT:g} s")
+        if not target.is_file():
+            said = done.stderr.decode(errors="replace").strip().splitlines()
+            ended = "" if done.returncode >= 0 else f"ended by signal {-done.returncode} "
+            return Outcome({}, ended + (said[-1] if said else f"status {done.returncode}"))
+        with np.load(target) as file:
+            return Outcome(dict(zip(file["names"].tolist(), file["rows"].T, strict=True)), "")
+
+
+def compared(path: Path) -> tuple[str, str]:
+    """Verdict of one FMU, and what there is to say."""
+    unsuitable = _unsuitable(path)
+    if unsuitable:
+        return "unsuitable", unsuitable
+    ours, theirs = ran("here", path), ran("fmpy", path)
+    if ours.why or theirs.why:
+        verdicts = {(True, True): "neither", (True, False): "only FMPy", (False, True): "only here"}
+        return verdicts[bool(ours.why), bool(theirs.why)], ours.why or theirs.why
+    if not theirs.values:
+        return "equal", "has no output"
+    worst, which = 0.0, ""
+    for name, expected in theirs.values.items():
+        found, n = ours.values.get(name, np.empty(0)), len(expected)
+        if len(found) != n:
+            return "differs", f"{name}: {len(found)} rows and not {n}"
+        size = max(float(np.abs(expected).max()), np.finfo(float).tiny)
+        difference = float(np.abs(found - expected).max()) / size
+        if not difference <= worst:
+            worst, which = difference, name
+    if worst == 0.0:
+        return "equal", ""
+    verdict = "equal to 1e-9" if worst <= CLOSE else "differs"
+    return verdict, f"{which} by {worst:.3g} of its largest value"
+
+
+def _unsuitable(path: Path) -> str:
+    """Why an FMU is not one that either could run; empty if it is."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = archive.namelist()
+        description = fmpy.read_model_description(path, validate=False)
+    except Exception as error:  # of any kind: strangers' files
+        return f"cannot be read: {' '.join(str(error).split())[:100]}"
+    if description.fmiVersion != "2.0":
+        return f"FMI {description.fmiVersion}"
+    if description.coSimulation is None:
+        return "Model Exchange only"
+    if not any(name.startswith(f"binaries/{fmpy.platform}/") for name in names):
+        return f"no binary for {fmpy.platform}"
+    return ""
+
+
+def main() -> None:
+    """Print a table of verdicts, and write a row each FMU."""
+    if sys.argv[1:2] == ["--one"]:
+        way, given, target = sys.argv[2:]
+        with warnings.catch_warnings(), contextlib.redirect_stdout(sys.stderr):
+            warnings.simplefilter("ignore")
+            one(way, Path(given), Path(target))
+        return
+    folder = Path(sys.argv[1])
+    rows = []
+    for path in track(sorted(folder.rglob("*.fmu")), "running", console=CONSOLE, transient=True):
+        verdict, why = compared(path)
+        rows.append((str(path.relative_to(folder)), verdict, why))
+    for verdict, n in Counter(verdict for _, verdict, _ in rows).most_common():
+        CONSOLE.print(f"{n:4} {verdict}")
+    if len(sys.argv) > 2:
+        with Path(sys.argv[2]).open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows([("fmu", "verdict", "why"), *rows])
+
+
+if __name__ == "__main__":
+    main()
