@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import fmpy.model_description
 import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.master.component import Type, Variable
 from railcosim.master.fmi.archive import FmuError, description_of
+from railcosim.master.fmi.flaws import read_raw
 
 HOLD_PARAMETER = "input_hold"
 """Integer parameter by which an FMU lets its master choose a `Hold`."""
@@ -149,16 +149,6 @@ class FmuDescription:
             "version": self.version,
             "generation_tool": self.generation_tool,
         }
-
-
-def read_raw(path: Path, folder: Path) -> Any:
-    """Model description of an unpacked FMU as FMPy reads it; FmuError if it breaks the schema."""
-    try:
-        return fmpy.model_description.read_model_description(folder)
-    except Exception as error:  # fmpy raises bare Exception, and IndexError for bad indices
-        raise FmuError(
-            f"{path}: modelDescription.xml is not valid FMI 2.0: {_one_line(error)}"
-        ) from error
 
 
 def read_description(path: Path, folder: Path) -> FmuDescription:
@@ -323,8 +313,3 @@ def _parameter(variable: Any) -> Parameter:
         reference=variable.valueReference,
         items=_items(variable),
     )
-
-
-def _one_line(error: Exception) -> str:
-    """Give an exception's text without its line breaks."""
-    return " ".join(str(error).split()) or type(error).__name__

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from railcosim.master.component import Type, Variable
 from railcosim.master.fmi.archive import FmuError, description_of
-from railcosim.master.fmi.description import read_raw
+from railcosim.master.fmi.flaws import read_raw
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.linearise import linearise

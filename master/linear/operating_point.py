@@ -14,7 +14,8 @@ from scipy.sparse import csc_array
 
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.fmi.archive import FmuError, unpack
-from railcosim.master.fmi.description import FmuDescription, coupling_variable, describe, read_raw
+from railcosim.master.fmi.description import FmuDescription, coupling_variable, describe
+from railcosim.master.fmi.flaws import read_raw
 from railcosim.master.fmi.fmu_instance import MODEL_EXCHANGE, FmuInstance
 from railcosim.master.fmi.fmu_parameters import parameter_call
 from railcosim.master.linear.state_space import IndexArray
