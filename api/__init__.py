@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from railcosim.analysis.schemes.choice import scheme
     from railcosim.analysis.schemes.grid_run import study
     from railcosim.analysis.schemes.limits import stability
+    from railcosim.analysis.sweep import sweep
     from railcosim.master.component import Variable
     from railcosim.master.cosimulation import cosimulate
     from railcosim.master.coupling import couple
@@ -80,6 +81,7 @@ __all__ = [
     "scheme",
     "stability",
     "study",
+    "sweep",
     "track_receptance",
     "vehicle_modes",
 ]
@@ -115,6 +117,7 @@ _PLACES = {
     "scheme": "analysis.schemes.choice:scheme",
     "stability": "analysis.schemes.limits:stability",
     "study": "analysis.schemes.grid_run:study",
+    "sweep": "analysis.sweep:sweep",
     "track_receptance": "analysis.response.receptance:track_receptance",
     "vehicle_modes": "analysis.response.vehicle_modes:vehicle_modes",
 }

@@ -24,11 +24,14 @@ class Place:
         Of this package.
     summary : str
         The first line of its docstring.
+    passes_on : bool
+        Whether options that it does not know are another's.
     """
 
     module: str
     function: str
     summary: str
+    passes_on: bool = False
 
 
 COMMANDS = {
@@ -117,6 +120,12 @@ COMMANDS = {
         "study",
         "Compare coupling schemes: error against the monolithic solution, growth and cost.",
     ),
+    "sweep": Place(
+        "sweep_command",
+        "sweep",
+        "Call a command for all combinations of values, on all cores: one dataset, one picture.",
+        passes_on=True,
+    ),
     "irregularity": Place(
         "irregularity",
         "irregularity",
@@ -142,7 +151,10 @@ def loaded(name: str) -> Any:
     alone = typer.Typer(
         add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=MARKUP
     )
-    alone.command(name)(spelled_out(function))
+    passing = {"ignore_unknown_options": True, "allow_extra_args": True}
+    alone.command(name, context_settings=passing if place.passes_on else None)(
+        spelled_out(function)
+    )
     return typer.main.get_command(alone)
 
 

@@ -90,6 +90,15 @@ PositionsOption = Annotated[
         metavar="X",
     ),
 ]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        help="Run on the workers of this dask scheduler, such as tcp://host:8786; on the cores "
+        "of this machine if not given.",
+        metavar="ADDRESS",
+    ),
+]
 Speed = Annotated[float, typer.Option("--speed", help="km/h")]
 
 

@@ -18,6 +18,7 @@ from .irregularity_options import IrregularityOptions
 from .options import (
     PlotFile,
     PositionOption,
+    SchedulerOption,
     Speed,
     UsageError,
     console,
@@ -68,15 +69,7 @@ def study(
         Path, typer.Option("--out", help="Folder for what is finished.", metavar="DIR")
     ] = Path("railcosim-study"),
     plot: PlotFile = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            "--scheduler",
-            help="Run on the workers of this dask scheduler, such as tcp://host:8786; on the cores "
-            "of this machine if not given.",
-            metavar="ADDRESS",
-        ),
-    ] = None,
+    scheduler: SchedulerOption = None,
 ) -> None:
     """Compare coupling schemes: error against the monolithic solution, growth and cost.
 

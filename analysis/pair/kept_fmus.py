@@ -60,6 +60,19 @@ class Made:
     found: bool
 
 
+_keeping = [True]
+
+
+@contextmanager
+def none_kept() -> Iterator[None]:
+    """Where many different pairs are used, each once: in the block none is kept."""
+    _keeping[0] = False
+    try:
+        yield
+    finally:
+        _keeping[0] = True
+
+
 @contextmanager
 def fmus_of_pair(
     vehicle: Vehicle | Train,
@@ -90,6 +103,8 @@ def fmus_of_pair(
         As whoever makes them; of kept ones what was said when they were made.
     """
     try:
+        if not _keeping[0]:
+            raise CacheRefused("none is kept")
         folder = cache() / "fmus"
         folder.mkdir(mode=0o700, exist_ok=True)
         key = key_of(vehicle, track, dimension)

@@ -133,15 +133,38 @@ def measured(
             measure, common, stop, point, *pair, forces[point.contact.label], pure=False
         )
         pending[run] = point
+    yield from completed(client, pending, progress)
+
+
+def completed(
+    client: Client, pending: dict[Future, T], progress: Progress
+) -> Iterator[tuple[T, Any]]:
+    """Give what was submitted under a name, with its result or what came in its way.
+
+    Parameters
+    ----------
+    client : Client
+        From `connect`.
+    pending : dict
+        Name by future; it empties.
+    progress : callable
+        Told how many are done and of all; may raise to stop everything.
+
+    Raises
+    ------
+    ClusterError
+        If the scheduler is lost.
+    """
+    count = len(pending)
     while pending:
-        progress(len(points) - len(pending), len(points))
+        progress(count - len(pending), count)
         if client.status != "running" or any(f.cancelled() for f in pending):
             raise ClusterError("the scheduler is lost, and with it the runs not finished")
         # Not `done`: a result lost with its worker is so, too, until it is made again.
         for future in [f for f in pending if f.status in {"finished", "error"}]:
             yield pending.pop(future), _outcome(future)
         time.sleep(TICK)
-    progress(len(points), len(points))
+    progress(count, count)
 
 
 def _same(value: T) -> T:
@@ -149,13 +172,12 @@ def _same(value: T) -> T:
     return value
 
 
-def _outcome(future: Future) -> Measurement | Exception:
-    """Fetch a measurement, or what came in its way."""
+def _outcome(future: Future) -> Any:
+    """Fetch a result, or what came in its way."""
     try:
-        found: Measurement = future.result()
+        return future.result()
     except Exception as error:  # whatever a worker met
         return error
-    return found
 
 
 def _line(error: Exception) -> str:

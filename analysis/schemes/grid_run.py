@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import xarray as xr
 
@@ -158,6 +161,19 @@ def _measured(
     if scheduler is None:
         yield from measured(journey, stop, points, fmus, progress)
         return
+    with connected(scheduler) as (client, cluster):
+        yield from cluster.measured(client, journey, stop, points, fmus, progress)
+
+
+@contextmanager
+def connected(scheduler: str) -> Iterator[tuple[Any, ModuleType]]:
+    """A client of a dask scheduler, and what works with one, `cluster`.
+
+    Raises
+    ------
+    NoDaskError, ClusterError
+        If dask is not installed, or nobody is there.
+    """
     try:
         from railcosim.analysis.schemes import cluster  # noqa: PLC0415 - an extra
     except ImportError as error:
@@ -165,4 +181,4 @@ def _measured(
             f'--scheduler needs dask: pip install "railcosim[study]" ({error})'
         ) from error
     with cluster.connect(scheduler) as client:
-        yield from cluster.measured(client, journey, stop, points, fmus, progress)
+        yield client, cluster

@@ -1,0 +1,156 @@
+"""railcosim sweep."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from railcosim.parameters import value_of
+
+from .commands import COMMANDS, loaded
+from .options import PlotFile, SchedulerOption, UsageError, console, errors, progress
+from .results import PICTURES, Suffixes, folder_of, keep
+from .sweep_point import arguments_of, measured, options_of
+
+if TYPE_CHECKING:
+    from railcosim.analysis.sweep import Value
+
+NETCDF = Suffixes("--out", (".nc",))
+MOST = 10_000  # values of one axis
+FORM = "start:stop:N, start:stop:N@log, or values with commas"
+
+
+class SweepFailedError(ArithmeticError):
+    """Some points could not be made; exit status 1."""
+
+
+def sweep(
+    command: Annotated[str, typer.Argument(help="Which, with its options behind.")],
+    out: Annotated[Path, typer.Option("--out", help="Result: .nc.", metavar="FILE")],
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help="An axis: a number of vehicle or track, or an option of the command, and its "
+            f"values: {FORM}. Such as fastening.stiffness=2e7:6e7:5, speed=100:300:5, "
+            "track=paper,booted. Of one value: the same for all.",
+            metavar="KEY=VALUES",
+        ),
+    ] = None,
+    only: Annotated[
+        str | None,
+        typer.Option("--only", help="Variables that are kept, with commas; all if not given."),
+    ] = None,
+    plot: PlotFile = None,
+    show: Annotated[
+        str | None, typer.Option("--show", help="Variable of the picture; the first if not given.")
+    ] = None,
+    scheduler: SchedulerOption = None,
+    *,
+    context: typer.Context,
+) -> None:
+    """Call a command for all combinations of values, on all cores: one dataset, one picture.
+
+    What is finished is kept beside --out, in FILE.points: the same command goes on after an
+    interruption, and one with more values makes only those.
+    """
+    from railcosim.analysis.schemes.grid_run import NoDaskError
+    from railcosim.analysis.sweep import sweep as swept
+    from railcosim.plots.sweep import sweep_chart
+
+    NETCDF.check(out)
+    PICTURES.check(plot)
+    if command not in COMMANDS or not _gives_results(command):
+        known = ", ".join(name for name in COMMANDS if _gives_results(name))
+        raise UsageError(f"sweep {command}: must be one of {known}")
+    axes, arguments = _axes(command, set_ or ()), list(context.args)
+    same = {key: values[0] for key, values in axes.items() if len(values) == 1}
+    axes = {key: values for key, values in axes.items() if len(values) > 1}
+    if not axes:
+        raise UsageError(f"--set: give at least one axis, KEY= and {FORM}")
+    arguments += arguments_of(command, same)
+    _check(command, [*arguments, *arguments_of(command, {k: v[0] for k, v in axes.items()})])
+    files = {one: Path(one).read_bytes() for one in arguments if Path(one).is_file()}
+    points = folder_of("--out", out.with_name(f"{out.name}.points"))
+    about: dict[str, Any] = {
+        "command": command,
+        "arguments": arguments,
+        "only": only,
+        "files": [hashlib.sha256(content).hexdigest() for content in files.values()],
+    }
+    kept = [name.strip() for name in only.split(",")] if only else []
+    measure = partial(measured, command, arguments, files if scheduler else {}, kept)
+    with progress("sweeping") as update:
+        try:
+            found = swept(
+                measure, axes, points, about=about, scheduler=scheduler, progress=update,
+                tell=console.print,
+            )  # fmt: skip
+        except NoDaskError as error:
+            raise UsageError(str(error)) from error
+    if found.dataset is not None:
+        chart = partial(sweep_chart, axes=list(axes), shown=show, title=f"sweep of {command}")
+        size = " x ".join(f"{len(values)} {key}" for key, values in axes.items())
+        drawn = show is None or show in found.dataset.data_vars
+        keep(found.dataset, out, size, plot if drawn else None, chart)
+        if not drawn:
+            known = ", ".join(map(str, found.dataset.data_vars))
+            raise UsageError(f"--show {show}: must be one of {known}; the result is in {out}")
+    if found.failed:
+        for one in found.failed[:3]:
+            errors.print(f"note: {one}")
+        raise SweepFailedError(f"{len(found.failed)} points failed, NaN in the result")
+
+
+def _gives_results(command: str) -> bool:
+    """Whether a command writes a file of results."""
+    out = options_of(command).get("out")
+    return command != "sweep" and out is not None and (out.help or "").startswith("Result")
+
+
+def _axes(command: str, texts: Sequence[str]) -> dict[str, list[Value]]:
+    """Values by key, from KEY=VALUES."""
+    axes: dict[str, list[Value]] = {}
+    options = options_of(command)
+    for text in texts:
+        key, equals, values = (part.strip() for part in text.partition("="))
+        if not equals or not values:
+            raise UsageError(f"--set {text}: must be KEY= and {FORM}")
+        if key not in options and ("." not in key or "set" not in options):
+            raise UsageError(f"--set {text}: {command} has no option --{key}, nor such a number")
+        axes[key] = _values(text, values)
+    return axes
+
+
+def _values(text: str, values: str) -> list[Value]:
+    import numpy as np
+
+    parts = values.removesuffix("@log").split(":")
+    if len(parts) == 1:
+        found = [value_of(one.strip()) for one in values.split(",")]
+        return [float(x) if type(x) in {int, float} else str(x) for x in found]  # type: ignore[arg-type]
+    try:
+        start, stop = float(parts[0]), float(parts[1])
+        count = int(parts[2])
+    except (ValueError, IndexError) as error:
+        raise UsageError(f"--set {text}: must be KEY= and {FORM}") from error
+    log = values.endswith("@log")
+    if len(parts) != 3 or not 2 <= count <= MOST or (log and min(start, stop) <= 0):
+        raise UsageError(
+            f"--set {text}: N must be from 2 to {MOST}, and both ends > 0 with @log; {FORM}"
+        )
+    spaced = np.geomspace(start, stop, count) if log else np.linspace(start, stop, count)
+    return [float(x) for x in spaced]
+
+
+def _check(command: str, arguments: list[str]) -> None:
+    """Refuse now what no point would take."""
+    for option in ("--out", "--plot"):
+        if option in arguments:
+            raise UsageError(f"{option}: is the sweep's, and given to it once")
+    loaded(command).make_context(command, [*arguments, "--out", "result.nc"])

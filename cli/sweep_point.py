@@ -1,0 +1,90 @@
+"""One point of a sweep: a command, called in whatever process, and what it writes."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext, redirect_stderr, redirect_stdout
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from .commands import loaded
+from .options import UsageError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def options_of(name: str) -> dict[str, Any]:
+    """The options of a command, by their names without hyphens."""
+    return {
+        option.removeprefix("--"): parameter
+        for parameter in loaded(name).params
+        for option in parameter.opts
+    }
+
+
+def arguments_of(name: str, values: Mapping[str, object]) -> list[str]:
+    """Values as a command takes them: options of its own, or numbers of vehicle and track."""
+    known, arguments = options_of(name), []
+    for key, value in values.items():
+        text = value if isinstance(value, str) else f"{value:.17g}"
+        arguments += [f"--{key}", text] if key in known else ["--set", f"{key}={text}"]
+    return arguments
+
+
+def measured(
+    command: str,
+    arguments: Sequence[str],
+    files: Mapping[str, bytes],
+    only: Sequence[str],
+    **values: object,
+) -> xr.Dataset:
+    """Call a command and read what it writes.
+
+    Parameters
+    ----------
+    command : str
+        Its name.
+    arguments : sequence of str
+        The same at all points.
+    files : mapping
+        Content of files among the arguments, for a machine that has not got them.
+    only : sequence of str
+        Variables of the result that are kept; all if empty.
+    **values : float or str
+        What is different here, by option or key.
+    """
+    from railcosim.analysis.pair.kept_fmus import none_kept
+    from railcosim.master.files import load
+    from railcosim.storage.temporary import scratch
+
+    from . import results
+
+    # Pairs of FMUs that many points have in common are kept; those of one point are not.
+    own = not set(values) <= set(options_of(command)) or {"track", "vehicle"} & set(values)
+    with TemporaryDirectory(dir=scratch()) as folder, none_kept() if own else nullcontext():
+        out, brought = Path(folder, "result.nc"), Path(folder, "brought")
+        for k, (name, content) in enumerate(files.items()):
+            place = brought / str(k) / Path(name).name
+            place.parent.mkdir(parents=True)
+            place.write_bytes(content)
+            arguments = [str(place) if one == name else one for one in arguments]
+        whole = [*arguments, *arguments_of(command, values), "--out", str(out)]
+        with (
+            warnings.catch_warnings(),
+            redirect_stdout(io.StringIO()),
+            redirect_stderr(io.StringIO()),
+        ):
+            warnings.simplefilter("ignore")
+            try:
+                loaded(command).main(whole, prog_name=command, standalone_mode=False)
+            finally:
+                results._claimed.close()
+        found = load(out)
+    if missing := [name for name in only if name not in found.data_vars]:
+        known = ", ".join(map(str, found.data_vars))
+        raise UsageError(f"--only {missing[0]}: must be one of {known}")
+    return found[list(only)] if only else found

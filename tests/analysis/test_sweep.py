@@ -1,0 +1,107 @@
+"""A sweep's dataset, its folder and its picture, of a function that costs nothing."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from railcosim.analysis import sweep as module
+from railcosim.analysis.sweep import sweep
+from railcosim.cli.options import UsageError
+from railcosim.cli.sweep_command import _axes
+from railcosim.cli.sweep_point import arguments_of
+from railcosim.parameters import ArgumentError
+from railcosim.plots.sweep import sweep_chart
+
+AXES = {"stiffness": [2.0, 4.0], "kind": ["soft", "stiff"]}
+called = []
+
+
+def measure(stiffness, kind):
+    called.append((stiffness, kind))
+    if (stiffness, kind) == (4.0, "soft"):
+        raise ValueError("too soft")
+    f = np.array([1.0, 2.0]) if kind == "soft" else np.array([2.0, 3.0])
+    H = xr.Variable("frequency", (1 + 1j) * stiffness * f, {"units": "m/N"})
+    return xr.Dataset({"H": H, "n": 3}, {"frequency": f}, {"load": "both", "of": kind})
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch):
+    """In this process."""
+
+    def measured(measure, names, points, scheduler, progress):
+        return ((point, module._attempt(measure, names, point)) for point in points)
+
+    called.clear()
+    monkeypatch.setattr(module, "_measured", measured)
+
+
+def test_is_one_dataset_with_nan_where_nothing_is(tmp_path):
+    found = sweep(measure, AXES, tmp_path)
+    H = found.dataset["H"]
+    assert H.dims == ("stiffness", "kind", "frequency")
+    assert found.failed == ["stiffness = 4, kind = soft: too soft"]
+    assert np.isnan(H.sel(stiffness=4.0, kind="soft")).all()
+    assert H.sel(stiffness=2.0, kind="stiff", frequency=3.0) == (1 + 1j) * 6.0
+    assert np.isnan(H.sel(stiffness=2.0, kind="stiff", frequency=1.0))  # only the other has it
+    assert H.attrs == {"units": "m/N"}
+    assert found.dataset.attrs == {"load": "both"}
+    assert found.dataset["n"].dims == ("stiffness", "kind")
+
+
+def test_goes_on_with_what_is_missing(tmp_path):
+    told = []
+    sweep(measure, AXES, tmp_path)
+    called.clear()
+    more = sweep(measure, {**AXES, "stiffness": [2.0, 3.0]}, tmp_path, tell=told.append)
+    assert called == [(3.0, "soft"), (3.0, "stiff")]
+    assert "2 of 4 points are finished" in told[0]
+    assert not more.failed
+    called.clear()
+    sweep(measure, AXES, tmp_path, about={"arguments": ["other"]})  # nothing is taken for it
+    assert len(called) == 4
+
+
+def test_refuses_axes_that_are_none(tmp_path):
+    with pytest.raises(ArgumentError, match="has a value twice"):
+        sweep(measure, {"stiffness": [1.0, 1.0]}, tmp_path)
+    with pytest.raises(ArgumentError, match="at most 100000"):
+        sweep(measure, {"a": [*map(float, range(400))], "b": [*map(float, range(400))]}, tmp_path)
+
+
+def test_picture(tmp_path):
+    found = sweep(measure, AXES, tmp_path).dataset
+    chart = sweep_chart(found, list(AXES), "H")
+    assert [row[0].title for row in chart.rows] == ["kind soft", "kind stiff"]
+    assert [c.name for c in chart.rows[0][0].curves] == [f"stiffness = {x}" for x in (2, 4)]
+    assert chart.rows[1][0].curves[0].y == pytest.approx(
+        [np.nan, 4 * 2**0.5, 6 * 2**0.5], nan_ok=True
+    )
+    assert chart.rows[0][0].y_label == "|H| (m/N)"
+    plain = sweep_chart(found, list(AXES), "n").rows[0][0]
+    assert (plain.x_label, [c.name for c in plain.curves]) == (
+        "stiffness",
+        ["kind soft", "kind stiff"],
+    )
+
+
+def test_axes_of_the_command_line():
+    axes = _axes("frf", ["fastening.stiffness=2e7:6e7:3", "speed=100,300", "track=paper,booted"])
+    assert axes == {"fastening.stiffness": [2e7, 4e7, 6e7], "speed": [100.0, 300.0],
+                    "track": ["paper", "booted"]}  # fmt: skip
+    assert _axes("frf", ["speed=1:100:3@log"])["speed"] == pytest.approx([1, 10, 100])
+    first = {key: values[0] for key, values in axes.items()}
+    assert arguments_of("frf", first) == [
+        "--set", "fastening.stiffness=20000000", "--speed", "100", "--track", "paper"
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("speed", "must be KEY= and start:stop:N"), ("speed=1:2", "must be KEY="),
+     ("speed=1:2:1", "N must be from 2"), ("speed=0:2:3@log", "both ends > 0"),
+     ("sped=1,2", "frf has no option --sped, nor such a number")],
+)  # fmt: skip
+def test_refuses_axes(text, said):
+    with pytest.raises(UsageError, match=said):
+        _axes("frf", [text])
