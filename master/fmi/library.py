@@ -61,7 +61,7 @@ def library_of(file: Path, folder: Path, identifier: str) -> Path:
     library: Path = binaries / fmpy.platform / (identifier + fmpy.sharedLibraryExtension)
     if library.is_file():
         return library
-    found = sorted(p.name for p in binaries.glob("*") if p.is_dir())
+    found = sorted(p.name for p in binaries.glob("*") if p.is_dir() and any(p.iterdir()))
     others = sorted(p.name for p in library.parent.glob(f"*{fmpy.sharedLibraryExtension}"))
     if others:
         raise FmuError(

@@ -70,7 +70,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     Anybody *a = c;
     a->r[X] = a->mode == CHANGES ? 10 : a->r[X0];
-    a->initialised = 1;
+    a->initialised = 1, a->set_since_step = 0;
     return fmi2OK;
 }
 
