@@ -12,6 +12,8 @@ from rich.table import Table
 from .options import UsageError, console, progress
 from .results import folder_of
 
+VISIBLE = 1e-3  # of a number: what a table of four digits shows
+
 if TYPE_CHECKING:
     from railcosim.paper.finding import Finding
 
@@ -23,6 +25,10 @@ def paper(
     ] = "",
     quick: Annotated[
         bool, typer.Option("--quick", help="In half the time: coarser, short runs.")
+    ] = False,
+    in_space: Annotated[
+        bool,
+        typer.Option("--in-space", help="What the spatial model says beside it; twice the time."),
     ] = False,
 ) -> None:
     """Reproduce figures 3 to 23 of Xu & Lu (2021): pictures, data, table.csv and report.html.
@@ -40,8 +46,12 @@ def paper(
         console.print(f"{time.perf_counter() - begun:5.0f} s  {text}")
 
     with progress("reproducing") as update:
-        findings = reproduce(out, numbers, QUICK if quick else FULL, update, tell)
+        findings = reproduce(
+            out, numbers, QUICK if quick else FULL, update, tell, in_space=in_space
+        )
     console.print(_differences(findings))
+    if in_space:
+        console.print(_changes(findings))
     console.print(f"open {out / 'report.html'}")
 
 
@@ -80,4 +90,23 @@ def _differences(findings: list[Finding]) -> Table:
     for f in differing:
         values = [v if isinstance(v, str) else f"{v:.4g}" for v in (f.paper, f.ours)]
         table.add_row(f.figure, f.quantity, *values, f.unit)
+    return table
+
+
+def _changes(findings: list[Finding]) -> Table:
+    """What the spatial model changes."""
+    told = [finding for finding in findings if finding.spatial is not None]
+    moved = [one for one in told if abs(one.change_in_space or 0.0) > VISIBLE]
+    moved += [one for one in told if one.change_in_space is None and one.spatial != one.ours]
+    table = Table(
+        title=f"In space {len(moved)} of {len(told)} numbers change by more than {VISIBLE:.1%}"
+    )
+    table.add_column("figure")
+    table.add_column("quantity")
+    for name in ("paper", "vertical", "spatial", "change", "unit"):
+        table.add_column(name, justify="right")
+    for f in moved:
+        values = [v if isinstance(v, str) else f"{v:.4g}" for v in (f.paper, f.ours, f.spatial)]
+        change = "" if f.change_in_space is None else f"{f.change_in_space:+.2%}"
+        table.add_row(f.figure, f.quantity, *values, change, f.unit)
     return table

@@ -25,6 +25,8 @@ class Finding:
         A reason, or how it was found.
     agrees : bool or None
         None where the paper gives nothing to hold it against.
+    spatial : float or str or None
+        Ours from the model in space; None where it was not asked, or says nothing of it.
     """
 
     figure: str
@@ -34,16 +36,22 @@ class Finding:
     unit: str
     note: str = ""
     agrees: bool | None = None
+    spatial: float | str | None = None
 
     @property
     def row(self) -> Row:
         """On a page."""
         return Row(
             place=self.figure, quantity=self.quantity, first=self.paper, second=self.ours,
-            unit=self.unit, note=self.note, agrees=self.agrees,
+            unit=self.unit, note=self.note, agrees=self.agrees, third=self.spatial,
         )  # fmt: skip
 
     @property
     def relative_difference(self) -> float | None:
         """(ours - paper) / paper, of two numbers."""
         return self.row.relative_difference
+
+    @property
+    def change_in_space(self) -> float | None:
+        """(spatial - ours) / ours, of two numbers."""
+        return self.row.change

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +13,22 @@ import numpy as np
 import xarray as xr
 from fmpy import read_model_description
 
+from railcosim.analysis.pair.contact import HERTZ
 from railcosim.analysis.pair.judged import judged
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.analysis.response.frequency import coupled, on_rigid_track
+from railcosim.analysis.response.frequency import Contact, coupled, on_rigid_track
 from railcosim.analysis.response.models import (
     Models,
     linear_track,
     linear_vehicle,
     wheelset_positions,
+)
+from railcosim.analysis.response.rolling_pair import (
+    contacts_told,
+    loads_of,
+    matrices_of,
+    told_wheels,
 )
 from railcosim.fmus.export import export
 from railcosim.master.component import FloatArray
@@ -44,6 +52,10 @@ SPECTRUM = "german-low"  # the paper does not name its spectrum
 WAVELENGTHS = (0.2, 150.0)  # m: 0.46 to 347 Hz at that speed
 STEP = 1e-4  # s
 PAIR = ("Vehicle", "TrackWithContact")
+FOLDERS = {"vertical": "fmus", "spatial": "fmus-in-space"}
+STIFFEST = 1e13
+"""N/m, of a spring that rolls: a hundred thousandth of what a rail gives way by, and no more digits
+are lost."""
 KEPT = ["carbody.az", *FORCES]
 
 
@@ -116,6 +128,8 @@ class Laboratory:
         Runs in time, if asked for.
     vehicle, track : Vehicle, Track
         What the FMUs were made from.
+    contact : callable
+        Wheels on rails whose normal stiffness at the static load is k_H, N/m.
     """
 
     effort: Effort
@@ -124,6 +138,7 @@ class Laboratory:
     track: Track
     midspan: Models | None = None
     runs: dict[Run, xr.Dataset] = field(default_factory=dict)
+    contact: Callable[[float], Contact] = float
 
     @property
     def positions(self) -> FloatArray:
@@ -134,17 +149,25 @@ class Laboratory:
         """For a curve, Hz."""
         return np.geomspace(low, high, 10 * self.effort.points)
 
-    def coupled(self, k_H: float = K_H) -> Callable[[FloatArray], Response]:
-        """Vehicle on flexible track, of omega."""
-        return lambda omega: coupled(self.models, omega, k_H)
+    def coupled(
+        self, k_H: float = K_H, models: Models | None = None
+    ) -> Callable[[FloatArray], Response]:
+        """Vehicle on flexible track, of omega; above a railseat if not given other models."""
+        return lambda omega: coupled(models or self.models, omega, self.contact(k_H))
 
     def rigid(self, k_H: float = K_H) -> Callable[[FloatArray], Response]:
         """Vehicle on rigid track, of omega."""
-        return lambda omega: on_rigid_track(self.models, omega, k_H)
+        return lambda omega: on_rigid_track(self.models, omega, self.contact(k_H))
 
 
 def prepare(
-    out: Path, effort: Effort, *, midspan: bool, runs: bool, workers: Workers
+    out: Path,
+    effort: Effort,
+    *,
+    midspan: bool,
+    runs: bool,
+    workers: Workers,
+    dimension: str = "vertical",
 ) -> Laboratory:
     """Export the FMUs, linearise them and run them, on all cores.
 
@@ -160,9 +183,11 @@ def prepare(
         Whether these are needed.
     workers : Workers
         Who does it.
+    dimension : str
+        Of the FMUs: vertical, or spatial, whose wheels roll.
     """
     vehicle, track = Vehicle(), Track()
-    fmus = export(vehicle, track, out / "fmus")
+    fmus = export(vehicle, track, out / FOLDERS[dimension], dimension=dimension)
     positions = wheelset_positions(fmus["Vehicle"])
     places = {"railseat": positions}
     if midspan:
@@ -194,7 +219,28 @@ def prepare(
         runs={run: load(file) for run, file in files.items()},
         vehicle=vehicle,
         track=track,
+        contact=CONTACTS[dimension](fmus["Vehicle"], models["railseat"]),
     )
+
+
+def _rolling(fmu: Path, models: Models) -> Callable[[float], Contact]:
+    """Wheels that roll at `SPEED`, on springs along their cones' normals."""
+    wheels, loads = told_wheels(fmu), loads_of(fmu, models.vehicle)
+    axles = matrices_of(fmu, models.vehicle)
+
+    @cache
+    def contact(k_H: float) -> Contact:
+        C = coefficient_for(np.full_like(loads, min(k_H, STIFFEST)), loads)
+        pressed = [wheel | {HERTZ: one} for wheel, one in zip(wheels, C.tolist(), strict=True)]
+        return contacts_told(pressed, loads, axles).at(SPEED)
+
+    return contact
+
+
+CONTACTS: Mapping[str, Callable[[Path, Models], Callable[[float], Contact]]] = {
+    "vertical": lambda fmu, models: float,
+    "spatial": _rolling,
+}
 
 
 def _models(found: dict[str, Any], name: str, positions: FloatArray) -> Models:

@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.response.frequency import apart, coupled
-from railcosim.analysis.response.models import Models
+from railcosim.analysis.response.frequency import apart
 from railcosim.master.component import FloatArray
 from railcosim.plots.chart import Chart, Curve, Mark, Panel
 
@@ -34,7 +33,7 @@ def figure_13(lab: Laboratory) -> Figure:
     curves = {}
     for place, models in places.items():
         for with_vehicle in (False, True):
-            system = coupled(models, omega, K_H) if with_vehicle else apart(models, omega)
+            system = lab.coupled(models=models)(omega) if with_vehicle else apart(models, omega)
             (size,) = sizes(system, RAIL_FORCES, models.positions, [RAIL])
             curves[place, with_vehicle] = size
     findings = _findings_13(frequency, curves)
@@ -115,7 +114,7 @@ def figure_22(lab: Laboratory) -> Figure:
     omega = 2 * np.pi * frequency
     half = lab.vehicle.wheelset.mass / 2
     mass = 1 / (half * omega**2)
-    sizes_by = {k_H: _railseat(lab.models, omega, k_H) for k_H in ANTIRESONANCES}
+    sizes_by = {k_H: _railseat(lab, omega, k_H) for k_H in ANTIRESONANCES}
     findings = []
     for k_H, independent in ANTIRESONANCES.items():
         predicted = np.sqrt(k_H / half) / (2 * np.pi)  # eq. 19: where both receptances meet
@@ -157,8 +156,8 @@ def figure_22(lab: Laboratory) -> Figure:
     )
 
 
-def _railseat(models: Models, omega: FloatArray, k_H: float) -> FloatArray:
-    (size,) = sizes(coupled(models, omega, k_H), RAIL_FORCES, models.positions, [RAIL])
+def _railseat(lab: Laboratory, omega: FloatArray, k_H: float) -> FloatArray:
+    (size,) = sizes(lab.coupled(k_H)(omega), RAIL_FORCES, lab.positions, [RAIL])
     return size
 
 
@@ -169,7 +168,7 @@ def figure_23(lab: Laboratory) -> Figure:
     omega = 2 * np.pi * frequency
 
     def first(k_H: float) -> float:
-        return peak(frequency, _railseat(lab.models, omega, k_H), *FIRST)
+        return peak(frequency, _railseat(lab, omega, k_H), *FIRST)
 
     found = np.array([first(k) for k in stiffness])
     limit = first(np.inf)

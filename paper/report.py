@@ -11,7 +11,10 @@ from railcosim.storage.whole import written_whole
 
 from .finding import Finding
 
-COLUMNS = ["figure", "quantity", "paper", "ours", "unit", "relative_difference", "note"]
+COLUMNS = [
+    "figure", "quantity", "paper", "ours", "unit", "relative_difference", "spatial",
+    "spatial_difference", "note",
+]  # fmt: skip
 
 
 def write_table(findings: Sequence[Finding], path: Path) -> None:
@@ -25,5 +28,6 @@ def write_table(findings: Sequence[Finding], path: Path) -> None:
         for f in findings:
             writer.writerow(
                 [f.figure, f.quantity, number(f.paper), number(f.ours, 6), f.unit,
-                 number(f.relative_difference, 3), f.note]
+                 number(f.relative_difference, 3), number(f.spatial, 6),
+                 number(f.change_in_space, 3), f.note]
             )  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -40,6 +41,8 @@ def reproduce(
     effort: Effort,
     progress: Progress,
     tell: Callable[[str], None],
+    *,
+    in_space: bool = False,
 ) -> list[Finding]:
     """Reproduce figures of the paper into a folder.
 
@@ -58,6 +61,8 @@ def reproduce(
         Told what is done and the total, in s.
     tell : callable
         Told what was finished.
+    in_space : bool
+        Put the numbers of the spatial model beside ours, of all figures but those of runs in time.
 
     Returns
     -------
@@ -81,7 +86,13 @@ def reproduce(
         tell("FMUs linearised" + (" and run in time" if 3 in numbers else ""))
         for _ in workers.completed(drawings(lab), total=len(numbers)):
             pass
-    tell("figures drawn")
+        tell("figures drawn")
+        if in_space:
+            spatial = prepare(
+                out, effort, midspan=13 in numbers, runs=False, workers=workers, dimension="spatial"
+            )
+            figures = [_beside(figure, spatial) for figure in figures]
+            tell("the same from the spatial model")
     general = text.findings(lab)
     findings = [*general, *(finding for figure in figures for finding in figure.findings)]
     write_table(findings, out / "table.csv")
@@ -96,10 +107,20 @@ def reproduce(
     )
     write_page(
         sections, out / "report.html",
-        title=TITLE, intro=INTRO, about=_about(lab), place="figure", columns=("paper", "ours"),
+        title=TITLE, intro=INTRO, about=_about(lab), place="figure",
+        columns=("paper", "ours", "in space") if in_space else ("paper", "ours"),
     )  # fmt: skip
     tell("report written")
     return findings
+
+
+def _beside(figure: Figure, spatial: Laboratory) -> Figure:
+    """A figure whose findings have the spatial model's values; one of runs in time as it is."""
+    if figure.number in random.FIGURES:
+        return figure
+    others = {one.quantity: one.ours for one in FIGURES[figure.number](spatial).findings}
+    beside = [replace(one, spatial=others.get(one.quantity)) for one in figure.findings]
+    return replace(figure, findings=tuple(beside))
 
 
 def _draw(chart: Chart, out: Path, number: int, progress: Progress) -> None:

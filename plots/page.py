@@ -19,7 +19,7 @@ VERDICTS = {True: "agrees", False: "differs", None: "nothing to compare with"}
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """Two values side by side.
+    """Two values side by side, or three.
 
     Attributes
     ----------
@@ -35,6 +35,8 @@ class Row:
         A reason, or how it was found.
     agrees : bool or None
         None where there is nothing to judge.
+    third : float or str or None
+        Another value of the second's kind, if there is one.
     """
 
     place: str
@@ -44,13 +46,23 @@ class Row:
     unit: str
     note: str = ""
     agrees: bool | None = None
+    third: float | str | None = None
 
     @property
     def relative_difference(self) -> float | None:
         """(second - first) / first, of two numbers."""
-        if isinstance(self.first, str) or isinstance(self.second, str):
-            return None
-        return (self.second - self.first) / self.first
+        return _change(self.first, self.second)
+
+    @property
+    def change(self) -> float | None:
+        """(third - second) / second, of two numbers."""
+        return _change(self.second, self.third)
+
+
+def _change(first: float | str, second: float | str | None) -> float | None:
+    if second is None or isinstance(first, str) or isinstance(second, str):
+        return None
+    return (second - first) / first
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +96,7 @@ def write_page(
     intro: str,
     about: Mapping[str, str],
     place: str,
-    columns: tuple[str, str],
+    columns: tuple[str, ...],
 ) -> None:
     """Write a self-contained page: nothing in it is fetched from elsewhere.
 
@@ -101,7 +113,7 @@ def write_page(
     place : str
         Heading of where rows belong.
     columns : tuple of str
-        Headings of the tables' two columns of values.
+        Headings of the tables' two or three columns of values.
     """
     environment = Environment(
         loader=PackageLoader("railcosim.plots", "."), autoescape=True, trim_blocks=True,

@@ -9,11 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fmpy import simulate_fmu
+from scipy.linalg import eigh
 
 from railcosim.analysis.pair.export_pair import PAIR, export_pair
 from railcosim.analysis.response.choices import Gravity
 from railcosim.analysis.response.frf import Assembly, frequency_response
 from railcosim.analysis.response.hunting import critical_speed
+from railcosim.analysis.response.models import linear_models
 from railcosim.analysis.response.rolling_pair import told_wheels
 from railcosim.fmus.content import Content, contents, start_of
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, export, packed
@@ -23,6 +25,9 @@ from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.model_exchange import differences, linear_model
 from railcosim.mechanics.ports import DIMENSIONS, FORCE, OF_WHEELS, WHEEL, Layout
+from railcosim.paper.figure import FORCE as PUSH
+from railcosim.paper.figure import peak, sizes
+from railcosim.paper.laboratory import CONTACTS, QUICK, Laboratory
 from railcosim.parameters import ArgumentError, UnusualWarning
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.modal import vehicle_body
@@ -421,3 +426,35 @@ def test_wheels_that_nobody_tells_are_asked_for(tmp_path) -> None:
     rolling = Rolling(wheel_profile="wheel.csv", rail_profile="rail.csv")
     with pytest.raises(CouplingError, match=r"contact\.wheel_radius.*give its.*--vehicle"):
         told_wheels(alone(replace(DAMPED, rolling=rolling), tmp_path))
+
+
+def test_the_papers_pitch_rises_in_space_by_what_acts_through_heights(tmp_path) -> None:
+    """Undamped, of parameters, from 0.946 to 0.953 Hz; the peaks of FMUs that roll as much."""
+    stock, ratio, peaks = Vehicle(), [], []
+    for name in ("vertical", "spatial"):
+        body = build_multibody(stock, MODELS[name])
+        held = body.above  # wheelsets stand
+        found, modes = eigh(body.K[held, held], body.M[held, held])
+        pitch = np.abs(modes[body.at("carbody", "pitch")]).argmax()
+        ratio.append(np.sqrt(found[pitch]))
+        fmu = alone(stock, tmp_path, name)
+        models = linear_models(fmu, None, lambda done, total: None)
+        lab = Laboratory(
+            effort=QUICK, models=models, vehicle=stock, track=SHORT,
+            contact=CONTACTS[name](fmu, models),
+        )  # fmt: skip
+        frequency = np.linspace(0.8, 1.1, 301)
+        system = lab.rigid()(2 * np.pi * frequency)
+        (size,) = sizes(system, PUSH, lab.positions, ["vehicle.carbody.pitch"])
+        peaks.append(peak(frequency, size, 0.8, 1.1))
+    assert np.array(ratio) / (2 * np.pi) == pytest.approx([0.946, 0.953], abs=5e-4)
+    # Damping lowers both peaks, by 2.7 %.
+    assert peaks[1] / peaks[0] == pytest.approx(ratio[1] / ratio[0], abs=1e-3)
+
+
+def test_wheels_that_roll_are_as_stiff_as_the_paper_asks(tmp_path) -> None:
+    fmu = alone(Vehicle(), tmp_path)
+    contact = CONTACTS["spatial"](fmu, linear_models(fmu, None, lambda done, total: None))
+    for k_H in (0.1e9, 8e9):
+        stiffness = contact(k_H).K[:, 0, 0]  # the wheel's z; along the normals of cones of 0.05
+        assert stiffness == pytest.approx(k_H, rel=3e-3)

@@ -20,7 +20,8 @@ browser = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(browser)
 
 FINDINGS = [
-    Finding(figure="4", quantity="bounce", paper=0.7, ours=0.6975, unit="Hz", agrees=True),
+    Finding(figure="4", quantity="bounce", paper=0.7, ours=0.6975, unit="Hz", agrees=True,
+            spatial=0.71145),
     Finding(figure="6", quantity="pitch <b>", paper=6.2, ours="no peak", unit="Hz", agrees=False,
             note="critically damped, a & b"),
     Finding(figure="23", quantity="plotted", paper="not printed", ours=33.0, unit="Hz"),
@@ -48,7 +49,7 @@ def page(tmp_path):
     path = tmp_path / "report.html"
     write_page(
         sections, path, title="T", intro="I", about={"mode": "<quick>"}, place="figure",
-        columns=("paper", "ours"),
+        columns=("paper", "ours", "in space"),
     )  # fmt: skip
     return path
 
@@ -58,10 +59,13 @@ def test_table(tmp_path) -> None:
     with (tmp_path / "table.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == [
-        "figure", "quantity", "paper", "ours", "unit", "relative_difference", "note"
+        "figure", "quantity", "paper", "ours", "unit", "relative_difference", "spatial",
+        "spatial_difference", "note",
     ]  # fmt: skip
     assert rows[0]["relative_difference"] == "-0.00357"  # (0.6975 - 0.7) / 0.7 by hand
     assert rows[1]["relative_difference"] == ""
+    assert (rows[0]["spatial"], rows[0]["spatial_difference"]) == ("0.71145", "0.02")  # 2 %
+    assert rows[1]["spatial"] == ""
     assert rows[1]["note"] == "critically damped, a & b"
 
 
@@ -90,6 +94,8 @@ def test_text_is_escaped_and_disagreement_is_in_words(page) -> None:
     assert "&lt;quick&gt;" in text
     assert text.count("differs</span>") == 2  # under its figure, and among the differences
     assert "agrees</span>" in text
+    assert "<th>in space</th>" in text
+    assert "+2.00 %" in text
 
 
 # 11 s of a browser.
