@@ -9,21 +9,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
+from railcosim.track.irregularity.quantities import QUANTITIES
+
+from .meeting_options import MeetingOptions
 from .options import (
     LIMITS,
-    ContactStiffness,
     Out,
     PlotFile,
-    PositionsOption,
     UsageError,
     console,
     grid_of,
-    positions_of,
     progress,
     speed_of,
-    stiffness_of,
 )
-from .parameter_options import FmuOptions
 from .results import PICTURES, Suffixes, keep
 
 if TYPE_CHECKING:
@@ -39,52 +37,64 @@ FILES = Suffixes("--out", (".nc",))
 
 
 def map_command(
-    *,
     out: Out,
+    pair: MeetingOptions,
+    irregularity: Annotated[
+        str,
+        typer.Option(
+            "--input",
+            help=f"Which irregularity: {', '.join(QUANTITIES)}; all but the first in space.",
+        ),
+    ] = "vertical",
     wavelengths: Annotated[
         str, typer.Option(help="start:stop:step in m, or start:stop:N@log.")
     ] = "0.1:60:0.15",
     speeds: Annotated[
         str, typer.Option(help="start:stop:step in km/h, or start:stop:N@log.")
     ] = "10:400:1",
-    contact_stiffness: ContactStiffness = "1e9",
-    position: PositionsOption = None,
-    given: FmuOptions,
     plot: PlotFile = None,
     show: Annotated[
-        str, typer.Option(help="Which response to draw, on flexible and on rigid track.")
-    ] = "carbody.z",
+        str | None,
+        typer.Option(
+            help="Which response to draw, on flexible and on rigid track; of the car body, down or "
+            "aside, if not given."
+        ),
+    ] = None,
 ) -> None:
     """Responses to irregularity over its wavelength and the speed, on flexible and rigid track.
 
     Every wheelset meets the irregularity with its lag. Prints the critical speeds of the car body:
     where the wavelength suits the distance of the bogies and speed over wavelength a resonance.
+    In space every speed is solved for by itself, for wheels roll at it.
     """
-    from railcosim.analysis.response.map import NAMES, response_map
+    from railcosim.analysis.response.excitation import check_excitation
+    from railcosim.analysis.response.map import names_of, response_map
 
     FILES.check(out)
     PICTURES.check(plot)
-    k_H = stiffness_of(contact_stiffness)
+    arguments = pair.arguments()
     wavelength, speed = _plane(wavelengths, speeds)
-    if show not in NAMES:
-        raise UsageError(f"--show {show}: must be one of {', '.join(NAMES)}")
-    with (
-        given.fmus() as (vehicle, track),
-        progress("linearising") as update,
-    ):
+    check_excitation(irregularity, in_space=pair.in_space)
+    names, shown = names_of(in_space=pair.in_space), show or _moved(irregularity)
+    if shown not in names:
+        raise UsageError(f"--show {shown}: must be one of {', '.join(names)}")
+    with pair.files() as (vehicle, track), progress("linearising") as update:
         found = response_map(
-            vehicle,
-            track,
-            wavelength,
-            speed,
-            contact_stiffness=k_H,
-            position=positions_of(position),
-            progress=update,
-        )
-    console.print(_table(found.critical))
+            vehicle, track, wavelength, speed, irregularity=irregularity, progress=update,
+            **arguments,
+        )  # fmt: skip
+    if found.critical:
+        console.print(_table(found.critical))
     told = f"{wavelength.size} wavelengths, {speed.size} speeds"
     critical = {kind: found.critical_on(kind) for kind in ("flexible", "rigid")}
-    keep(found.dataset, out, told, plot, partial(_chart, show=show, critical=critical))
+    keep(found.dataset, out, told, plot, partial(_chart, show=shown, critical=critical))
+
+
+def _moved(irregularity: str) -> str:
+    """What of the car body an irregularity moves."""
+    from railcosim.analysis.response.excitation import is_mirrored
+
+    return "carbody.z" if is_mirrored(irregularity) else "carbody.y"
 
 
 def _plane(wavelengths: str, speeds: str) -> tuple[FloatArray, FloatArray]:

@@ -10,21 +10,17 @@ from rich.table import Table
 
 from railcosim.track.irregularity import QUALITIES
 
+from .meeting_options import MeetingOptions
 from .options import (
-    ContactStiffness,
     Frequencies,
     Out,
     PlotFile,
-    PositionsOption,
     Speed,
     console,
     frequencies_of,
-    positions_of,
     progress,
     speed_of,
-    stiffness_of,
 )
-from .parameter_options import FmuOptions
 from .results import PICTURES, RESULTS, keep
 
 if TYPE_CHECKING:
@@ -34,45 +30,45 @@ if TYPE_CHECKING:
 
 
 SHOWN = {
-    "acceleration ((m/s²)²/Hz)": ["carbody.az", "floor above front bogie", "bogie[1].az"],
-    "contact force (N²/Hz)": ["wheelset[1].left.force_z", "wheelset[4].left.force_z"],
-}
+    "acceleration ((m/s²)²/Hz)": [
+        "carbody.az", "floor above front bogie", "bogie[1].az", "carbody.ay", "bogie[1].ay",
+    ],
+    "contact force (N²/Hz)": [
+        "wheelset[1].left.force_z", "wheelset[4].left.force_z", "wheelset[1].left.force_y",
+    ],
+}  # fmt: skip
+"""What of it there is; aside only in space."""
 
 
 def ride_command(
-    *,
     out: Out,
+    pair: MeetingOptions,
     name: Annotated[
         str, typer.Option("--class", help=f"Class of the track: {', '.join(QUALITIES)}.")
     ] = "german-low",
     speed: Speed = 250.0,
     frequencies: Frequencies = "0.3:300:3000@log",
-    contact_stiffness: ContactStiffness = "1e9",
-    position: PositionsOption = None,
-    given: FmuOptions,
     plot: PlotFile = None,
 ) -> None:
     """Random response by pseudo-excitation: densities, standard deviations, ride comfort.
 
-    Both rails are alike, as the vertical vehicle does not roll. Comfort after ISO 2631-1 and
-    Sperling (Wz).
+    A vertical vehicle does not roll, so both rails are alike; in space all quantities of the class
+    act, and comfort aside is told. Comfort after ISO 2631-1 and Sperling (Wz).
     """
     from railcosim.analysis.response.ride import ride
     from railcosim.track.irregularity.synthesis import quality
 
     RESULTS.check(out)
     PICTURES.check(plot)
-    k_H = stiffness_of(contact_stiffness)
-    v = speed_of(speed)
-    frequency, title = frequencies_of(frequencies), quality(name).vertical.title
-    with (
-        given.fmus() as (vehicle, track),
-        progress("linearising") as update,
-    ):
+    arguments, v = pair.arguments(), speed_of(speed)
+    frequency, title = (
+        frequencies_of(frequencies),
+        quality(name).vertical.title.removesuffix(", vertical"),
+    )
+    with pair.files() as (vehicle, track), progress("linearising") as update:
         result = ride(
-            vehicle, track, frequency, irregularity=name, contact_stiffness=k_H, speed=v,
-            position=positions_of(position), progress=update,
-        )  # fmt: skip
+            vehicle, track, frequency, irregularity=name, speed=v, progress=update, **arguments
+        )
     console.print(_table(result, f"{title}, {speed:g} km/h"))
     chart = partial(_chart, title=f"{name}, {speed:g} km/h")
     keep(result, out, f"{frequency.size} frequencies", plot, chart)
@@ -84,7 +80,7 @@ def _table(result: xr.Dataset, title: str) -> Table:
         table.add_column(heading)
     for name, variable in result.data_vars.items():
         if ".right." in str(name):
-            continue  # the same as on the left
+            continue  # as on the left: each quantity is its own mirror image, or turned round
         about = variable.attrs
         unit = "m/s²" if about["units"].startswith("(m") else "N"
         felt = ["", "", ""]
@@ -108,7 +104,9 @@ def _chart(result: xr.Dataset, title: str) -> Chart:
         (
             Panel(
                 x_label="frequency (Hz)", y_label=label, x_log=True, y_log=True,
-                curves=tuple(Curve(name=n, x=f, y=np.asarray(result[n])) for n in names),
+                curves=tuple(
+                    Curve(name=n, x=f, y=np.asarray(result[n])) for n in names if n in result
+                ),
                 x_range=(float(f[0]), float(f[-1])),
             ),
         )

@@ -2,45 +2,26 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from enum import StrEnum
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from railcosim.analysis.pair.numbering import files_of, layouts_of
+from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.ring import check_frequencies_of
 from railcosim.analysis.pair.standing import Position
-from railcosim.analysis.response.excitation import check_excitation, is_mirrored
-from railcosim.analysis.response.frequency import (
-    Contact,
-    apart,
-    coupled,
-    dataset,
-    on_rigid_track,
-    response,
-)
-from railcosim.analysis.response.models import Models, linear_models
-from railcosim.analysis.response.rolling import ON_WHEEL, LinearContacts
-from railcosim.analysis.response.rolling_pair import (
-    compliance_of,
-    matrices_of,
-    rolling_of,
-)
-from railcosim.analysis.response.running import SPEEDS, OnRails, Rolling
 from railcosim.master.component import FloatArray
-from railcosim.master.fmi.description import describe_file
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.progress import Progress, unheard
-from railcosim.parameters import ArgumentError
-from railcosim.vehicle.parameters import Vehicle
-from railcosim.vehicle.train import Train
+
+from .excitation import check_excitation, is_mirrored
+from .frequency import apart, coupled, dataset, on_rigid_track, response
+from .meeting import Stock, in_space, meeting_of, wheels_of
+from .models import linear_models
 
 SPEED = 250 / 3.6  # m/s
-STIFFNESS = 1e9  # N/m
 
 
 class Assembly(StrEnum):
@@ -58,7 +39,7 @@ def frequency_response(
     *,
     excitation: str = "wheelset[4].force_z",
     contact_stiffness: float | None = None,
-    stock: Vehicle | Train | None = None,
+    stock: Stock = None,
     speed: float = SPEED,
     believe: bool = False,
     assembly: Assembly = Assembly.COUPLED,
@@ -75,11 +56,8 @@ def frequency_response(
         Hz.
     excitation : str
         See `railcosim.analysis.response.frequency.response`.
-    contact_stiffness : float, optional
-        k_H, N/m, of FMUs that meet downwards only; `STIFFNESS` if not given. Those in space roll.
-    stock : Vehicle or Train, optional
-        In space: whose wheels roll, as its ``[rolling]`` says, and whose axles turn; as the vehicle
-        FMU tells if not given. The static loads are always those that it tells.
+    contact_stiffness, stock
+        What is between wheels and rails, see `railcosim.analysis.response.meeting.meeting_of`.
     speed : float
         m/s, for the lag with which wheelsets meet an irregularity, and for creep.
     believe : bool
@@ -111,28 +89,20 @@ def frequency_response(
     RuntimeWarning
         If it hunts, and the excitation moves nothing aside, or the response is believed.
     """
-    told = [(file, describe_file(file)) for file in files_of(vehicle)]
-    wheels = layouts_of([(file, [*one.inputs, *one.outputs]) for file, one in told])
-    in_space = wheels[0].directions == ON_WHEEL
-    check_excitation(excitation, sum(layout.wheelsets for layout in wheels), in_space=in_space)
-    if contact_stiffness is not None and in_space:
-        raise ArgumentError(
-            "contact_stiffness", contact_stiffness,
-            "is of wheels that meet rails downwards only; these are in space, and roll",
-        )  # fmt: skip
+    cars, rails = files_of(vehicle), Path(track)
+    wheels = wheels_of(cars, contact_stiffness)
+    check_excitation(
+        excitation, sum(layout.wheelsets for layout in wheels), in_space=in_space(wheels)
+    )
     omega = 2 * np.pi * frequency
     rigid = assembly is Assembly.RIGID_TRACK
-    rails = Path(track)
-    models = linear_models(files_of(vehicle), None if rigid else rails, progress, position)
+    models = linear_models(cars, None if rigid else rails, progress, position)
     if not rigid:
         check_frequencies_of(rails, float(frequency.max()))
-    contact: Contact = contact_stiffness or STIFFNESS
-    about: dict[str, object] = {"contact_stiffness": contact}
-    if in_space:
-        rolling = rolling_of(stock, files_of(vehicle), models.vehicle)
-        contact, about = rolling.at(speed), {"creep": "Kalker, linear; spins as gyroscopes"}
-        if assembly is not Assembly.APART:
-            check_stable(models, rolling, speed, believe=believe or is_mirrored(excitation))
+    meeting = meeting_of(models, cars, contact_stiffness, stock)
+    if assembly is not Assembly.APART:
+        meeting.check(speed, believe=believe or is_mirrored(excitation))
+    contact = meeting.at(speed)
     systems = {
         Assembly.COUPLED: lambda: coupled(models, omega, contact),
         Assembly.APART: lambda: apart(models, omega),
@@ -143,38 +113,9 @@ def frequency_response(
     check_finite(frequency, values)
     return dataset(
         system, values, models, excitation,
-        **about, speed=speed, wheelset_positions=models.positions,
+        **meeting.about, speed=speed, wheelset_positions=models.positions,
         title=f"{system.name}, response to {excitation}",
     )  # fmt: skip
-
-
-def check_stable(models: Models, rolling: LinearContacts, speed: float, *, believe: bool) -> None:
-    """Raise ArithmeticError if vehicle and track hunt at a speed in m/s; if believed, warn."""
-    file = Path(models.vehicle.name)
-    track = models.track
-    pair = OnRails(
-        Rolling(matrices_of(file, models.vehicle), rolling),
-        None if track is None else partial(compliance_of, track),
-    )
-    pole = pair.growing(speed)
-    if pole is None:
-        return
-    critical = pair.critical()
-    found = (
-        f"from {3.6 * critical.speed:.1f} km/h on"
-        if critical.speed > 0
-        else f"at {3.6 * SPEEDS[0]:g} km/h already"
-    )
-    text = (
-        f"at {3.6 * speed:g} km/h the vehicle hunts, by {pole.real:.3g} 1/s at "
-        f"{abs(pole.imag) / (2 * np.pi):.3g} Hz; it does {found}"
-    )
-    if not believe:
-        raise ArithmeticError(
-            f"{text}. No lateral motion stays small there, so a response to it means nothing; take "
-            "a lower --speed, other parameters, or --believe"
-        )
-    warnings.warn(f"{text}; only motions that nothing moves aside are to be believed", stacklevel=3)
 
 
 def check_finite(frequency: FloatArray, values: ComplexArray) -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -13,27 +15,55 @@ import xarray as xr
 from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.ring import check_frequencies_of
 from railcosim.analysis.pair.standing import Position
-from railcosim.analysis.response.critical import Critical, critical_points
-from railcosim.analysis.response.frequency import coupled, on_rigid_track
-from railcosim.analysis.response.models import Models, linear_models
-from railcosim.analysis.response.plane import Transfer, plane, plane_dataset, transfer
-from railcosim.analysis.response.resonance import resonance
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
+from railcosim.master.linear.receptance import Response
 from railcosim.master.memory import afford
 from railcosim.master.progress import Progress, unheard
 from railcosim.mechanics.ports import Layout
+from railcosim.track.irregularity.quantities import QUANTITIES
+from railcosim.vehicle.bodies import TURNS
+
+from .critical import Critical, critical_points
+from .excitation import IRREGULARITIES, check_excitation, is_mirrored
+from .frequency import Contact, coupled, on_rigid_track
+from .meeting import Meeting, Stock, in_space, meeting_of, wheels_of
+from .models import Models, linear_models
+from .plane import BySpeed, Tabulated, over_plane, transfer
+from .resonance import resonance
 
 BODIES = ("carbody.z", "carbody.pitch", "bogie[1].z", "bogie[1].pitch", "bogie[2].z",
           "bogie[2].pitch")  # fmt: skip
-LEFT = Layout().wheels[: Layout().wheelsets]
-OUTPUTS = (
-    *(f"vehicle.{name}" for name in BODIES),
-    *(f"vehicle.{w}.wheel_z" for w in LEFT),
-    *(f"track.{w}.rail_z" for w in LEFT),
+ASIDE = (
+    *(f"{body}.{d}" for body in ("carbody", "bogie[1]", "bogie[2]") for d in ("y", "roll", "yaw")),
 )
-NAMES = tuple(name.partition(".")[2] for name in OUTPUTS)
-"""What a map shows; on rigid track, without the rails, with ``.rigid`` behind."""
+LEFT = Layout().wheels[: Layout().wheelsets]
+
+
+def outputs_of(*, in_space: bool) -> tuple[str, ...]:
+    """What a map shows, by names in a coupled response."""
+    ways = ("z", "y") if in_space else ("z",)
+    return (
+        *(f"vehicle.{name}" for name in BODIES + (ASIDE if in_space else ())),
+        *(f"vehicle.{w}.wheel_{way}" for way in ways for w in LEFT),
+        *(f"track.{w}.rail_{way}" for way in ways for w in LEFT),
+    )
+
+
+def names_of(*, in_space: bool) -> tuple[str, ...]:
+    """The same in results; on rigid track, without the rails, with ``.rigid`` behind."""
+    return tuple(name.partition(".")[2] for name in outputs_of(in_space=in_space))
+
+
+FLEXIBLE = "flexible"
+SYSTEMS: Mapping[str, Callable[[Models, FloatArray, Contact], Response]] = {
+    FLEXIBLE: coupled,
+    "rigid": on_rigid_track,
+}
+"""By the track."""
+Plane: TypeAlias = Tabulated | BySpeed
+CHECKED = 25
+"""Speeds at which hunting is looked for."""
 MODES = {"car body bounce": "carbody.z", "car body pitch": "carbody.pitch"}
 # Hz and points: where a car body may stand on its springs. What it does is largest at its own
 # resonance, whatever the vehicle; those of the bogies below it are a fraction of that.
@@ -69,7 +99,7 @@ class ResponseMap:
     Attributes
     ----------
     dataset : Dataset
-        Complex responses over ``wavelength`` (m) and ``speed`` (m/s); see `NAMES`.
+        Complex responses over ``wavelength`` (m) and ``speed`` (m/s); see `names_of`.
     critical : list of CriticalSpeed
         Critical speeds of the car body, on flexible track first.
     """
@@ -88,7 +118,10 @@ def response_map(
     wavelength: FloatArray,
     speed: FloatArray,
     *,
-    contact_stiffness: float = 1e9,
+    irregularity: str = "vertical",
+    contact_stiffness: float | None = None,
+    stock: Stock = None,
+    believe: bool = False,
     position: Position = None,
     progress: Progress = unheard,
 ) -> ResponseMap:
@@ -100,8 +133,13 @@ def response_map(
         FMUs that take contact forces.
     wavelength, speed : array
         Increasing, m and m/s.
-    contact_stiffness : float
-        k_H, N/m.
+    irregularity : str
+        Which quantity of it, of `railcosim.track.irregularity.quantities.QUANTITIES`; FMUs that
+        meet downwards only know the vertical one.
+    contact_stiffness, stock
+        What is between wheels and rails, see `railcosim.analysis.response.meeting.meeting_of`.
+    believe : bool
+        Take responses as they are of a vehicle that hunts at a speed.
     position : float or sequence of float, optional
         Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
     progress : callable
@@ -112,53 +150,92 @@ def response_map(
     TooLargeError
         If there is no memory for that many points; see `afford_map`.
     CouplingError
-        If the vehicle is no car body on two bogies of two wheelsets.
+        If the vehicle is no car body on two bogies of two wheelsets, or there is no such quantity.
+    ArithmeticError
+        If the vehicle hunts at a speed, and what is asked goes aside.
     """
-    afford_map(wavelength.size, speed.size)
-    rails = Path(track)
-    cars = files_of(vehicle)
-    models = linear_models(cars, rails, progress, position)
+    rails, cars = Path(track), files_of(vehicle)
+    wheels = wheels_of(cars, contact_stiffness)
+    check_excitation(irregularity, in_space=in_space(wheels))
+    outputs = outputs_of(in_space=in_space(wheels))
+    afford_map(wavelength.size, speed.size, in_space=in_space(wheels))
+    models = linear_models(cars, rails, partial(_share, progress, 0.0), position)
     known = {v.name for v in models.vehicle.outputs}
     if not known.issuperset(BODIES) or len(models.positions) != len(LEFT):
         raise CouplingError(
             f"{', '.join(map(str, cars))}: a map shows one car body on two bogies of two wheelsets "
             f"each; this has {len(models.positions)} wheelsets, or other bodies"
         )
-    k_H, least, most = contact_stiffness, speed[0] / wavelength[-1], speed[-1] / wavelength[0]
-    check_frequencies_of(rails, float(most))
-    ends = least * (1 - MARGIN), most * (1 + MARGIN)
-    on_track = [o for o in OUTPUTS if o.startswith("vehicle.")]
-    tables = {
-        "flexible": transfer(lambda w: coupled(models, w, k_H), OUTPUTS, *ends),
-        "rigid": transfer(lambda w: on_rigid_track(models, w, k_H), on_track, *ends),
+    check_frequencies_of(rails, float(speed[-1] / wavelength[0]))
+    meeting = meeting_of(models, cars, contact_stiffness, stock)
+    _check_speeds(meeting, speed, believe=believe or is_mirrored(irregularity))
+    planes = {
+        kind: _plane(models, meeting, kind, outputs, irregularity, wavelength, speed, progress)
+        for kind in SYSTEMS
     }
     result = _dataset(
-        tables,
-        models,
-        wavelength,
-        speed,
-        contact_stiffness=k_H,
-        wheelset_positions=models.positions,
-    )
+        planes, models, wavelength, speed, wheelset_positions=models.positions,
+        irregularity=irregularity, **meeting.about,
+    )  # fmt: skip
     critical = [
-        CriticalSpeed(point, kind, _size(table, models, point))
-        for kind, table in tables.items()
-        for point in _critical(models, kind, k_H)
+        CriticalSpeed(point, kind, _size(planes[kind], point, wavelength, speed))
+        for kind in planes
+        for point in _critical(models, kind, meeting.at(float(speed[-1])), irregularity)
     ]
     return ResponseMap(result, critical)
 
 
-def afford_map(wavelengths: int, speeds: int) -> None:
+def _plane(
+    models: Models,
+    meeting: Meeting,
+    kind: str,
+    outputs: tuple[str, ...],
+    irregularity: str,
+    wavelength: FloatArray,
+    speed: FloatArray,
+    progress: Progress,
+) -> Plane:
+    """Of a table, where contacts are the same at all speeds."""
+    system = SYSTEMS[kind]
+    wanted = tuple(o for o in outputs if kind == FLEXIBLE or o.startswith("vehicle."))
+    if meeting.of_speed:
+        part = list(SYSTEMS).index(kind) + 1
+        return BySpeed(
+            system=lambda omega, v: system(models, omega, meeting.at(v)), outputs=wanted,
+            excitation=irregularity, positions=models.positions,
+            progress=partial(_share, progress, part),
+        )  # fmt: skip
+    contact = meeting.at(float(speed[-1]))
+    least, most = speed[0] / wavelength[-1], speed[-1] / wavelength[0]
+    ends = least * (1 - MARGIN), most * (1 + MARGIN)
+    table = transfer(lambda omega: system(models, omega, contact), wanted, *ends)
+    return Tabulated(table=table, positions=models.positions)
+
+
+def _share(progress: Progress, part: float, done: float, total: float) -> None:
+    """Of the linear models, and of the planes."""
+    progress(part + done / total, 1.0 + len(SYSTEMS))
+
+
+def _check_speeds(meeting: Meeting, speed: FloatArray, *, believe: bool) -> None:
+    """Some of all speeds, from the highest: hunting has no gaps so narrow."""
+    chosen = np.unique(np.linspace(0, speed.size - 1, min(speed.size, CHECKED)).astype(int))
+    any(meeting.check(float(v), believe=believe) for v in speed[chosen[::-1]])
+
+
+def afford_map(wavelengths: int, speeds: int, *, in_space: bool = False) -> None:
     """Raise TooLargeError if there is no memory for that many wavelengths at that many speeds."""
+    outputs = outputs_of(in_space=in_space)
+    on_both = sum(1 + name.startswith("vehicle.") for name in outputs)
     afford(
-        BYTES * (len(OUTPUTS) + len(BODIES) + len(LEFT)) * wavelengths * speeds,
+        BYTES * on_both * wavelengths * speeds,
         f"{wavelengths} wavelengths at {speeds} speeds",
         "take fewer --wavelengths or --speeds",
     )
 
 
 def _dataset(
-    tables: dict[str, Transfer],
+    planes: dict[str, Plane],
     models: Models,
     wavelength: FloatArray,
     speed: FloatArray,
@@ -166,21 +243,25 @@ def _dataset(
 ) -> xr.Dataset:
     """Variables ``name`` on flexible track and ``name.rigid`` on rigid track."""
     parts: dict[str, xr.DataArray] = {}
-    for kind, table in tables.items():
-        units = ["rad" if o.endswith("pitch") else "m" for o in table.outputs]
-        part = plane_dataset(table, models.positions, wavelength, speed, units)
-        suffix = "" if kind == "flexible" else ".rigid"
+    for kind, of in planes.items():
+        turns = tuple(o.rpartition(".")[2] in TURNS for o in of.outputs)
+        units = ["rad" if turning else "m" for turning in turns]
+        part = over_plane(of.outputs, of.over(wavelength, speed), wavelength, speed, units)
+        suffix = "" if kind == FLEXIBLE else ".rigid"
         parts |= {f"{name}{suffix}": part[name] for name in part}
     return xr.Dataset(parts, attrs={**models.attributes, **attributes})
 
 
-def _critical(models: Models, kind: str, k_H: float) -> list[Critical]:
-    """Critical points with the resonances of this track, from the response to a wheelset."""
+def _critical(models: Models, kind: str, contact: Contact, irregularity: str) -> list[Critical]:
+    """Critical points with the resonances of this track, from the response to a wheelset.
+
+    They are those of what a vertical irregularity moves.
+    """
+    if IRREGULARITIES[irregularity] is not QUANTITIES["vertical"]:
+        return []
     found = []
     frequency = np.geomspace(*RANGE)
-    omega = 2 * np.pi * frequency
-    rigid = kind == "rigid"
-    system = on_rigid_track(models, omega, k_H) if rigid else coupled(models, omega, k_H)
+    system = SYSTEMS[kind](models, 2 * np.pi * frequency, contact)
     values = system.combined([f"{LEFT[-1]}.irregularity_z"], [1.0])
     for name in MODES.values():
         found.append(resonance(frequency, np.abs(values[:, system.rows([f"vehicle.{name}"])[0]])))
@@ -194,11 +275,11 @@ def _critical(models: Models, kind: str, k_H: float) -> list[Critical]:
     return critical_points(models.positions, bounce, pitch, ORDERS)
 
 
-def _size(table: Transfer, models: Models, point: Critical) -> float:
+def _size(of: Plane, point: Critical, wavelength: FloatArray, speed: FloatArray) -> float:
     """The response at a critical point, per m; NaN outside the map's frequencies."""
-    one = table.only(f"vehicle.{MODES[point.mode]}")
-    low, high = np.exp(one.spline.x[[0, -1]])
-    if not low <= point.frequency <= high:
+    low, high = speed[0] / wavelength[-1], speed[-1] / wavelength[0]
+    if not low * (1 - MARGIN) <= point.frequency <= high * (1 + MARGIN):
         return np.nan
     at = np.array([point.wavelength]), np.array([point.speed])
-    return float(abs(plane(one, models.positions, *at)[0, 0, 0]))
+    row = of.outputs.index(f"vehicle.{MODES[point.mode]}")
+    return float(abs(of.over(*at)[row, 0, 0]))

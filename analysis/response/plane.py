@@ -14,6 +14,9 @@ from railcosim.analysis.pair.contact import standing_in
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import Response
+from railcosim.master.progress import Progress, unheard
+
+from .frequency import response
 
 System: TypeAlias = Callable[[FloatArray], Response]  # of omega (rad/s)
 
@@ -142,6 +145,66 @@ def plane(
     return out
 
 
+@dataclass(frozen=True, kw_only=True)
+class Tabulated:
+    """Responses over the plane where they are those of one table at all speeds.
+
+    Attributes
+    ----------
+    table : Transfer
+        Between the lowest and the highest of ``speed / wavelength``.
+    positions : array, shape (n_wheelsets,)
+        Wheelsets, m.
+    """
+
+    table: Transfer
+    positions: FloatArray
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """What responds."""
+        return self.table.outputs
+
+    def over(self, wavelength: FloatArray, speed: FloatArray) -> ComplexArray:
+        """See `plane`."""
+        return plane(self.table, self.positions, wavelength, speed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BySpeed:
+    """The same of a system that is another one at every speed, such as wheels that roll.
+
+    Attributes
+    ----------
+    system : callable
+        Angular frequencies and a speed in m/s to the coupled response.
+    outputs : tuple of str
+        Names in that response.
+    excitation : str
+        See `railcosim.analysis.response.frequency.response`.
+    positions : array, shape (n_wheelsets,)
+        Wheelsets, m.
+    progress : callable
+        Told how many speeds are done, and of how many.
+    """
+
+    system: Callable[[FloatArray, float], Response]
+    outputs: tuple[str, ...]
+    excitation: str
+    positions: FloatArray
+    progress: Progress = unheard
+
+    def over(self, wavelength: FloatArray, speed: FloatArray) -> ComplexArray:
+        """Per unit of the excitation, shape (n_outputs, n_wavelength, n_speed)."""
+        out = np.empty((len(self.outputs), wavelength.size, speed.size), dtype=complex)
+        for k, v in enumerate(speed.tolist()):
+            self.progress(k, speed.size)
+            system = self.system(2 * np.pi * v / wavelength, v)
+            found = response(system, self.excitation, self.positions, v)
+            out[:, :, k] = found[:, system.rows(self.outputs)].T
+        return out
+
+
 def plane_dataset(
     table: Transfer,
     positions: FloatArray,
@@ -152,6 +215,18 @@ def plane_dataset(
 ) -> xr.Dataset:
     """Responses over the plane as a dataset; `units` of the outputs without the per m."""
     values = plane(table, positions, wavelength, speed)
+    return over_plane(table.outputs, values, wavelength, speed, units, **attributes)
+
+
+def over_plane(
+    outputs: Sequence[str],
+    values: ComplexArray,
+    wavelength: FloatArray,
+    speed: FloatArray,
+    units: Sequence[str],
+    **attributes: object,
+) -> xr.Dataset:
+    """The same of values, shape (n_outputs, n_wavelength, n_speed)."""
     coordinates = {
         "wavelength": ("wavelength", wavelength, {"units": "m", "long_name": "wavelength"}),
         "speed": ("speed", speed, {"units": "m/s", "long_name": "speed"}),
@@ -162,6 +237,6 @@ def plane_dataset(
             values[k],
             {"units": f"{unit}/m", "long_name": f"{name} per m of irregularity"},
         )
-        for k, (name, unit) in enumerate(zip(table.outputs, units, strict=True))
+        for k, (name, unit) in enumerate(zip(outputs, units, strict=True))
     }
     return xr.Dataset(variables, coordinates, dict(attributes))

@@ -23,8 +23,9 @@ from railcosim.track.irregularity.synthesis import quality
 
 from .comfort import LATERAL, VERTICAL, reaction, sperling, weighted_acceleration
 from .critical import bogie_distance
-from .frequency import joints, responses
+from .frequency import Contact, joints, responses
 from .frf import SPEED
+from .meeting import Stock, meeting_of, wheels_of
 from .models import Models, linear_models
 from .random import acceleration_psd, response_psd, standard_deviation
 
@@ -49,8 +50,10 @@ def ride(
     frequency: FloatArray,
     *,
     irregularity: str = "german-low",
-    contact_stiffness: float = 1e9,
+    contact_stiffness: float | None = None,
+    stock: Stock = None,
     speed: float = SPEED,
+    believe: bool = False,
     position: Position = None,
     progress: Progress = unheard,
 ) -> xr.Dataset:
@@ -64,10 +67,13 @@ def ride(
         Hz; their ends bound what the standard deviations count.
     irregularity : str
         Class of the track.
-    contact_stiffness : float
-        k_H, N/m.
+    contact_stiffness, stock
+        What is between wheels and rails, see `railcosim.analysis.response.meeting.meeting_of`. In
+        space all quantities of the class act.
     speed : float
         m/s.
+    believe : bool
+        Take the response as it is of a vehicle that hunts at the speed.
     position : float or sequence of float, optional
         Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
     progress : callable
@@ -85,17 +91,22 @@ def ride(
     CouplingError
         If an FMU cannot be what it is given as, or the vehicle is no car body on two bogies of two
         wheelsets.
+    ArithmeticError
+        If the vehicle hunts at the speed.
     """
-    of, rails = quality(irregularity), Path(track)
-    models = linear_models(files_of(vehicle), rails, progress, position)
+    of, rails, cars = quality(irregularity), Path(track), files_of(vehicle)
+    wheels_of(cars, contact_stiffness)
+    models = linear_models(cars, rails, progress, position)
     check_frequencies_of(rails, float(frequency.max()))
-    found = densities(models, frequency, contact_stiffness, speed, of)
-    told = {"irregularity": irregularity, "speed": speed, "contact_stiffness": contact_stiffness}
+    meeting = meeting_of(models, cars, contact_stiffness, stock)
+    meeting.check(speed, believe=believe)
+    found = densities(models, frequency, meeting.at(speed), speed, of)
+    told = {"irregularity": irregularity, "speed": speed, **meeting.about}
     return found.assign_attrs({**told, **models.attributes})
 
 
 def densities(
-    models: Models, frequency: FloatArray, k_H: float, speed: float, quality: Quality
+    models: Models, frequency: FloatArray, contact: Contact, speed: float, quality: Quality
 ) -> xr.Dataset:
     """One-sided densities over frequency, each with its standard deviation.
 
@@ -105,8 +116,8 @@ def densities(
         Vehicle and track.
     frequency : array, shape (n,)
         Hz; their ends bound what the standard deviations count.
-    k_H : float
-        Contact stiffness, N/m.
+    contact : float or Running
+        Stiffness of contacts, N/m; or wheels that roll at the speed.
     speed : float
         m/s.
     quality : Quality
@@ -136,7 +147,7 @@ def densities(
     system = couple(
         _with_floor(vehicle, bogie_distance(models.positions) / 2),
         track,
-        joints(k_H, models.wheels),
+        joints(contact, models.wheels),
     )
     return told(system, frequency, models.positions, speed, quality)
 

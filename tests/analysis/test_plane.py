@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.response.critical import bogie_distance, critical_points
-from railcosim.analysis.response.plane import plane, transfer
+from railcosim.analysis.response.plane import BySpeed, Tabulated, plane, transfer
 from railcosim.analysis.response.resonance import resonance
 from railcosim.master.linear.receptance import FrequencyResponse
 from railcosim.mechanics.ports import Layout
@@ -36,6 +36,19 @@ def test_plane_is_resonance_times_wheelbase_filter() -> None:
     # The table is refined until midpoints are foreseen to 2e-3 of the local response.
     assert np.abs(found - H * shape[:, None]).max() < 4e-3 * H.max()
     assert (np.abs(found / (H * shape[:, None]) - 1) < 4e-3)[:, ::7].all()
+
+
+def test_one_table_and_every_speed_by_itself_are_the_same() -> None:
+    """A lag in time is one in place over the speed."""
+    wavelength, speed = np.linspace(0.5, 20, 20), np.linspace(3, 110, 9)
+    table = transfer(oscillators, ["body.z"], speed[0] / wavelength[-1], speed[-1] / wavelength[0])
+    one = Tabulated(table=table, positions=POSITIONS).over(wavelength, speed)
+    each = BySpeed(
+        system=lambda omega, _: oscillators(omega), outputs=("body.z",), excitation="vertical",
+        positions=POSITIONS,
+    ).over(wavelength, speed)  # fmt: skip
+    assert one == pytest.approx(each, abs=4e-3 * np.abs(each).max())  # the table's, as above
+    assert np.abs(one / each - 1).max() < 4e-3
 
 
 def test_the_table_is_fine_where_it_must_be() -> None:

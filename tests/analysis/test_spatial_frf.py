@@ -10,7 +10,7 @@ import pytest
 from railcosim.analysis.response.bodies import linear_of
 from railcosim.analysis.response.excitation import check_excitation, is_mirrored, loads_of
 from railcosim.analysis.response.frequency import coupled, dataset, on_rigid_track, response
-from railcosim.analysis.response.frf import check_stable
+from railcosim.analysis.response.meeting import Rolled
 from railcosim.analysis.response.models import Models
 from railcosim.analysis.response.rolling import ON_RAIL, ON_WHEEL
 from railcosim.analysis.response.rolling_pair import rolling_of
@@ -58,17 +58,17 @@ def test_a_vehicle_that_hunts_is_refused_with_its_critical_speed(alone):
     """166.2 km/h on rigid rails at a conicity of 0.05, as critical-speed has it."""
     contacts = contacts_of(alone.vehicle)
     with pytest.raises(ArithmeticError, match=r"at 250 km/h .*hunts.* 166\.2 km/h.*--believe"):
-        check_stable(alone, contacts, 250 / 3.6, believe=False)
+        Rolled(contacts, alone).check(250 / 3.6, believe=False)
     with pytest.warns(UserWarning, match="hunts"):
-        check_stable(alone, contacts, 250 / 3.6, believe=True)
+        Rolled(contacts, alone).check(250 / 3.6, believe=True)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        check_stable(alone, contacts, 166.0 / 3.6, believe=False)
+        Rolled(contacts, alone).check(166.0 / 3.6, believe=False)
     with pytest.raises(ArithmeticError, match=r"at 166\.4 km/h"):
-        check_stable(alone, contacts, 166.4 / 3.6, believe=False)
+        Rolled(contacts, alone).check(166.4 / 3.6, believe=False)
     worn = contacts_of(alone.vehicle, Vehicle(rolling=Rolling(conicity=0.2)))
     with pytest.raises(ArithmeticError, match=r"84\.0 km/h"):
-        check_stable(alone, worn, 100 / 3.6, believe=False)
+        Rolled(worn, alone).check(100 / 3.6, believe=False)
 
 
 def test_what_is_its_own_mirror_image_moves_nothing_aside(alone):

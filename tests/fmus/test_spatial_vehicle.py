@@ -15,7 +15,9 @@ from railcosim.analysis.pair.export_pair import PAIR, export_pair
 from railcosim.analysis.response.choices import Gravity
 from railcosim.analysis.response.frf import Assembly, frequency_response
 from railcosim.analysis.response.hunting import critical_speed
+from railcosim.analysis.response.map import response_map
 from railcosim.analysis.response.models import linear_models
+from railcosim.analysis.response.ride import ride
 from railcosim.analysis.response.rolling_pair import told_wheels
 from railcosim.fmus.content import Content, contents, start_of
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, export, packed
@@ -29,6 +31,7 @@ from railcosim.paper.figure import FORCE as PUSH
 from railcosim.paper.figure import peak, sizes
 from railcosim.paper.laboratory import CONTACTS, QUICK, Laboratory
 from railcosim.parameters import ArgumentError, UnusualWarning
+from railcosim.track.irregularity import QUALITIES
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import MODELS, SPATIAL, build_multibody
@@ -391,6 +394,50 @@ def test_it_answers_in_space_and_is_refused_where_it_hunts(made):
         frequency_response(*pair, excitation="alignment", stock=DAMPED, speed=150.0)
     with pytest.raises(ArgumentError, match="roll"):
         frequency_response(*pair, contact_stiffness=1e9)
+
+
+# 5 s: a spatial track is linearised, once for all.
+@pytest.mark.slow
+def test_maps_and_random_responses_in_space_are_its_responses(made, monkeypatch):
+    """Aside: of one irregularity on the plane, of all of a class by their densities."""
+    files = [made["native"][name] for name in ("Vehicle", "Track")]
+    models = linear_models(*files, lambda done, total: None)
+    for module in ("frf", "map", "ride"):
+        place = f"railcosim.analysis.response.{module}.linear_models"
+        monkeypatch.setattr(place, lambda *_: models)
+    fmus, speed, wave = (made["native"][n] for n in ("Vehicle", "Track")), 15.0, 3.0
+    pair = tuple(fmus)
+    f = np.array([0.5 * speed / wave, speed / wave])  # of two wavelengths, or at two speeds
+    of = {
+        name: frequency_response(*pair, f, excitation=name, speed=speed)
+        for name in ("vertical", "cross_level", "alignment", "gauge")
+    }
+    found = response_map(
+        *pair, np.array([wave, 2 * wave]), np.array([0.9, 1.0]) * speed, irregularity="alignment"
+    )
+    assert found.critical == []
+    for name in (
+        "carbody.y",
+        "bogie[2].yaw",
+        "wheelset[3].left.wheel_y",
+        "wheelset[1].left.rail_y",
+    ):
+        on_map, alone_ = found.dataset[name].values[::-1, 1], of["alignment"][name].values
+        np.testing.assert_allclose(on_map, alone_, rtol=1e-9)
+    assert found.dataset["bogie[2].yaw"].attrs["units"] == "rad/m"
+    quality = QUALITIES["german-low"]
+    riding = ride(*pair, f, speed=speed)
+    waves = 2 * np.pi * f / speed
+    psd = sum(
+        np.abs(of[name]["carbody.y"].values) ** 2 * s.density(waves) * 2 * np.pi / speed
+        for name, s in quality.spectra.items()
+    )
+    np.testing.assert_allclose(riding["carbody.ay"], psd * (2 * np.pi * f) ** 4, rtol=1e-9)
+    assert riding["carbody.ay"].attrs["weighting"] == "W_d"
+    with pytest.raises(ArithmeticError, match=r"hunts.*it does from"):
+        ride(*pair, f, speed=150.0)
+    with pytest.raises(ArithmeticError, match=r"at 540 km/h.*hunts"):
+        response_map(*pair, np.array([100.0]), np.array([10.0, 150.0]), irregularity="alignment")
 
 
 def test_wheels_are_those_that_the_fmu_tells(tmp_path) -> None:

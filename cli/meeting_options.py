@@ -1,0 +1,73 @@
+"""What responds in the frequency domain, as options: vehicle, track, and what is between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .options import DimensionName, PositionsOption, UsageError, positions_of, stiffness_of
+from .parameter_options import FmuOptions
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeetingOptions(FmuOptions):
+    """A vehicle and a track, anybody's or ours, and how they meet."""
+
+    dimension: Annotated[
+        DimensionName,
+        typer.Option(
+            "--dimension",
+            help="Of our FMUs. In space wheels roll at the speed, as the vehicle FMU tells, or "
+            "[rolling] of --vehicle.",
+        ),
+    ] = DimensionName.VERTICAL
+    contact_stiffness: Annotated[
+        str | None,
+        typer.Option(
+            "--contact-stiffness", help="Of FMUs that meet downwards only, N/m; 1e9 if not given."
+        ),
+    ] = None
+    position: PositionsOption = None
+    believe: Annotated[
+        bool,
+        typer.Option("--believe", help="Take the response of a vehicle that hunts as it is."),
+    ] = False
+
+    @cached_property
+    def in_space(self) -> bool:
+        """Whether vehicles are, those given or ours."""
+        from railcosim.analysis.response.meeting import in_space, wheels_of
+
+        if self.vehicle_fmu:
+            return in_space(wheels_of(self.vehicle_fmu))
+        return self.dimension is DimensionName.SPATIAL
+
+    def arguments(self) -> dict[str, Any]:
+        """What analyses call these options.
+
+        Raises
+        ------
+        UsageError
+            If a contact stiffness is given of wheels that roll.
+        """
+        given = self.contact_stiffness
+        if given is not None and self.dimension is DimensionName.SPATIAL:
+            raise UsageError("--contact-stiffness: is of the vertical model; in space wheels roll")
+        return {
+            "contact_stiffness": None if given is None else stiffness_of(given),
+            "stock": self.stock() if self.tells_vehicle else None,
+            "position": positions_of(self.position),
+            "believe": self.believe,
+        }
+
+    @contextmanager
+    def files(self) -> Iterator[tuple[tuple[Path, ...], Path]]:
+        """FMUs of vehicles and of the track; parameters say how those of others roll in space."""
+        with self.fmus(dimension=self.dimension, told=self.in_space) as found:
+            yield found
