@@ -7,6 +7,7 @@ can solve for its forces.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -32,6 +33,28 @@ class ForceLaw(Protocol):
 
     def tangent(self, motion: FloatArray) -> FloatArray:
         """Their derivatives, shape (..., n_contacts, k, m)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tangents:
+    """A linear law; a `ForceLaw`.
+
+    Attributes
+    ----------
+    by : array, shape (n_contacts, k, m)
+        Forces of each contact by its own motions.
+    """
+
+    by: FloatArray
+
+    def force(self, motion: FloatArray) -> FloatArray:
+        """See `ForceLaw`."""
+        found: FloatArray = np.einsum("nkm,...nm->...nk", self.by, motion)
+        return found
+
+    def tangent(self, motion: FloatArray) -> FloatArray:
+        """See `ForceLaw`."""
+        return np.broadcast_to(self.by, (*motion.shape[:-1], *self.by.shape[1:]))
 
 
 class Law(Component):

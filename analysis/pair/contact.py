@@ -21,12 +21,11 @@ from railcosim.master.component import FloatArray, Variable
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.description import Parameter
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
-from railcosim.master.law import Law
+from railcosim.master.law import ForceLaw, Law
 from railcosim.master.suggest import suggest
 from railcosim.mechanics.law import (
     HertzContact,
     LinearContact,
-    NormalLaw,
     coefficient_for,
     tangent_stiffness,
 )
@@ -282,12 +281,12 @@ def stiffness_at(parameters: Parameters, loads: FloatArray, layout: Layout) -> F
     return tangent_stiffness(numbers, loads) if isinstance(law, HertzContact) else numbers
 
 
-def contact_law(law: NormalLaw, layout: Layout, nominal: Mapping[str, float]) -> Law:
+def contact_law(law: ForceLaw, layout: Layout, nominal: Mapping[str, float]) -> Law:
     """All contacts as a component named ``contact``: motions of wheel and rail to forces.
 
     Parameters
     ----------
-    law : NormalLaw
+    law : ForceLaw
         Of the contacts.
     layout : Layout
         Of the contacts.

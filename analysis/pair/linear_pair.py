@@ -1,7 +1,7 @@
-"""Vehicle and track as linear components, with the contact springs on whichever side owns them.
+"""Vehicle and track as linear components, from the forces of their contacts to motions there.
 
-The wheels are held where they are. Where left and right are alike, what both wheels of a wheelset
-do alike and what they do against each other are two problems of half the size.
+The wheels are held where they are. Where left and right are alike, motions that are their own
+mirror image and those that are its opposite are two problems of half the size.
 """
 
 from __future__ import annotations
@@ -11,22 +11,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import csc_array
 
-from railcosim.analysis.pair.owner import Owner
-from railcosim.master.component import Component, FloatArray, Variable
-from railcosim.master.connections import CouplingError, connect_by_name
+from railcosim.master.component import FloatArray
+from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.description import describe_file
-from railcosim.master.law import Law
 from railcosim.master.linear.modal import Modal, modes_of
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.side_by_side import joined
 from railcosim.master.linear.state_space import ComplexArray, StateSpace
 from railcosim.master.progress import Progress
-from railcosim.master.stability.open_component import Open
-from railcosim.master.system import System
-from railcosim.mechanics.law import LinearContact
-from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout, Z
+from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 
 from .contact import Stiffness, layout_of
 from .numbering import Vehicles, files_of, names_through, places_of
@@ -52,44 +46,49 @@ class Part:
     ----------
     name : str
         Which wheels move together.
-    wheels : tuple of str
-        Those that stand for all of them.
+    layout : Layout
+        Of the wheels that stand for all of them.
+    image : int
+        1: the other side does as in the mirror between the rails; -1: the opposite; 0: there is
+        no other, these are all wheels.
     vehicle : StateSpace
-        Contact forces to wheel motion, one each a wheel.
+        Forces at the ports of the layout to motions of wheels there.
     track : Modal
-        Contact forces to rail motion, likewise.
-    mix : array, shape (n_contacts, n_wheels)
-        What all contacts of the pair do, by those of `wheels`.
+        Forces at the rails' ports to motions of rails there.
     """
 
     name: str
-    wheels: tuple[str, ...]
+    layout: Layout
+    image: int
     vehicle: StateSpace
     track: Modal
-    mix: FloatArray
 
-    def of_wheels(self, of_wheelsets: Stiffness) -> FloatArray:
-        """At its wheels, what is given for all wheelsets or for each, from the front."""
-        return np.resize(of_wheelsets, len(self.wheels))
+    @property
+    def wheels(self) -> tuple[str, ...]:
+        """Those that stand for all of them."""
+        return self.layout.wheels
 
-    def compliance(self, omega: FloatArray) -> ComplexArray:
-        """Of both sides of the contacts together, (n_omega, n_wheels, n_wheels), m/N."""
-        wheel, rail = self.vehicle.frequency_response(omega), self.track.response(1j * omega)
-        together: ComplexArray = rail - wheel  # the force pushes the wheel up, and z is down
-        return together
+    @property
+    def mix(self) -> FloatArray:
+        """What surfaces under all wheels do by those under `wheels`, (n_all, n_surfaces)."""
+        return _mix(self.layout.surface, self.image)
 
-    def growth(self, k: FloatArray) -> float:
-        """Rate (1/s) at which the fastest motion grows with springs `k` (N/m), coupled exactly.
+    def tangents(self, contact: Stiffness) -> FloatArray:
+        """Tangents of the laws of its contacts, shape (n_contacts, k, m).
 
-        Negative for passive sides. A reduced track need not be passive above its highest frequency.
+        Parameters
+        ----------
+        contact : float or array
+            Stiffness of pressed contacts, N/m: of all, or (n_wheelsets,) of each wheelset, from the
+            front. Or tangents of all contacts of the pair.
         """
-        A, B, C = self.track.real()
-        v = self.vehicle
-        both = np.block([[v.A.toarray(), np.zeros((len(v.B), len(B)))],
-                         [np.zeros((len(B), len(v.B))), A]])  # fmt: skip
-        compression = np.hstack([v.C, -C])
-        pushed = np.concatenate([v.B, B])
-        return float(np.linalg.eigvals(both + (pushed * k) @ compression).real.max())
+        if np.ndim(contact) == 3:
+            return np.asarray(contact)[: self.layout.contacts]
+        return np.resize(contact, (self.layout.contacts, 1, 1))
+
+    def response(self, omega: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+        """Of vehicle and track, each of shape (n_omega, ports, ports), m/N and the like."""
+        return self.vehicle.frequency_response(omega), self.track.response(1j * omega)
 
 
 def linear_parts(
@@ -121,34 +120,26 @@ def linear_parts(
     whole, first = _vehicles(each_position(vehicle, position)), files_of(vehicle)[0]
     taken = describe_file(track).inputs
     layout = layout_of((first, whole.inputs), (track, taken))
-    if layout.directions != (Z,):
-        raise CouplingError(
-            f"{first}: its wheels move aside, too; largest stable steps are predicted of vertical "
-            "pairs: give FMUs made without --dimension spatial"
-        )
     cars = _of_contacts(whole, first, layout, WHEEL.motion)
     places = places_of(first, whole.standing, layout)
     check_ring_of(track, places)
     under = linear_model(track, name="track", at=track_at(places, layout, taken))
-    rails = _of_contacts(under, track, layout, RAIL.motion)
+    rails = _of_contacts(under, track, layout.rails, RAIL.motion)
     progress(0.2, 1.0)
-    one = np.eye(layout.wheelsets)
-    ways = {"all wheels": np.eye(layout.contacts)}
-    if len(layout.sides) > 1 and _alike(cars) and _alike(rails):
-        ways = {
-            "both wheels alike": np.concatenate([one, one]),
-            "wheels against each other": np.concatenate([one, -one]),
-        }
+    ways = {"all wheels": 0}
+    if len(layout.sides) > 1 and _alike(cars, layout) and _alike(rails, layout.rails):
+        ways = {"both wheels alike": 1, "wheels against each other": -1}
     parts = []
-    for i, (name, mix) in enumerate(ways.items()):
-        wheels = layout.wheels[: mix.shape[1]]
+    for i, (name, image) in enumerate(ways.items()):
+        own = replace(layout, sides=layout.sides[:1]) if image else layout
+        track_alone = _mixed(rails, _mix(own.rails, image))
         parts.append(
             Part(
                 name=name,
-                wheels=wheels,
-                vehicle=_acting(_mixed(cars, mix)),
-                track=_condensed(_mixed(rails, mix), track),
-                mix=mix,
+                layout=own,
+                image=image,
+                vehicle=_acting(_mixed(cars, _mix(own, image))),
+                track=_condensed(track_alone, own.rails, track),
             )
         )
         progress(0.2 + 0.8 * (i + 1) / len(ways), 1.0)
@@ -165,56 +156,6 @@ def _vehicles(each: Sequence[tuple[Path, float | None]]) -> StateSpace:
         return made[0]
     named = [(file, model) for (file, _), model in zip(each, made, strict=True)]
     return joined("vehicle", made, names_through(named))
-
-
-def coupled(part: Part, owner: Owner, k: FloatArray) -> System:
-    """A part as a system at rest, with the irregularity as a signal left open.
-
-    Parameters
-    ----------
-    part : Part
-        Of the pair.
-    owner : Owner
-        Of the contact springs.
-    k : array, shape (n_wheels,)
-        Their stiffness, N/m.
-    """
-    wheel, rail, given, force = (
-        _variables(part.wheels, name) for name in ("wheel_z", "rail_z", "irregularity_z", "force_z")
-    )
-    v, t = part.vehicle, part.track
-    law: list[Component] = []
-    if owner is Owner.VEHICLE:
-        springs = -np.diag(k)
-        v = replace(
-            v, A=csc_array(v.A + (v.B * k) @ v.C), B=np.hstack([-v.B * k, -v.B * k]),
-            C=k[:, None] * v.C, D=np.hstack([springs, springs]), inputs=(*rail, *given),
-            outputs=force,
-        )  # fmt: skip
-    else:
-        v = replace(v, inputs=force, outputs=wheel)
-    if owner is Owner.TRACK:
-        t = t.sprung(k, wheel, force)
-        t = replace(t, B=np.hstack([t.B, -t.B]), D=np.hstack([t.D, -t.D]), inputs=(*wheel, *given))
-    else:
-        t = replace(t, inputs=force, outputs=rail)
-    if owner is Owner.MASTER:
-        one = np.eye(len(k))
-        motions = (*wheel, *rail, *given)
-        law = [Law("contact", LinearContact(k_H=k), motions, force, np.hstack([one, -one, -one]))]
-    components = [
-        Open("irregularity", (), given),
-        Open("vehicle", v.inputs, v.outputs, v),
-        *law,
-        Open("track", t.inputs, t.outputs, t),
-    ]
-    return System(components, connect_by_name(components))
-
-
-def _variables(wheels: Sequence[str], name: str) -> tuple[Variable, ...]:
-    nominal = 1e5 if name == "force_z" else 1e-3
-    unit = "N" if name == "force_z" else "m"
-    return tuple(Variable(name=f"{w}.{name}", unit=unit, nominal=nominal) for w in wheels)
 
 
 def _of_contacts(model: StateSpace, file: Path, layout: Layout, motion: str) -> StateSpace:
@@ -237,17 +178,23 @@ def _of_contacts(model: StateSpace, file: Path, layout: Layout, motion: str) -> 
     )  # fmt: skip
 
 
-def _alike(model: StateSpace) -> bool:
-    """Whether nothing changes when left and right change places."""
+def _alike(model: StateSpace, layout: Layout) -> bool:
+    """Whether nothing changes in the mirror between the rails."""
     G = model.frequency_response(PROBES)
-    n = G.shape[1] // 2
-    turned = np.roll(G, (n, n), axis=(1, 2))
+    n, signs = G.shape[1] // 2, np.tile(layout.mirror, 2)
+    turned = signs[:, None] * np.roll(G, (n, n), axis=(1, 2)) * signs
     size = np.abs(G).max(axis=(1, 2))
     return bool((np.abs(G - turned).max(axis=(1, 2)) <= ALIKE * size).all())
 
 
+def _mix(layout: Layout, image: int) -> FloatArray:
+    """What all ports of a pair do by those of a part; see `Part`."""
+    one = np.eye(len(layout.ports))
+    return np.concatenate([one, image * np.diag(layout.mirror)]) if image else one
+
+
 def _mixed(model: StateSpace, mix: FloatArray) -> StateSpace:
-    """Forces on the first wheels, which stand for others by the columns of `mix`."""
+    """Forces at the first ports, which stand for others by the columns of `mix`."""
     n = mix.shape[1]
     return replace(
         model, B=model.B @ mix, C=model.C[:n], D=(model.D @ mix)[:n],
@@ -270,7 +217,7 @@ def _acting(model: StateSpace) -> StateSpace:
     )  # fmt: skip
 
 
-def _condensed(model: StateSpace, file: Path) -> Modal:
+def _condensed(model: StateSpace, layout: Layout, file: Path) -> Modal:
     """As few modes as do, held against the model."""
     modes = modes_of(model)
     G = model.frequency_response(PROBES)
@@ -280,4 +227,10 @@ def _condensed(model: StateSpace, file: Path) -> Modal:
             f"{file}: its linear model does not fall apart into modes (relative error "
             f"{error.max():.1g}); a track that can move freely cannot be treated here"
         )
-    return modes if len(modes.poles) <= MANY else modes.condensed(CONDENSED)
+    if len(modes.poles) <= MANY:
+        return modes
+    # Metres and radians count as much as they move at rest; powers of two round nothing.
+    own = np.abs(modes.response([0.0])[0].real.diagonal()).reshape(-1, len(layout.directions))
+    unit = np.tile(2.0 ** np.round(np.log2(own.max(axis=0)) / 2), len(own))
+    less = replace(modes, B=modes.B / unit, C=modes.C / unit[:, None]).condensed(CONDENSED)
+    return replace(less, B=less.B * unit, C=less.C * unit[:, None])

@@ -11,7 +11,7 @@ from railcosim.fmus.python_runtime.models import rolling_contact
 from railcosim.fmus.roles import Role
 from railcosim.fmus.stepping_variables import LEAST_SPEED
 from railcosim.master.component import FloatArray, Variable
-from railcosim.master.law import Law
+from railcosim.master.law import ForceLaw, Law
 from railcosim.mechanics.contact.at_ports import PORTS, AtPorts
 from railcosim.mechanics.ports import (
     FORCE,
@@ -84,10 +84,7 @@ class OverRates:
 def rolling_law(
     parameters: Parameters, layout: Layout, nominal: Mapping[str, float], speed: float
 ) -> Law:
-    """All contacts as a component named ``contact``: motions and rates of wheel and rail to forces.
-
-    A moment about the forward axis is two outputs, ``wheel_moment_x`` and ``rail_moment_x``:
-    see `force_of`.
+    """All contacts as a component, see `over_rates`.
 
     Parameters
     ----------
@@ -96,7 +93,24 @@ def rolling_law(
     nominal : mapping
         Nominal values of the forces, N and N m, by name.
     """
-    law = OverRates(at_ports(parameters, layout, speed))
+    return over_rates(OverRates(at_ports(parameters, layout, speed)), layout, nominal)
+
+
+def over_rates(law: ForceLaw, layout: Layout, nominal: Mapping[str, float]) -> Law:
+    """All contacts as a component named ``contact``: motions and rates of wheel and rail to forces.
+
+    A moment about the forward axis is two outputs, ``wheel_moment_x`` and ``rail_moment_x``:
+    see `force_of`.
+
+    Parameters
+    ----------
+    law : ForceLaw
+        Of what `OverRates` knows.
+    layout : Layout
+        Of the wheels.
+    nominal : mapping
+        Nominal values of the forces, N and N m, by name.
+    """
     motions: list[Variable] = []
     rows, rate_of = [], {}
     for contact in contacts_of(layout):

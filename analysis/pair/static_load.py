@@ -4,18 +4,37 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from railcosim.master.component import FloatArray
+from railcosim.master.fmi.description import describe_file
+from railcosim.master.law import Law
+from railcosim.mechanics.ports import Layout
 from railcosim.track.irregularity import flat
 
-from .contact import NONLINEAR, STIFFNESS, Parameters, Stiffness, stiffness_at
-from .numbering import Vehicles
-from .pair import Journey, open_pair
+from .contact import (
+    NONLINEAR,
+    STIFFNESS,
+    TANGENT,
+    Parameters,
+    Stiffness,
+    contact_of,
+    layout_of,
+    stiffness_at,
+)
+from .numbering import Vehicles, files_of
+from .pair import Journey, Pair, open_pair
 from .standing import Position
+
+SPEED = 250 / 3.6  # m/s
 
 
 def static_stiffness(
-    vehicle: Vehicles, track: Path, contact: float | Parameters, position: Position = None
+    vehicle: Vehicles,
+    track: Path,
+    contact: float | Parameters,
+    position: Position = None,
+    speed: float = SPEED,
 ) -> Stiffness:
-    """Stiffness of every wheelset's contacts at its static load, N/m; one number if one is given.
+    """What the contacts' laws are like about rest; see `railcosim.analysis.pair.linear_pair.Part`.
 
     Parameters
     ----------
@@ -25,11 +44,38 @@ def static_stiffness(
         The stiffness itself, N/m, or parameters as far as they are given; see `open_pair`.
     position : float or sequence of float, optional
         Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
+    speed : float, optional
+        m/s: wheels that roll creep the less, the faster they do.
+
+    Returns
+    -------
+    float or array
+        Where contacts are only pressed: stiffness of every wheelset's at its static load, N/m,
+        shape (n_wheelsets,); one number if one is given. Of wheels that roll: tangents of all
+        contacts, shape (n_contacts, k, m), where `contact` is the stiffness at the static load.
     """
-    if isinstance(contact, float | int):
-        return float(contact)
-    if not contact.get(NONLINEAR, True) and STIFFNESS in contact:
-        return float(contact[STIFFNESS])
-    journey = Journey(speed=1.0, held=True, profile=flat(), position=position)
-    with open_pair(vehicle, track, contact, journey) as pair:
-        return stiffness_at(pair.parameters, pair.static_loads, pair.layout)
+    given = contact_of(contact)
+    rolls = _layout(vehicle).dimension != Layout().dimension
+    if not given.get(NONLINEAR, True) and STIFFNESS in given:
+        if not rolls:
+            return float(given[STIFFNESS])
+        given = {NONLINEAR: True, TANGENT: given[STIFFNESS]}
+    journey = Journey(speed=speed, held=True, profile=flat(), position=position)
+    with open_pair(vehicle, track, given, journey) as pair:
+        if not rolls:
+            return stiffness_at(pair.parameters, pair.static_loads, pair.layout)
+        return _tangents(pair)
+
+
+def _layout(vehicle: Vehicles) -> Layout:
+    """Of the wheels of a vehicle, or of the first of several."""
+    first = files_of(vehicle)[0]
+    return layout_of((first, describe_file(first).inputs))
+
+
+def _tangents(pair: Pair) -> FloatArray:
+    """Of the law in the master, (n_contacts, k, m), where the pair is at rest."""
+    pair.system.exchange()
+    (law,) = (component for component in pair.system.components if isinstance(component, Law))
+    u = pair.system.gather(pair.system.index(law.name))
+    return law.law.tangent((law.S @ u).reshape(law.contacts, -1))

@@ -118,7 +118,7 @@ class Bench:
         pair.system.keep_past()
         self._rest = pair.system.save_state()
         told = [name.partition(".")[2] for name in pair.system.names]
-        self._forces = [told.index(name) for name in pair.layout.names(FORCE)]
+        self._forces = [told.index(name) for name in pair.layout.surface.names(FORCE)]
 
     def growth(self, scheme: Scheme, h: float, motion: Motion) -> float:
         """Rate (1/s) at which a motion grows; infinite if the scheme fails.

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from railcosim.analysis.pair.contact import Parameters, Stiffness
+from railcosim.analysis.pair.linear_contact import LinearLaw
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
 from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.owner import Owner
@@ -124,7 +125,7 @@ def predictable(words: Sequence[str]) -> list[str]:
 
 def exact_growth(parts: Sequence[Part], k_H: Stiffness) -> float:
     """Rate (1/s) at which something grows if vehicle and track are coupled exactly."""
-    return max(part.growth(part.of_wheels(k_H)) for part in parts)
+    return max(LinearLaw(part, k_H).growth() for part in parts)
 
 
 def _all_limits(

@@ -10,6 +10,7 @@ from railcosim.analysis.pair.linear_pair import Part
 from railcosim.master.linear.state_space import ComplexArray
 from railcosim.master.stability.amplification import Amplification
 from railcosim.master.system import System
+from railcosim.mechanics.ports import FORCE
 
 from .stability import Coupling
 
@@ -29,8 +30,8 @@ class Motion:
     ----------
     rate : complex
         Growth (1/s) and angular frequency (rad/s), the latter not above half a turn a step.
-    heights : array of complex, shape (n_contacts,)
-        Of the rail's surface, m, of size 1: times exp(i omega t) they drive it most.
+    heights : array of complex, shape (n_surfaces,)
+        Of the rails' surfaces, m, of size 1: times exp(i omega t) they drive it most.
     receptance : float
         Size of the forces (N) after one step of such heights.
     """
@@ -64,8 +65,9 @@ def fastest_motion(coupling: Coupling, h: float) -> Motion:
 
 def _motion(step: Amplification, part: Part, system: System, z: complex) -> Motion | None:
     """What heights do next to an eigenvalue is its motion, and nothing else; None if nothing."""
-    forces = [i for i, name in enumerate(system.names) if name.endswith(".force_z")]
-    one = np.eye(len(part.wheels), dtype=complex)
+    known = {*part.layout.surface.names(FORCE)}
+    forces = [i for i, name in enumerate(system.names) if name.partition(".")[2] in known]
+    one = np.eye(len(part.layout.surface.ports), dtype=complex)
 
     def receptance(beside: complex) -> ComplexArray:
         omega = np.full(len(one), np.log(beside) / (1j * step.h))

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from railcosim.analysis.pair.contact import Stiffness
-from railcosim.analysis.pair.linear_pair import Part, coupled
+from railcosim.analysis.pair.linear_contact import LinearLaw
+from railcosim.analysis.pair.linear_pair import Part
 from railcosim.analysis.pair.owner import Owner
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.schemes import ConvergenceError, Scheme
@@ -90,16 +91,16 @@ class Limit:
 
 
 class SprungPair:
-    """A pair with springs of one stiffness on one side, for all schemes.
+    """A pair with contacts of one law on one side, for all schemes.
 
     Parameters
     ----------
     parts : sequence of Part
         The pair.
     owner : Owner
-        Of the contact springs.
-    k_H : float or array, shape (n_wheelsets,)
-        Their stiffness, of all or of each wheelset, N/m.
+        Of the contacts.
+    contact : float or array
+        Stiffness, N/m, or tangents of the contacts' laws, see `Part.tangents`.
 
     Attributes
     ----------
@@ -116,11 +117,11 @@ class SprungPair:
         Step at which the track's fastest mode turns by half, s.
     """
 
-    def __init__(self, parts: Sequence[Part], owner: Owner, k_H: Stiffness) -> None:
-        k = [part.of_wheels(k_H) for part in parts]
+    def __init__(self, parts: Sequence[Part], owner: Owner, contact: Stiffness) -> None:
+        laws = [LinearLaw(part, contact) for part in parts]
         self.parts = tuple(parts)
-        self.systems = [coupled(part, owner, its) for part, its in zip(parts, k, strict=True)]
-        self.exact = max(0.0, *(part.growth(its) for part, its in zip(parts, k, strict=True)))
+        self.systems = [law.system(owner) for law in laws]
+        self.exact = max(0.0, *(law.growth() for law in laws))
         self.rate = RATE + self.exact
         fastest = max(float(part.track.poles.imag.max()) for part in parts)
         self.resonant = math.pi / fastest

@@ -3,18 +3,20 @@
 The scheme is observed with its components open: what it asks of them is given, what it feeds them
 taken note of. Where all that moves is open, that does not depend on the length of the step but for
 the unit of time; so a scheme is observed once, and the components' own answers are put in for
-every length.
+every length. Where a law asks for rates, a scheme may make them of displacements over the length of
+the step; so it is observed at two lengths, between which all is a line over the inverse of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from railcosim.master.component import FloatArray
+from railcosim.master.law import Law
 from railcosim.master.linear.modal import Modal
 from railcosim.master.linear.state_space import IndexArray
 from railcosim.master.linear_component import LinearComponent
@@ -26,6 +28,7 @@ from railcosim.master.stability.open_component import Open
 from railcosim.master.stability.sampled import Asked, Fed, sampled
 from railcosim.master.system import System
 
+MAPS = ("N", "R", "Q", "P", "W", "V")
 _UNIT = 1e-3
 """Step at which a scheme is observed, s, if one is enough."""
 
@@ -67,10 +70,13 @@ class Amplifier:
             Whatever the scheme raises if it cannot make the step.
         """
         if self._observed is None or not self._same:
-            self.system.restore_state(self._rest)
-            step = ObservedStep(self.system, self._scheme, _UNIT if self._same else float(h))
+            step = self._step(_UNIT if self._same else float(h))
             self.evaluations = max(self.evaluations, step.evaluations)
-            self._observed = _observe(step)
+            laws = [c for c in self.system.components if isinstance(c, Law)]
+            if self._same and any(law.rates.size for law in laws):
+                self._observed = _observe(step, lambda: self._step(2.0 * _UNIT))
+            else:
+                self._observed = _observe(step)
             if isinstance(self._scheme, Iterated):
                 until = replace(self._scheme.until, max_evaluations=1, accept=True)
                 self.system.restore_state(self._rest)
@@ -79,6 +85,10 @@ class Amplifier:
                 _, P = _stacked([column for c in moving for column in once.by_motion(c)], once)
                 self._observed = replace(self._observed, at_once=P)
         return self._observed.at(h)
+
+    def _step(self, h: float) -> ObservedStep:
+        self.system.restore_state(self._rest)
+        return ObservedStep(self.system, self._scheme, h)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,10 +111,12 @@ class _Observed:
     fed: list[list[Fed]]
     signals: FloatArray
     at_once: FloatArray | None = None  # of P, what no guess of a scheme that iterates comes between
+    inverse: Mapping[str, FloatArray] = field(default_factory=dict)
+    """Parts of the maps, in the units of `h`, that go with the inverse of the step's length."""
 
     def at(self, h: float | FloatArray) -> Amplification:
         """With the components' answers within a step of `h` (s), and states that are no modes."""
-        one = self._in_units_of(np.asarray(h) / self.h)
+        one = self.in_units_of(np.asarray(h) / self.h)
         parts = [
             sampled(c.model, h, asked, fed)
             for c, asked, fed in zip(self.moving, self.asked, self.fed, strict=True)
@@ -163,7 +175,7 @@ class _Observed:
             within=left,
         )  # fmt: skip
 
-    def _in_units_of(self, ratio: FloatArray) -> _Observed:
+    def in_units_of(self, ratio: FloatArray) -> _Observed:
         """The same, with time counted in seconds for another step: rates and derivatives change."""
         rate = [
             np.repeat([float(a.is_rate) for a in asked], len(c.outputs))
@@ -177,9 +189,12 @@ class _Observed:
         f = (ratio[..., None] ** power[0])[..., None, :]
         w = (ratio[..., None] ** power[1])[..., None]
         at_once = None if self.at_once is None else w * self.at_once * f
-        return replace(
-            self, R=self.R * f, P=w * self.P * f, Q=w * self.Q, V=w * self.V, at_once=at_once
-        )
+        units = {"R": f, "P": w * f, "Q": w, "V": w}
+        maps = {name: unit * getattr(self, name) for name, unit in units.items()}
+        for name, part in self.inverse.items():
+            turned = units.get(name, np.ones(1)) * part * (1.0 / ratio - 1.0)[..., None, None]
+            maps[name] = maps.get(name, getattr(self, name)) + turned
+        return replace(self, **maps, at_once=at_once, inverse={})
 
 
 def _blocks(parts: Iterable[Any]) -> Any:
@@ -195,26 +210,50 @@ def _blocks(parts: Iterable[Any]) -> Any:
     return M
 
 
-def _observe(step: ObservedStep) -> _Observed:
-    """All columns of the map."""
-    columns = [step.by_memory(int(k)) for k in step.memory]
-    N, Q = _stacked(columns, step)
+def _observe(step: ObservedStep, again: Callable[[], ObservedStep] | None = None) -> _Observed:
+    """All columns of the map; also of another length, if anything goes with its inverse."""
+    places, outputs = step.memory, step.outputs
+    found = [_columns(step)]
+    if again is not None:
+        found.append(_columns(again()))
     # What is never seen in an output is no memory.
-    used = step.memory[_seen(N, Q, step.memory, step.outputs)]
-    kept = np.union1d(used, step.outputs)
-    N, Q = (_spread(part, step.memory, kept) for part in (N, Q))
+    N, Q = (sum(np.abs(getattr(one, name)) for one in found) for name in ("N", "Q"))
+    kept = np.union1d(places[_seen(N, Q, places, outputs)], outputs)
+    one, *others = (
+        replace(
+            one,
+            N=_spread(one.N, places, kept)[kept], Q=_spread(one.Q, places, kept),
+            R=one.R[kept], W=one.W[kept], outputs=np.searchsorted(kept, outputs),
+        )
+        for one in found
+    )  # fmt: skip
+    if not others:
+        return _without_copies(one)
+    ratio = one.h / others[0].h
+    other = others[0].in_units_of(np.asarray(ratio))
+    inverse = {m: (getattr(one, m) - getattr(other, m)) / (1.0 - ratio) for m in MAPS}
+    return replace(one, inverse=inverse)
+
+
+def _columns(step: ObservedStep) -> _Observed:
+    """The map with all that may be memory."""
+    N, Q = _stacked([step.by_memory(int(k)) for k in step.memory], step)
     moving = [c for c in step.opened if c.model is not None]
     signals = [c for c in step.opened if c.model is None]
     R, P = _stacked([column for c in moving for column in step.by_motion(c)], step)
     W, V = _stacked([column for c in signals for column in step.by_motion(c)], step)
-    N, RW, Q, place = merged(N[kept], np.hstack([R, W])[kept], Q)
-    R, W = np.split(RW, [R.shape[1]], axis=1)
     return _Observed(
-        h=step.h, N=N, R=R, Q=Q, P=P, W=W, V=V,
-        outputs=place[np.searchsorted(kept, step.outputs)], moving=moving,
+        h=step.h, N=N, R=R, Q=Q, P=P, W=W, V=V, outputs=step.outputs, moving=moving,
         asked=[step.asked[c.name] for c in moving], fed=[step.fed[c.name] for c in moving],
         signals=np.array([a.when for c in signals for a in step.asked[c.name]]),
     )  # fmt: skip
+
+
+def _without_copies(one: _Observed) -> _Observed:
+    """Numbers of the memory that are equal after any step are one."""
+    N, RW, Q, place = merged(one.N, np.hstack([one.R, one.W]), one.Q)
+    R, W = np.split(RW, [one.R.shape[1]], axis=1)
+    return replace(one, N=N, R=R, Q=Q, W=W, outputs=place[one.outputs])
 
 
 def _stacked(columns: list[Column], step: ObservedStep) -> tuple[FloatArray, FloatArray]:
