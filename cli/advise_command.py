@@ -13,6 +13,8 @@ from railcosim.analysis.schemes.usual import PREDICTED
 from railcosim.track.irregularity import QUALITIES
 
 from .options import (
+    DimensionName,
+    DimensionOption,
     PlotFile,
     PositionsOption,
     Speed,
@@ -43,6 +45,7 @@ def advise(
     out: Annotated[
         Path | None, typer.Option("--out", help="Result as well: .nc.", metavar="FILE")
     ] = None,
+    dimension: DimensionOption = DimensionName.VERTICAL,
     contact_stiffness: Annotated[
         str, typer.Option("--contact-stiffness", help="N/m, or hertz at the static load.")
     ] = "hertz",
@@ -64,7 +67,8 @@ def advise(
     """Name owner, scheme and step that reach an accuracy at the least cost, before running.
 
     The error is predicted from the linear models of both FMUs, which must take contact forces, for
-    a random irregularity under wheels that are held. Cost is how often the FMUs are stepped.
+    a random irregularity under wheels that are held; of pairs in space it is the worse of the
+    forces down and aside. Cost is how often the FMUs are stepped.
     """
     from railcosim.analysis.schemes.advice import advise as advice
     from railcosim.analysis.schemes.advice import check_accuracy
@@ -77,15 +81,16 @@ def advise(
     check_accuracy(accuracy)
     words = [word.strip() for word in schemes.split(",")]
     predictable(words)
-    v, density = speed_of(speed), quality(irregularity).vertical
+    quality(irregularity)
+    v = speed_of(speed)
     parameters = contact_parameters(contact_stiffness)
     with (
-        given.fmus() as (vehicle, track),
+        given.fmus(dimension=dimension) as (vehicle, track),
         progress("predicting errors") as update,
     ):
         found = advice(
             vehicle, track, accuracy,
-            contact=parameters, schemes=words, speed=v, irregularity=density,
+            contact=parameters, schemes=words, speed=v, irregularity=irregularity,
             position=positions_of(position), progress=update,
         )  # fmt: skip
     tell_of_growth(found.growth, contact_stiffness)

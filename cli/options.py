@@ -172,6 +172,17 @@ class DimensionName(StrEnum):
     SPATIAL = "spatial"
 
 
+DimensionOption = Annotated[
+    DimensionName,
+    typer.Option(
+        "--dimension",
+        metavar="NAME",
+        help="Of our FMUs: spatial, where wheels roll on rails that move aside and turn as well; "
+        "with --vehicle-fmu or --track-fmu theirs counts.",
+    ),
+]
+
+
 def contact_parameters(text: str) -> dict[str, float | bool]:
     """FMU parameters for ``hertz``, ``hertz:k_H``, or a stiffness k_H in N/m.
 

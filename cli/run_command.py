@@ -14,6 +14,7 @@ from .irregularity_options import IrregularityOptions
 from .keeping_options import KeepingOptions
 from .options import (
     DimensionName,
+    DimensionOption,
     Out,
     PlotFile,
     PositionsOption,
@@ -59,15 +60,7 @@ def run(
             help="N/m: linear; hertz: nonlinear, may lose contact; hertz:N/m: tangent at rest.",
         ),
     ] = "hertz",
-    dimension: Annotated[
-        DimensionName,
-        typer.Option(
-            "--dimension",
-            metavar="NAME",
-            help="Of our FMUs: spatial, where wheels roll on rails that move aside and turn as "
-            "well; with --vehicle-fmu or --track-fmu theirs counts.",
-        ),
-    ] = DimensionName.VERTICAL,
+    dimension: DimensionOption = DimensionName.VERTICAL,
     position: PositionsOption = None,
     speed: Speed = 250.0,
     rough: IrregularityOptions,

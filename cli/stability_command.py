@@ -13,12 +13,16 @@ from rich.table import Table
 from railcosim.analysis.schemes.usual import PREDICTED
 
 from .options import (
+    DimensionName,
+    DimensionOption,
     PlotFile,
     PositionsOption,
+    Speed,
     console,
     contact_parameters,
     positions_of,
     progress,
+    speed_of,
 )
 from .parameter_options import FmuOptions
 from .results import PICTURES, RESULTS, keep
@@ -36,6 +40,8 @@ OutFile = Annotated[
 def stability(
     *,
     out: OutFile = None,
+    dimension: DimensionOption = DimensionName.VERTICAL,
+    speed: Speed = 250.0,
     contact_stiffness: Annotated[
         str,
         typer.Option("--contact-stiffness", help="k_H in N/m, or hertz; several with commas."),
@@ -56,7 +62,8 @@ def stability(
     And the windows above it: ranges of steps in which something grows, between others in which
     nothing does. From the linear models of a vehicle FMU and a track FMU that take contact forces;
     nothing is run. Wheels are held, hertz is linearised at the static load, and whoever owns the
-    contact springs is taken to integrate them exactly.
+    contact springs is taken to integrate them exactly. Wheels of pairs in space creep at the speed,
+    and any stiffness is that at the static load.
     """
     from railcosim.analysis.schemes.limits import predictable
     from railcosim.analysis.schemes.limits import stability as predicted
@@ -67,13 +74,14 @@ def stability(
     PICTURES.check(plot)
     words, texts = ([word.strip() for word in of.split(",")] for of in (schemes, contact_stiffness))
     predictable(words)
+    v = speed_of(speed)
     parameters = [contact_parameters(text) for text in texts]
     with (
-        given.fmus() as (vehicle, track),
+        given.fmus(dimension=dimension) as (vehicle, track),
         progress("predicting") as update,
     ):
         table = predicted(
-            vehicle, track, parameters, words, update, position=positions_of(position)
+            vehicle, track, parameters, words, update, position=positions_of(position), speed=v
         )
     console.print(_table(table.limits, texts))
     if any(_closed(limit) for row in table.limits.values() for limit in row):
@@ -88,8 +96,9 @@ def tell_of_growth(growth: float, text: str) -> None:
     """Say so where vehicle and track are not stable even if coupled exactly."""
     if growth > 0.0:
         console.print(
-            f"{text}: coupled exactly, vehicle and track grow by exp({growth:.3g} t), for one of "
-            "them is not passive; schemes are only asked to add nothing to that",
+            f"{text}: coupled exactly, vehicle and track grow by exp({growth:.3g} t), whatever the "
+            "step: the vehicle hunts at this speed (railcosim critical-speed), or one of them is "
+            "not passive; schemes are only asked to add nothing to that",
         )
 
 

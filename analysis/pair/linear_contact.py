@@ -124,8 +124,8 @@ class LinearLaw:
             along = by_motion + 1j * omega[:, None, None] * by_rate
             G[:, :, self._forces(face)] += along @ own
         given = heights @ self.T[:, self._columns(self.part.layout.surface.names(IRREGULARITY))].T
-        solved: ComplexArray = np.linalg.solve(np.eye(len(self.T)) - G, given[..., None])[..., 0]
-        return solved
+        solved = np.linalg.solve(np.eye(len(self.T)) - G, given[..., None])[..., 0]
+        return np.asarray(solved, dtype=np.complex128)
 
     def system(self, owner: Owner) -> System:
         """The part as a system at rest, with the irregularity as a signal left open."""
@@ -195,9 +195,9 @@ class LinearLaw:
         n = len(body.A)
         known = np.hstack([by_motion @ body.C + by_rate @ body.rates, self.T[:, given]])
         through = by_rate @ body.at_once
-        agreed = known[mine]
+        agreed: FloatArray = known[mine]
         if through.any():
-            agreed = np.linalg.solve(np.eye(len(mine)) - through[mine], agreed)
+            agreed = np.asarray(np.linalg.solve(np.eye(len(mine)) - through[mine], agreed))
         sent = self._forces(face.other)
         shown = (known + through @ agreed)[sent]
         return (

@@ -9,6 +9,7 @@ from railcosim.master.fmi.description import describe_file
 from railcosim.master.law import Law
 from railcosim.mechanics.ports import Layout
 from railcosim.track.irregularity import flat
+from railcosim.track.irregularity.quantities import ALL
 
 from .contact import (
     NONLINEAR,
@@ -65,6 +66,11 @@ def static_stiffness(
         if not rolls:
             return stiffness_at(pair.parameters, pair.static_loads, pair.layout)
         return _tangents(pair)
+
+
+def acting_on(vehicle: Vehicles) -> tuple[str, ...]:
+    """Quantities of irregularity that a pair meets: of wheels that only press, the mean height."""
+    return ("vertical",) if _layout(vehicle).dimension == Layout().dimension else (ALL,)
 
 
 def _layout(vehicle: Vehicles) -> Layout:

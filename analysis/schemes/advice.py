@@ -16,7 +16,7 @@ from railcosim.analysis.pair.linear_pair import Part, linear_parts
 from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.standing import Position
-from railcosim.analysis.pair.static_load import static_stiffness
+from railcosim.analysis.pair.static_load import acting_on, static_stiffness
 from railcosim.analysis.response.models import wheelset_positions
 from railcosim.master.component import FloatArray
 from railcosim.master.parallel import Task, Workers
@@ -24,11 +24,11 @@ from railcosim.master.progress import Progress, unheard
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 from railcosim.track.irregularity import Spectrum
-from railcosim.track.irregularity.synthesis import quality
+from railcosim.track.irregularity.synthesis import spectra_of
 
 from .catalogue import members
 from .force_error import Excitation, ForceError, excitation
-from .limits import LINEARISING, exact_growth, predictable
+from .limits import LINEARISING, exact_growth, largest, predictable
 from .stability import Coupling, SprungPair
 from .usual import PREDICTED
 
@@ -131,7 +131,9 @@ def advise(
     speed : float
         m/s.
     irregularity : str or Spectrum
-        A class of track, or a density.
+        A class of track, or the density of the mean height of both rails. Of a class, pairs in
+        space meet all quantities that it has, and the error is that of the worse of the forces down
+        and aside.
     position : float or sequence of float, optional
         Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
     progress : callable
@@ -145,9 +147,14 @@ def advise(
     check_accuracy(accuracy)
     pair = files_of(vehicle), Path(track)
     names = predictable(schemes)
-    density = quality(irregularity).vertical if isinstance(irregularity, str) else irregularity
-    source = excitation(density, speed, wheelset_positions(pair[0], position))
-    k_H = static_stiffness(*pair, contact, position)
+    positions = wheelset_positions(pair[0], position)
+    spectra = (
+        spectra_of(irregularity, acting_on(pair[0]))
+        if isinstance(irregularity, str)
+        else irregularity
+    )
+    source = excitation(spectra, speed, positions)
+    k_H = static_stiffness(*pair, contact, position, speed)
     parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0), position)
     tasks = _tasks(parts, k_H, names, accuracy, source)
     total = sum(task.cost for task in tasks)
@@ -160,7 +167,7 @@ def advise(
             "--schemes",
         )  # fmt: skip
     found.sort(key=lambda option: option.cost)
-    return Advice(found, accuracy, float(np.max(k_H)), speed, exact_growth(parts, k_H))
+    return Advice(found, accuracy, largest(k_H), speed, exact_growth(parts, k_H))
 
 
 def check_accuracy(accuracy: float) -> None:
@@ -205,7 +212,7 @@ def _options(
     progress: Progress,
 ) -> list[Option]:
     """Of every scheme the longest step that reaches an accuracy; see `Option`."""
-    pair, error = SprungPair(parts, owner, k_H), ForceError(parts[0], k_H, source)
+    pair, error = SprungPair(parts, owner, k_H), ForceError(parts, k_H, source)
     found = []
     for i, (name, scheme) in enumerate(schemes.items()):
         option = longest_step(name, owner, Coupling(pair, scheme), accuracy, error)

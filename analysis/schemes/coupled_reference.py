@@ -8,8 +8,8 @@ integrated exactly (their models are linear). The intervals are halved until the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +18,15 @@ import scipy.sparse as sp
 from numpy.polynomial.legendre import legroots
 from numpy.typing import ArrayLike
 
+from railcosim.analysis.pair.contact import contact_law
+from railcosim.analysis.pair.wiring import force_of
 from railcosim.master.component import FloatArray, Variable
+from railcosim.master.law import ForceLaw, Law
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.linear.state_space import IndexArray, StateSpace
 from railcosim.master.polynomials import lagrange
 from railcosim.master.progress import Progress, unheard
-from railcosim.mechanics.law import NormalLaw
+from railcosim.mechanics.law import LinearContact
 from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout
 from railcosim.mechanics.solve import ContactError, solve_compression
 
@@ -46,9 +49,9 @@ class ContactForces:
     ----------
     interval : float
         Length of an interval, s.
-    values : ndarray, shape (n_intervals, STAGES, n_contacts)
+    values : ndarray, shape (n_intervals, STAGES, n_forces)
         Forces at Radau's points, N.
-    rest : ndarray, shape (n_contacts,)
+    rest : ndarray, shape (n_forces,)
         Forces at rest, N.
     error : float
         Estimate: RMS of what the last halving of the interval changed, over that of the forces'
@@ -60,8 +63,12 @@ class ContactForces:
     rest: FloatArray
     error: float = np.nan
 
+    def of(self, some: Sequence[int]) -> ContactForces:
+        """Some of the forces."""
+        return replace(self, values=self.values[:, :, some], rest=self.rest[some])
+
     def at(self, times: ArrayLike) -> FloatArray:
-        """Forces at some times (s), shape (n_times, n_contacts), N."""
+        """Forces at some times (s), shape (n_times, n_forces), N."""
         place = np.asarray(times, dtype=float) / self.interval
         which = np.clip(place.astype(np.intp), 0, len(self.values) - 1)
         weights = lagrange(_NODES, place - which)
@@ -69,8 +76,10 @@ class ContactForces:
         return forces
 
 
-def compression_model(vehicle: Path, track: Path, positions: FloatArray) -> StateSpace:
-    """Both bodies side by side: from changes of the contact forces to changes of the compressions.
+def motion_model(
+    vehicle: Path, track: Path, positions: FloatArray, law: Law, layout: Layout
+) -> StateSpace:
+    """Both bodies side by side: from changes of the contact forces to changes of the law's motions.
 
     Parameters
     ----------
@@ -78,47 +87,74 @@ def compression_model(vehicle: Path, track: Path, positions: FloatArray) -> Stat
         FMUs for Model Exchange that take the contact forces.
     positions : ndarray, shape (n_wheelsets,)
         Where the wheelsets are held, m.
+    law : Law
+        In the master.
+    layout : Layout
+        Of the wheels.
     """
-    layout = Layout(len(positions))
     places = dict(zip(layout.of_axles("position"), positions.tolist(), strict=True))
-    forces = layout.names(FORCE)
-    wheels = linear_model(vehicle, inputs=forces, outputs=layout.names(WHEEL.motion))
-    rails = linear_model(track, inputs=forces, outputs=layout.names(RAIL.motion), at=places)
+    asked, given = [v.name for v in law.inputs], [v.name for v in law.outputs]
+    bodies, pushed = [], []
+    for file, face, own, at in (
+        (vehicle, WHEEL, layout, {}), (track, RAIL, layout.rails, places),
+    ):  # fmt: skip
+        told = [n for q in (face.motion, face.rate) for n in own.names(q) if n in asked]
+        model = linear_model(file, inputs=own.names(FORCE), outputs=told, at=at)
+        S = law.S[:, [asked.index(name) for name in told]]
+        rows = [given.index(force_of(face, port)) for port in own.ports]
+        onto = np.eye(len(given))[rows]
+        pushed.append(S @ model.D @ onto)
+        bodies.append((model.A, model.B @ onto, S @ model.C))
+    A, B, C = zip(*bodies, strict=True)
     return StateSpace(
-        name="compressions",
-        A=sp.block_diag([wheels.A, rails.A], format="csc"),
-        B=np.vstack([wheels.B, rails.B]),
-        C=np.hstack([wheels.C, -rails.C]),
-        D=wheels.D - rails.D,
-        inputs=wheels.inputs,
-        outputs=tuple(Variable(name=f"{w}.compression", unit="m") for w in layout.wheels),
+        name="motions of the contacts",
+        A=sp.block_diag(A, format="csc"),
+        B=np.vstack(B),
+        C=np.hstack(C),
+        D=sum(pushed, start=np.zeros((len(law.S), len(given)))),
+        inputs=law.outputs,
+        outputs=tuple(Variable(name=f"motion[{k + 1}]", unit="1") for k in range(len(law.S))),
     )
+
+
+def compression_model(vehicle: Path, track: Path, positions: FloatArray) -> StateSpace:
+    """The same of contacts that are only pressed."""
+    layout = Layout(len(positions))
+    law = contact_law(LinearContact(k_H=1.0), layout, {})
+    return motion_model(vehicle, track, positions, law, layout)
 
 
 def converged_forces(
     model: StateSpace,
-    law: NormalLaw,
+    law: ForceLaw,
     rest: FloatArray,
     heights: Heights,
     stop: float,
     progress: Progress = unheard,
+    *,
+    held: FloatArray | None = None,
 ) -> ContactForces:
     """Solve for the contact forces from rest, with ever shorter intervals.
 
     Parameters
     ----------
     model : StateSpace
-        From changes of the forces (N) to changes of the compressions (m); without feedthrough.
-    law : NormalLaw
-        Force of each contact against its compression.
-    rest : ndarray, shape (n_contacts,)
-        Compressions at rest, m.
+        From changes of the forces (N) to changes of the motions that the law asks for, such as
+        compressions (m).
+    law : ForceLaw
+        Forces of each contact against its motions.
+    rest : ndarray, shape (n_contacts,) or (n_contacts, m)
+        Motions at rest.
     heights : callable
-        Time (s) to how far the rail's surface is below its nominal height at each contact (m).
+        Time (s) to what the rails' surfaces take from the motions: by how far they are below their
+        nominal height at each contact (m).
     stop : float
         Until when, s.
     progress : callable, optional
         Told what is done and the total, as if all halvings were needed; may raise to stop it.
+    held : ndarray, shape (n_forces,), optional
+        Forces under which both bodies stay where they are, N: those at rest if not given. Axles
+        that begin to roll by others find their speed first.
 
     Returns
     -------
@@ -145,10 +181,12 @@ def converged_forces(
         made += 1
         progress(made, most)
 
-    coarse = _forces(model, law, rest, heights, stop / count, count, tell)
+    at_rest = law.force(rest.reshape(len(rest), -1)).ravel()
+    under = at_rest if held is None else held
+    coarse = _forces(model, law, rest, under, heights, stop / count, count, tell)
     for _ in range(HALVINGS):
         count *= 2
-        fine = _forces(model, law, rest, heights, stop / count, count, tell)
+        fine = _forces(model, law, rest, under, heights, stop / count, count, tell)
         times = ((np.arange(count)[:, None] + _NODES) * fine.interval).ravel()
         size = np.sqrt(np.mean((fine.at(times) - fine.rest) ** 2))
         change = np.sqrt(np.mean((fine.at(times) - coarse.at(times)) ** 2))
@@ -163,22 +201,23 @@ def converged_forces(
 
 def _forces(
     model: StateSpace,
-    law: NormalLaw,
+    law: ForceLaw,
     rest: FloatArray,
+    held: FloatArray,
     heights: Heights,
     interval: float,
     count: int,
     tell: Callable[[], None],
 ) -> ContactForces:
     """Solve interval by interval."""
-    if np.any(model.D):
-        raise ValueError(f"{model.name}: forces act on compressions at once; that is not solved")
-    n, n_contacts = model.B.shape
+    n, n_forces = model.B.shape
     end, seen, gain, push = _interval(model, interval)
-    at_rest, level = law.force(rest), heights(0.0)
-    x, F = np.zeros(n), np.zeros(STAGES * n_contacts)
-    resting, values = np.tile(rest, STAGES), np.empty((count, STAGES, n_contacts))
-    at_nodes, usual = _AtNodes(law), np.tile(at_rest, STAGES)
+    contacts = len(rest)
+    at_nodes = _AtNodes(law, contacts, n_forces // contacts)
+    at_rest, level = law.force(rest.reshape(contacts, -1)).ravel(), heights(0.0)
+    x, F = np.zeros(n), np.zeros(STAGES * n_forces)
+    resting, values = np.tile(rest.ravel(), STAGES), np.empty((count, STAGES, n_forces))
+    usual = np.tile(held, STAGES)
     for k in range(count):
         tell()
         times = interval * (k + _NODES)
@@ -192,25 +231,31 @@ def _forces(
                 f"contact forces from {times[0]:g} to {times[-1]:g} s cannot be found: is the "
                 f"irregularity there physical ({np.abs(sunk).max():g} m)?"
             ) from error
-        F = at_nodes.force(delta) - usual
+        F = at_nodes.force(delta.reshape(STAGES * contacts, -1)).ravel() - usual
         x = end @ x + push @ F
-        values[k] = F.reshape(STAGES, n_contacts) + at_rest
+        values[k] = F.reshape(STAGES, n_forces) + held
     return ContactForces(interval=interval, values=values, rest=at_rest)
 
 
 @dataclass(frozen=True)
-class _AtNodes(NormalLaw):
-    """A law of all contacts at all nodes, node by node."""
+class _AtNodes:
+    """A law of all contacts at all nodes, node by node; a `ContactLaw`."""
 
-    law: NormalLaw
+    law: ForceLaw
+    contacts: int
+    directions: int
 
-    def force(self, compression: FloatArray) -> FloatArray:
-        """See `NormalLaw`."""
-        return self.law.force(compression.reshape(STAGES, -1)).reshape(compression.shape)
+    def force(self, motion: FloatArray) -> FloatArray:
+        """See `ContactLaw`."""
+        return self._of(self.law.force, motion)
 
-    def stiffness(self, compression: FloatArray) -> FloatArray:
-        """See `NormalLaw`."""
-        return self.law.stiffness(compression.reshape(STAGES, -1)).reshape(compression.shape)
+    def tangent(self, motion: FloatArray) -> FloatArray:
+        """See `ContactLaw`."""
+        return self._of(self.law.tangent, motion)
+
+    def _of(self, what: Callable[[FloatArray], FloatArray], motion: FloatArray) -> FloatArray:
+        found = what(motion.reshape(STAGES, self.contacts, -1))
+        return found.reshape(len(motion), *found.shape[2:])
 
 
 def _interval(
@@ -221,8 +266,8 @@ def _interval(
     Returns
     -------
     tuple
-        exp(A h), (n, n); C exp(A tau h) at all nodes, (STAGES n_contacts, n); what the forces at
-        the nodes do to the compressions there; and to the states at the end.
+        exp(A h), (n, n); C exp(A tau h) at all nodes, (STAGES n_motions, n); what the forces at
+        the nodes do to the motions there; and to the states at the end.
     """
     n, m = model.B.shape
     of_powers = np.linalg.inv(np.vander(_NODES, increasing=True))  # c[j]: F(s) = sum c[j] (s/h)^j
@@ -235,6 +280,7 @@ def _interval(
         push = np.einsum("jnm,ji->nim", powers, of_powers).reshape(n, STAGES * m)
         seen.append((free.T @ model.C.T).T)
         gain.append(model.C @ push)
+        gain[-1][:, m * len(gain) - m : m * len(gain)] += model.D
     return free, np.vstack(seen), np.vstack(gain), push  # the last node is the end
 
 

@@ -17,7 +17,7 @@ from railcosim.analysis.pair.linear_pair import Part, linear_parts
 from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.standing import Position
-from railcosim.analysis.pair.static_load import static_stiffness
+from railcosim.analysis.pair.static_load import SPEED, static_stiffness
 from railcosim.master.parallel import Task, Workers
 from railcosim.master.progress import Progress, unheard
 from railcosim.master.schemes import Scheme
@@ -46,7 +46,7 @@ class StabilityTable:
         Of the contacts, at the static load, N/m; the largest where wheelsets differ.
     growth : list of float
         Rates (1/s) at which something grows at each contact where vehicle and track are coupled
-        exactly; negative or zero if both are passive.
+        exactly; negative or zero if both are passive and no wheel hunts.
     """
 
     limits: Found
@@ -66,6 +66,7 @@ def stability(
     progress: Progress = unheard,
     *,
     position: Position = None,
+    speed: float = SPEED,
 ) -> StabilityTable:
     """Predict the largest stable step of every scheme, owner of the contact and contact.
 
@@ -82,6 +83,9 @@ def stability(
         Told what is done and the total.
     position : float or sequence of float, optional
         Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
+    speed : float, optional
+        At which wheels roll that move aside, too, m/s: then `contacts` are stiffnesses at the
+        static load.
 
     Raises
     ------
@@ -90,12 +94,12 @@ def stability(
     """
     names = predictable(schemes)
     pair = files_of(vehicle), Path(track)
-    k_H = [static_stiffness(*pair, contact, position) for contact in contacts]
+    k_H = [static_stiffness(*pair, contact, position, speed) for contact in contacts]
     parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0), position)
     found = _all_limits(
         parts, k_H, names, lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0)
     )
-    stiffness = [float(np.max(k)) for k in k_H]
+    stiffness = [largest(k) for k in k_H]
     return StabilityTable(found, stiffness, [exact_growth(parts, k) for k in k_H])
 
 
@@ -121,6 +125,11 @@ def predictable(words: Sequence[str]) -> list[str]:
             )
         chosen |= dict.fromkeys(matching)
     return list(chosen)
+
+
+def largest(contact: Stiffness) -> float:
+    """The largest normal stiffness of contacts, N/m; see `static_stiffness`."""
+    return float(np.max(np.asarray(contact)[..., 0, 0] if np.ndim(contact) == 3 else contact))
 
 
 def exact_growth(parts: Sequence[Part], k_H: Stiffness) -> float:

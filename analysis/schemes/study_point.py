@@ -9,18 +9,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from railcosim.analysis.pair.contact import law_of
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.cosimulation import Cosimulation, Divergence, FallbackWarning, cosimulate
+from railcosim.master.law import Law
 from railcosim.master.progress import Progress, unheard
 from railcosim.master.schemes import Scheme
 from railcosim.master.system import System
-from railcosim.mechanics.ports import FORCE, Layout
+from railcosim.mechanics.ports import FORCE, IRREGULARITY, Layout
 from railcosim.reference.agreement import relative_rms
 
-from .coupled_reference import ContactForces, compression_model, converged_forces
+from .coupled_reference import ContactForces, converged_forces, motion_model
 from .pairs_at_rest import AT_REST, files_of_content, told_before
 
 INTERNAL_STEP = 2.5e-5
@@ -124,13 +124,24 @@ def reference(
             pair.system.exchange()
             names = [name.partition(".")[2] for name in pair.system.names]
             now = dict(zip(names, pair.system.outputs.tolist(), strict=True))
-        layout = pair.layout
+            system, layout = pair.system, pair.layout
+            (law,) = (one for one in system.components if isinstance(one, Law))
+            rest = law.S @ system.gather(system.index(law.name))
         positions = np.array([now[name] for name in layout.of_axles("position")])
-        rest = layout.compression @ [now[name] for name in layout.motions]
-        model = compression_model(cars, rails, positions)
-        law = law_of(pair.parameters, pair.layout)
-    heights = journey.profile.under(positions, journey.speed)
-    return converged_forces(model, law, rest, heights, stop, progress)
+        model = motion_model(cars, rails, positions, law, layout)
+    surface = layout.surface
+    asked = [v.name for v in law.inputs]
+    taken = -law.S[:, [asked.index(name) for name in surface.names(IRREGULARITY)]]
+    lies = journey.profile.under(positions, journey.speed, surface.directions)
+    told = [v.name for v in law.outputs]
+    # What pulls and turns wheels along the track nothing balances at rest: the rail does not know.
+    along = {*layout.names(FORCE)} - {*layout.rails.names(FORCE)}
+    held = np.array([0.0 if name in along else F for name, F in zip(told, law.y, strict=True)])
+    found = converged_forces(
+        model, law.law, rest.reshape(law.contacts, -1),
+        lambda t: taken @ lies(t), stop, progress, held=held,
+    )  # fmt: skip
+    return found.of([told.index(name) for name in surface.names(FORCE)])
 
 
 def measure(
@@ -221,4 +232,4 @@ def _columns(system: System) -> list[int]:
     names = [variable.name for variable in system.variables]
     layout = Layout.among(names)
     assert layout is not None  # a pair has wheels
-    return [names.index(force) for force in layout.names(FORCE)]
+    return [names.index(force) for force in layout.surface.names(FORCE)]

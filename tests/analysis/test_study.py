@@ -24,6 +24,7 @@ from railcosim.analysis.schemes.study_point import ContactCase, Measurement, mea
 from railcosim.analysis.schemes.study_table import DIMS, observed_order, save_table, table_of
 from railcosim.master.component import Variable
 from railcosim.master.files import load
+from railcosim.master.law import Tangents
 from railcosim.master.linear.state_space import StateSpace
 from railcosim.mechanics.law import HertzContact, LinearContact
 from railcosim.track.irregularity import Profile, synthesise
@@ -117,11 +118,24 @@ def test_reference_with_loss_of_contact_knows_its_error() -> None:
     assert forces.error < 1e-5
 
 
-def test_reference_needs_inertia_between_force_and_compression() -> None:
-    """A force that moves something at once is refused, not solved wrongly."""
-    model = replace(pair_of_masses(), D=np.ones((1, 1)))
-    with pytest.raises(ValueError, match="at once"):
-        converged_forces(model, LinearContact(k_H=1e9), np.zeros(1), lambda t: np.zeros(1), STOP)
+def test_reference_with_a_damper_that_jumps_with_its_force() -> None:
+    """A mass that falls on a damper, both of which move at once: one equation of first order."""
+    m, c, through, push = 100.0, 4e4, 2e-5, 500.0
+    one = (Variable(name="force", unit="N"),)
+    # The rate of the gap is v less what the force makes at once, and m v' = -change of the force.
+    model = StateSpace(
+        name="damped", A=sp.csc_array((1, 1)), B=np.array([[-1 / m]]), C=np.ones((1, 1)),
+        D=np.array([[-through]]), inputs=one, outputs=one,
+    )  # fmt: skip
+    found = converged_forces(
+        model, Tangents(np.array([[[c]]])), np.array([[1.0]]), lambda t: np.zeros(1), STOP,
+        held=np.array([c - push]),
+    )  # fmt: skip
+    # F = c (1 + v - through (F - held)), so F' = -g (F - held) / m with g = c / (1 + c through).
+    g = c / (1 + c * through)
+    times = np.linspace(0.0, STOP, 50)
+    exact = c - push + push / c * g * np.exp(-g * times / m)
+    assert found.at(times)[:, 0] == pytest.approx(exact, rel=1e-9)
 
 
 # --- points -------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ from scipy.sparse import csc_array
 
 from railcosim.master.component import Variable
 from railcosim.master.connections import connect_by_name
-from railcosim.master.law import Law
+from railcosim.master.law import Law, Tangents
 from railcosim.master.linear.modal import Modal, modal, modes_of
 from railcosim.master.linear.state_space import StateSpace
 from railcosim.master.linear_component import LinearComponent
@@ -104,6 +104,40 @@ def test_one_observation_holds_for_steps_of_every_length(name) -> None:
     for h in (1e-4, 1e-2):
         eigenvalues = np.abs(np.linalg.eigvals(whole.at(h).N))
         assert opened.at(h).growth() == pytest.approx(np.log(eigenvalues.max()) / h, rel=1e-7)
+
+
+def damped_system(*, opened):
+    """A mass over a mass, a spring and a damper between them in the master."""
+    sides = {"wheel": (300.0, 1e5, 2e3, -1.0), "rail": (80.0, 4e6, 1e4, 1.0)}
+    parts, motions = [], []
+    for name, (m, k, c, way) in sides.items():
+        A, B = np.array([[0.0, 1.0], [-k / m, -c / m]]), np.array([[0.0], [way / m]])
+        outputs = [Variable(name=f"{name}.{q}", unit=u) for q, u in (("z", "m"), ("v", "m/s"))]
+        one = {"A": A, "B": B, "C": np.eye(2), "D": np.zeros((2, 1))}
+        if opened:
+            states = StateSpace(name=name, **one | {"A": csc_array(A)}, inputs=tuple(FORCE[:1]),
+                                outputs=tuple(outputs))  # fmt: skip
+            parts.append(Open(name, FORCE[:1], outputs, states))
+        else:
+            parts.append(LinearComponent(name, **one, inputs=FORCE[:1], outputs=outputs))
+        motions += outputs
+    S, law = np.hstack([np.eye(2), -np.eye(2)]), Tangents(np.array([[[K, 3e3]]]))
+    rates = {f"{name}.v": f"{name}.z" for name in sides}
+    contact = Law("contact", law, motions, FORCE[:1], S, contacts=1, rate_of=rates)
+    parts.insert(1, contact)
+    return System(parts, connect_by_name(parts))
+
+
+@pytest.mark.parametrize("name", ["jacobi 1", "average-hold", "radau-2", "conserving-4"])
+def test_laws_of_rates_are_observed_at_two_lengths(name) -> None:
+    """A scheme that makes rates of displacements divides by the length of the step."""
+    whole, opened = (Amplifier(damped_system(opened=o), SCHEMES[name]) for o in (False, True))
+    steps = np.array([1e-4, 7e-4, 3e-3])
+    ends = opened.at(steps).real_ends()
+    for h, at_ends in zip(steps.tolist(), ends, strict=True):
+        growth = np.log(np.abs(np.linalg.eigvals(whole.at(h).N)).max()) / h
+        assert opened.at(h).growth() == pytest.approx(growth, rel=1e-6)  # rounding
+        assert opened.at(h).real_ends() == pytest.approx(at_ends, rel=1e-9)
 
 
 def test_several_steps_at_once_are_each_by_itself() -> None:

@@ -8,7 +8,6 @@ import pytest
 
 from railcosim.analysis.pair.contact import CouplingError
 from railcosim.analysis.pair.export_pair import export_pair
-from railcosim.analysis.pair.linear_pair import linear_parts
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
@@ -182,10 +181,3 @@ def test_who_owns_the_contact_does_not_matter(spatial) -> None:
     # Measured 1.1 and 0.6 N of 303; the master's own error at 0.05 ms is half a newton.
     assert coarse < 0.01 * swing
     assert fine < 0.7 * coarse
-
-
-# 5 s of linearising; largest steps are of vertical pairs, and that is said.
-@pytest.mark.slow
-def test_no_largest_step_is_predicted_in_space(spatial) -> None:
-    with pytest.raises(CouplingError, match=r"its wheels move aside, too; .* of vertical pairs"):
-        linear_parts(spatial["Vehicle"], spatial["Track"], lambda *told: None)

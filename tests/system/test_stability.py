@@ -167,7 +167,7 @@ def test_predicted_error_is_that_of_a_run(exported, parts, owner, name) -> None:
     )
     scheme = members()[name].scheme
     coupling = Coupling(SprungPair(parts, owner, k_H), scheme)
-    option = longest_step(name, owner, coupling, accuracy, ForceError(parts[0], k_H, source))
+    option = longest_step(name, owner, coupling, accuracy, ForceError(parts, k_H, source))
     assert option.error <= accuracy < option.errors[np.searchsorted(STEPS, 1.1 * option.step)]
 
     def run(owner, scheme, step):
