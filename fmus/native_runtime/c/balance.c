@@ -6,6 +6,7 @@
 enum { MAX_ITERATIONS = 200 }; /* Newton takes 3 or 4 */
 enum { APART = 10 };           /* iterations in which groups are solved for by themselves */
 static const double RELATIVE_TOLERANCE = 1e-12; /* four digits above rounding */
+static const double ROUNDING = 1e-14;           /* nothing is left of a change */
 static const double SMALLEST_PART = 1e-3; /* of a change that is made where all of it leads away */
 
 /* What is asked of a law at an instant: by q or by v. */
@@ -200,7 +201,7 @@ int balance(const Question *question, const double *G, const double *free, doubl
     const size_t n = question->n, all = question->parts * n;
     double *change = work, *before = change + all, *found = before + all, *tangents = found + all;
     double *rest = tangents + all * question->parts * question->law->own;
-    double part = 1, wrong = INFINITY;
+    double part = 1, wrong = INFINITY, last = 0;
     for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
         move(question->parts, n, G, free, force, x);
         ask_all(question, x, found, tangents);
@@ -222,7 +223,10 @@ int balance(const Question *question, const double *G, const double *free, doubl
         double size = 0;
         for (size_t k = 0; k < all; k++)
             size = fmax(size, fabs(change[k]));
-        if (size <= RELATIVE_TOLERANCE * largest) {
+        /* The next change would be smaller again by as much at least as this one is than the last. */
+        const double next = size < last ? size * (size / last) : size;
+        last = size;
+        if (size <= RELATIVE_TOLERANCE * largest || next <= ROUNDING * largest) {
             move(question->parts, n, G, free, force, x);
             return 1;
         }

@@ -253,23 +253,39 @@ static void find_rate(const Body *body, const Chunk *chunk, const double *x, con
                        x + m->modes + chunk->to, rate + chunk->to, rate_im + chunk->to);
 }
 
-static void look_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
-                       const double *x, const double *g, const ByParity *z, const ByParity *vz)
+void body_observe_both(const Body *body, const Shapes *shapes, const Chunk *chunk, const double *x,
+                       const double *y, const ByParity *z, const ByParity *v)
 {
     const Model *m = body->model;
     const double *re = x + chunk->to, *im = re + m->modes;
-    const double *rate = body->rate + chunk->to, *rate_im = rate + m->modes;
-    double own[BLOCK], own_rate[BLOCK];
-    find_rate(body, chunk, x, g);
+    const double *other = y + chunk->to, *other_im = other + m->modes;
+    double own[BLOCK], own_other[BLOCK];
     for (size_t k = 0; k < chunk->padded_rows; k += BLOCK) {
         const size_t from = body_place(body, chunk, k);
         gather(chunk, k, z->of[chunk->odd], own);
-        gather(chunk, k, vz->of[chunk->odd], own_rate);
+        gather(chunk, k, v->of[chunk->odd], own_other);
         body->kernels->look(chunk->size, chunk->room, shapes->out_re + from, shapes->out_im + from,
-                            re, im, rate, rate_im, own, own_rate);
+                            re, im, other, other_im, own, own_other);
         scatter(chunk, k, own, z->of[chunk->odd]);
-        scatter(chunk, k, own_rate, vz->of[chunk->odd]);
+        scatter(chunk, k, own_other, v->of[chunk->odd]);
     }
+}
+
+void body_look_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk, const double *x,
+                     const double *g, const ByParity *z, const ByParity *vz)
+{
+    find_rate(body, chunk, x, g);
+    body_observe_both(body, shapes, chunk, x, body->rate, z, vz);
+}
+
+void body_look_rest(const Body *body, const Shapes *shapes, const double *x, const double *g,
+                    const ByParity *sums, const ByParity *rates, double *z, double *vz)
+{
+    const Model *m = body->model;
+    find_rate(body, &m->chunk[m->chunks], x, g);
+    body_observe_rest(body, shapes, x, sums, z);
+    join(m, rates, vz);
+    observe_local(m, shapes, body->rate + m->ring, body->rate + m->ring + m->modes, vz);
 }
 
 void body_look(const Body *body, const Shapes *shapes, const double *x, const double *force,
@@ -284,12 +300,9 @@ void body_look(const Body *body, const Shapes *shapes, const double *x, const do
         const Chunk *chunk = &m->chunk[j];
         if (!known)
             body_drive_chunk(body, shapes, body_place(body, chunk, 0), chunk, f, g);
-        look_chunk(body, shapes, chunk, x, g, sums, rates);
+        body_look_chunk(body, shapes, chunk, x, g, sums, rates);
     }
     if (!known)
         body_drive_rest(body, shapes, force, f, g);
-    find_rate(body, &m->chunk[m->chunks], x, g);
-    body_observe_rest(body, shapes, x, sums, z);
-    join(m, rates, vz);
-    observe_local(m, shapes, body->rate + m->ring, body->rate + m->ring + m->modes, vz);
+    body_look_rest(body, shapes, x, g, sums, rates, z, vz);
 }

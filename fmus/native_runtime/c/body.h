@@ -99,6 +99,8 @@ void body_pass(Body *body, const Chunk *chunk, size_t place);
 void body_end_pass(Body *body, int kept);
 /* Whether shapes of the ring are already where a step ends and, if they are kept, passes. */
 int body_has_passed(const Body *body, int kept);
+/* Whether shapes are the same at the beginning, in the middle (kept) and at the end. */
+int body_stays(const Body *body);
 /* Shapes in the middle; of a vehicle they are the same everywhere. */
 static inline const Shapes *body_between(const Body *body)
 {
@@ -119,10 +121,18 @@ void body_drive_rest(const Body *body, const Shapes *shapes, const double *force
 /* Add displacements of a chunk to those of even and odd modes. */
 void body_observe_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
                         const double *x, const ByParity *z);
+/* The same, and of other ones y to v. */
+void body_observe_both(const Body *body, const Shapes *shapes, const Chunk *chunk, const double *x,
+                       const double *y, const ByParity *z, const ByParity *v);
 void body_no_motion(const Model *model, const ByParity *z);
 /* Displacements at the contacts of those of even and odd modes, and of what is left. */
 void body_observe_rest(const Body *body, const Shapes *shapes, const double *x, const ByParity *z,
                        double *at_contacts);
+/* body_look where g are known: a chunk, and what is left. */
+void body_look_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk, const double *x,
+                     const double *g, const ByParity *z, const ByParity *vz);
+void body_look_rest(const Body *body, const Shapes *shapes, const double *x, const double *g,
+                    const ByParity *sums, const ByParity *rates, double *z, double *vz);
 /* Blocks are of so many wheelsets, which stand one behind the other. */
 static inline size_t body_blocks(const Model *model)
 {

@@ -49,41 +49,42 @@ void body_respond_chunk(const Body *body, const Shapes *shapes, const Chunk *chu
         }
 }
 
-/* Displacement of a contact by the force at another, one of three weights; from what even and odd
-   modes of their rows do. */
-static double between(const Body *body, const Shapes *shapes, const double *weight,
-                      double rigid_weight, size_t i, size_t k, size_t j)
+/* Displacement of contact k by the force at contact j, by each of `count` weights, `apart` from each
+   other; from what even and odd modes of their rows do. */
+static void between(const Body *body, const Shapes *shapes, size_t count,
+                    const double *const *weight, const double *rigid_weight, size_t k, size_t j,
+                    size_t apart, double *G)
 {
     const Model *m = body->model;
-    const size_t R = m->padded_rows, row = k % m->rows, other = j % m->rows;
-    const size_t low = row < other ? row : other, high = row < other ? other : row;
-    const size_t at = i * R * R + low * R + high; /* Betti's law */
-    const int here = k < m->rows ? 1 : m->mirror[row % m->directions];
-    const int there = j < m->rows ? 1 : m->mirror[other % m->directions];
-    double by[2] = {body->G[0][at], body->G[1][at]}, own = 0; /* even and odd motions */
-    for (size_t q = 0; q < m->rigid; q++)
-        by[q >= m->even_rigid] += rigid_weight * m->rigid_out[row * m->rigid + q] *
-                                  m->rigid_in[other * m->rigid + q];
-    const size_t D = m->directions, first = k - k % D;
-    for (size_t q = 0; q < D && first < m->local && j - j % D == first; q++) {
-        const double re = shapes->local_re[k * D + q], im = shapes->local_im[k * D + q];
-        const double to_re = shapes->local_re[j * D + q], to_im = shapes->local_im[j * D + q];
-        own += (re * to_re - im * to_im) * weight[m->ring + first + q] -
-               (re * to_im + im * to_re) * weight[m->modes + m->ring + first + q];
-    }
+    const size_t R = m->padded_rows, D = m->directions, first = k - k % D;
+    const int left = k < m->rows, other_left = j < m->rows, local = j - j % D == first;
+    const size_t row = left ? k : k - m->rows, other = other_left ? j : j - m->rows;
+    const size_t at = row < other ? row * R + other : other * R + row; /* Betti's law */
+    const int here = left ? 1 : m->mirror[row % D], there = other_left ? 1 : m->mirror[other % D];
     /* Forces of one side alone move both. */
-    const double both = (k < m->rows) == (j < m->rows) ? by[0] + by[1] : by[0] - by[1];
-    return here * there * both + own;
+    const double odd = left == other_left ? 1 : -1;
+    for (size_t i = 0; i < count; i++) {
+        double by[2] = {body->G[0][i * R * R + at], body->G[1][i * R * R + at]}, own = 0;
+        for (size_t q = 0; q < m->rigid; q++)
+            by[q >= m->even_rigid] += rigid_weight[i] * m->rigid_out[row * m->rigid + q] *
+                                      m->rigid_in[other * m->rigid + q];
+        for (size_t q = 0; q < D && local && first < m->local; q++) {
+            const double re = shapes->local_re[k * D + q], im = shapes->local_im[k * D + q];
+            const double to_re = shapes->local_re[j * D + q], to_im = shapes->local_im[j * D + q];
+            own += (re * to_re - im * to_im) * weight[i][m->ring + first + q] -
+                   (re * to_im + im * to_re) * weight[i][m->modes + m->ring + first + q];
+        }
+        G[i * apart] = here * there * (by[0] + odd * by[1]) + own;
+    }
 }
 
 void body_respond_rest(const Body *body, const Shapes *shapes, const double *const weight[3],
                        const double rigid_weight[3], size_t n, const size_t *contact, double *G)
 {
-    for (size_t i = 0; i < 3; i++, G += n * n)
-        for (size_t k = 0; k < n; k++)
-            for (size_t j = 0; j < n; j++)
-                G[k * n + j] = between(body, shapes, weight[i], rigid_weight[i], i, contact[k],
-                                       contact[j]);
+    for (size_t k = 0; k < n; k++)
+        for (size_t j = 0; j < n; j++)
+            between(body, shapes, 3, weight, rigid_weight, contact[k], contact[j], n * n,
+                    G + k * n + j);
 }
 
 size_t body_block(const Model *m, size_t block, size_t *contact)
@@ -99,14 +100,14 @@ size_t body_block(const Model *m, size_t block, size_t *contact)
 void body_compliance(const Body *body, const Shapes *shapes, const double *weight, double *G)
 {
     const Model *m = body->model;
-    const double *const weights[3] = {weight, weight, weight};
+    const double *const weights[3] = {weight, weight, weight}, none[1] = {0};
     const size_t C = m->contacts;
     body_no_compliance(body);
     for (size_t j = 0; j < m->chunks; j++)
         body_respond_chunk(body, shapes, &m->chunk[j], weights, 1);
     for (size_t k = 0; k < C; k++)
         for (size_t j = 0; j < C; j++)
-            G[k * C + j] = between(body, shapes, weight, 0, 0, k, j);
+            between(body, shapes, 1, weights, none, k, j, 0, G + k * C + j);
 }
 
 /* What a force at row `row` makes modes of a chunk go at, in body->rate. */
@@ -126,6 +127,7 @@ void body_through_force(const Body *body, const Shapes *shapes, const double *on
 {
     const Model *m = body->model;
     const size_t R = m->padded_rows, C = m->contacts;
+    const double none[1] = {0};
     body_no_compliance(body);
     for (size_t j = 0; j < m->chunks; j++) {
         const Chunk *chunk = &m->chunk[j];
@@ -145,5 +147,5 @@ void body_through_force(const Body *body, const Shapes *shapes, const double *on
     }
     for (size_t k = 0; k < C; k++)
         for (size_t j = 0; j < C; j++)
-            through[k * C + j] = between(body, shapes, ones, 0, 0, k, j);
+            between(body, shapes, 1, &ones, none, k, j, 0, through + k * C + j);
 }

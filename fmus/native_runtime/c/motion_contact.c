@@ -68,29 +68,42 @@ typedef struct {
     const double *x;
     double *next;
     int known, passed, responds; /* whether g0 are known, and the shapes; and G is asked for */
+    int stays;                   /* whether all shapes are those at the beginning */
 } Kept;
+
+/* Generalised forces in the middle and at the end, which g0 are as well where wheels stay. */
+static double *gm_of(const Motion *motion, const Kept *kept)
+{
+    return kept->stays ? motion->g0 : motion->gm;
+}
+
+static double *g1_of(const Motion *motion, const Kept *kept)
+{
+    return kept->stays ? motion->g0 : motion->g1;
+}
 
 static void keep_chunk(Motion *motion, const Kept *kept, const Chunk *chunk)
 {
     Body *body = &motion->body;
     const Coefficients *c = kept->c;
-    const Shapes *shapes = &body->shapes, *between = body_between(body);
+    const Shapes *shapes = &body->shapes, *between = kept->stays ? shapes : body_between(body);
     const ByParity *f = &body->split[0];
     const size_t place = body_place(body, chunk, 0);
     if (!kept->known)
         body_drive_chunk(body, shapes, place, chunk, f, motion->g0);
     if (!kept->passed)
         body_pass(body, chunk, place);
-    body_drive_chunk(body, between, place, chunk, f, motion->gm);
-    body_drive_chunk(body, shapes, place, chunk, f, motion->g1);
-    average_chunk(body, c, chunk, kept->x, motion->g0, motion->gm, motion->g1, kept->next,
-                  motion->part);
+    if (!kept->stays) {
+        body_drive_chunk(body, between, place, chunk, f, motion->gm);
+        body_drive_chunk(body, shapes, place, chunk, f, motion->g1);
+    }
+    average_chunk(body, c, chunk, kept->x, motion->g0, gm_of(motion, kept), g1_of(motion, kept),
+                  kept->next, motion->part);
     body_observe_chunk(body, shapes, chunk, kept->next, &body->split[1]);
     body_observe_chunk(body, between, chunk, motion->part, &body->split[2]);
-    if (motion->law.of_rates) {
-        body_observe_chunk(body, between, chunk, kept->x, &body->split[3]);
-        body_observe_chunk(body, between, chunk, kept->next, &body->split[4]);
-    }
+    if (motion->law.of_rates)
+        body_observe_both(body, between, chunk, kept->x, kept->next, &body->split[3],
+                          &body->split[4]);
     if (kept->responds) {
         const Weights weights = motion_weights(c);
         body_respond_chunk(body, between, chunk, weights.modes, 0);
@@ -106,10 +119,12 @@ static void keep_others(Motion *motion, const Kept *kept)
         body_drive_rest(body, &body->shapes, beyond, f, motion->g0);
     if (!kept->passed)
         body_end_pass(body, 1);
-    body_drive_rest(body, body_between(body), beyond, f, motion->gm);
-    body_drive_rest(body, &body->shapes, beyond, f, motion->g1);
-    average_rest(body, kept->c, kept->x, motion->g0, motion->gm, motion->g1, kept->next,
-                 motion->part);
+    if (!kept->stays) {
+        body_drive_rest(body, body_between(body), beyond, f, motion->gm);
+        body_drive_rest(body, &body->shapes, beyond, f, motion->g1);
+    }
+    average_rest(body, kept->c, kept->x, motion->g0, gm_of(motion, kept), g1_of(motion, kept),
+                 kept->next, motion->part);
     body_observe_rest(body, &body->shapes, kept->next, &body->split[1], motion->seen[1]);
     body_observe_rest(body, body_between(body), motion->part, &body->split[2], motion->seen[2]);
     for (int end = 0; motion->law.of_rates && end < 2; end++)
@@ -130,7 +145,8 @@ static void keep_forces(Motion *motion, const Coefficients *c, const double *x, 
     body_begin_pass(body, motion->middle.position, motion->end.position);
     const int passed = body_has_passed(body, 1);
     const int responds = motion->G_of != c->h || !passed;
-    const Kept kept = {c, x, next, motion_is_driven(motion, motion->inside), passed, responds};
+    const Kept kept = {c, x, next, motion_is_driven(motion, motion->inside), passed, responds,
+                       body_stays(body)};
     motion->g1 = motion->g0;
     motion->g0 = g0;
     body_split(m, motion_beyond_preload(motion, motion->inside, motion->beyond[0]),
@@ -142,6 +158,10 @@ static void keep_forces(Motion *motion, const Coefficients *c, const double *x, 
     for (size_t k = 0; k < m->chunks; k++)
         keep_chunk(motion, &kept, &m->chunk[k]);
     keep_others(motion, &kept);
+    if (kept.stays) {
+        motion->g0 = motion->g1;
+        motion->g1 = g0;
+    }
     motion_note_driven(motion, motion->inside);
 }
 
@@ -160,33 +180,57 @@ int motion_find_forces(Motion *motion, const Coefficients *c, const double *z, c
     return motion_balance(motion, c);
 }
 
+/* What is seen of a chunk at the end of a step while it is near; of forces that depend on rates,
+   velocities without any as well. */
+static void see_chunk(Motion *motion, const Chunk *chunk, const double *next, const ByParity *z,
+                      const ByParity *vz)
+{
+    const Body *body = &motion->body;
+    if (motion->law.of_rates)
+        body_look_chunk(body, &body->shapes, chunk, next, motion->no_g, z, vz);
+    else
+        body_observe_chunk(body, &body->shapes, chunk, next, z);
+}
+
+static void see_rest(Motion *motion, const double *next, const ByParity *z, const ByParity *vz)
+{
+    const Body *body = &motion->body;
+    Seen *last = &motion->last;
+    if (motion->law.of_rates)
+        body_look_rest(body, &body->shapes, next, motion->no_g, z, vz, last->z, last->vz_free);
+    else
+        body_observe_rest(body, &body->shapes, next, z, last->z);
+    motion_note_seen(motion, 0, motion->none);
+    last->free = motion->law.of_rates;
+}
+
 /* The line of forces added to `next`, and what is seen at its end, in motion->last. */
 static void add_line(Motion *motion, const Coefficients *c, double *next)
 {
     Body *body = &motion->body;
     const Model *m = body->model;
     const Shapes *between = body_between(body);
-    const ByParity *mean = &body->split[0], *slope = &body->split[1], *z = &body->split[2];
+    const ByParity *mean = &body->split[0], *slope = &body->split[1];
+    const ByParity *z = &body->split[2], *vz = &body->split[3];
     double *beyond = motion->beyond[0];
     for (size_t k = 0; k < m->contacts; k++)
         beyond[k] = motion->over[k] - motion->inside[k];
     body_split(m, beyond, mean);
     body_split(m, motion->over + m->contacts, slope);
     body_no_motion(m, z);
+    body_no_motion(m, vz);
     for (size_t k = 0; k < m->chunks; k++) {
         const Chunk *chunk = &m->chunk[k];
         body_drive_both(body, between, chunk, mean, slope, motion->dm, motion->d1);
         step_add_chunk(body, c, chunk, 0, motion->dm, motion->d1, next);
         if (m->nodes > 0)
-            body_observe_chunk(body, &body->shapes, chunk, next, z);
+            see_chunk(motion, chunk, next, z, vz);
     }
     body_drive_rest(body, between, beyond, mean, motion->dm);
     body_drive_rest(body, between, motion->over + m->contacts, slope, motion->d1);
     step_add_rest(body, c, 0, motion->dm, motion->d1, next);
-    if (m->nodes > 0) {
-        body_observe_rest(body, &body->shapes, next, z, motion->last.z);
-        motion_note_seen(motion, 0, motion->none);
-    }
+    if (m->nodes > 0)
+        see_rest(motion, next, z, vz);
 }
 
 int motion_contact_step(Motion *motion, const Coefficients *c, const double *x, double *next)

@@ -192,6 +192,15 @@ int body_has_passed(const Body *body, int kept)
     return there;
 }
 
+int body_stays(const Body *body)
+{
+    const Model *m = body->model;
+    int stays = body_has_passed(body, 1);
+    for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++)
+        stays &= body->middle[k].position == body->end[k].position;
+    return stays;
+}
+
 const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change)
 {
     const Model *m = body->model;
