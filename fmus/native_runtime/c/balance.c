@@ -43,59 +43,16 @@ void balance_over_step(const Question *question, size_t k, const double *x, doub
     contact_over_step(question->law, k, question->way, x, force, tangent);
 }
 
-/* Rows are added to rows: what takes the time. */
-static void add_row(size_t n, double factor, const double *restrict from, double *restrict to)
-{
-    for (size_t j = 0; j < n; j++)
-        to[j] += factor * from[j];
-}
-
-int solve_linear(size_t n, double *A, double *b)
-{
-    for (size_t k = 0; k < n; k++) {
-        size_t best = k;
-        for (size_t i = k + 1; i < n; i++)
-            if (fabs(A[i * n + k]) > fabs(A[best * n + k]))
-                best = i;
-        const double pivot = A[best * n + k];
-        if (pivot == 0 || !isfinite(pivot))
-            return 0;
-        for (size_t j = k; j < n && best != k; j++) {
-            const double swap = A[k * n + j];
-            A[k * n + j] = A[best * n + j];
-            A[best * n + j] = swap;
-        }
-        const double swap = b[k];
-        b[k] = b[best];
-        b[best] = swap;
-        for (size_t i = k + 1; i < n; i++) {
-            const double factor = A[i * n + k] / pivot;
-            add_row(n - k - 1, -factor, A + k * n + k + 1, A + i * n + k + 1);
-            b[i] -= factor * b[k];
-        }
-    }
-    for (size_t k = n; k-- > 0;) {
-        for (size_t j = k + 1; j < n; j++)
-            b[k] -= A[k * n + j] * b[j];
-        b[k] /= A[k * n + k];
-    }
-    return 1;
-}
-
 /* x = free + G force. */
-static void move(size_t parts, size_t n, const double *G, const double *free, const double *force,
+static void move(const Question *question, const double *G, const double *free, const double *force,
                  double *x)
 {
+    const size_t n = question->n, parts = question->parts;
+    memcpy(x, free, parts * n * sizeof(double));
     for (size_t part = 0; part < parts; part++)
-        for (size_t k = 0; k < n; k++) {
-            double sum = free[part * n + k];
-            for (size_t by = 0; by < parts; by++) {
-                const double *row = G + ((part * parts + by) * n + k) * n;
-                for (size_t j = 0; j < n; j++)
-                    sum += row[j] * force[by * n + j];
-            }
-            x[part * n + k] = sum;
-        }
+        for (size_t by = 0; by < parts; by++)
+            question->kernels->add_product(n, n, G + (part * parts + by) * n * n, force + by * n,
+                                           x + part * n);
 }
 
 /* Forces that the law answers to x, and their derivatives, one contact after the other. */
@@ -127,23 +84,24 @@ static size_t members(const Question *question, size_t together, size_t group, s
     return m;
 }
 
-/* A = 1 - tangent G of the m ports of a group; `row` has room for parts * m numbers. */
+/* A = 1 - tangent G of the m ports of a group; `rows` has room for those of one contact. */
 static void soften(const Question *question, const double *G, size_t m, const size_t *port,
-                   const double *tangents, double *row, double *A)
+                   const double *tangents, double *rows, double *A)
 {
     const size_t own = question->law->own, n = question->n, parts = question->parts;
     const size_t wide = parts * own, all = parts * m;
     memset(A, 0, all * all * sizeof(double));
     for (size_t k = 0; k < m; k += own) {
         const double *tangent = tangents + port[k] / own * wide * wide;
-        for (size_t col = 0; col < wide; col++) {
-            const double *g = G + (col / own * parts * n + port[k] + col % own) * n;
+        for (size_t row = 0; row < wide; row++) {
+            const double *g = G + (row / own * parts * n + port[k] + row % own) * n;
             for (size_t by = 0; by < parts; by++)
                 for (size_t j = 0; j < m; j++)
-                    row[by * m + j] = g[by * n * n + port[j]];
-            for (size_t i = 0; i < wide; i++)
-                add_row(all, -tangent[i * wide + col], row, A + (i / own * m + k + i % own) * all);
+                    rows[row * all + by * m + j] = g[by * n * n + port[j]];
         }
+        for (size_t part = 0; part < parts; part++)
+            question->kernels->take_product(own, wide, all, tangent + part * own * wide, rows,
+                                            A + (part * m + k) * all);
     }
     for (size_t i = 0; i < all; i++)
         A[i * all + i] += 1;
@@ -158,12 +116,13 @@ static int solve_groups(const Question *question, size_t together, const double 
     size_t port[MOST_PORTS_OF_ALL];
     for (size_t group = 0; group < groups; group++) {
         const size_t m = members(question, together, group, port);
-        double *own = work, *row = own + parts * m, *A = row + parts * m;
+        double *own = work, *rows = own + parts * m;
+        double *A = rows + parts * question->law->own * parts * m;
         for (size_t part = 0; part < parts; part++)
             for (size_t k = 0; k < m; k++)
                 own[part * m + k] = change[part * n + port[k]];
-        soften(question, G, m, port, tangents, row, A);
-        if (!solve_linear(parts * m, A, own))
+        soften(question, G, m, port, tangents, rows, A);
+        if (!question->kernels->solve(parts * m, A, own))
             return 0;
         for (size_t part = 0; part < parts; part++)
             for (size_t k = 0; k < m; k++)
@@ -203,7 +162,7 @@ int balance(const Question *question, const double *G, const double *free, doubl
     double *rest = tangents + all * question->parts * question->law->own;
     double part = 1, wrong = INFINITY, last = 0;
     for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
-        move(question->parts, n, G, free, force, x);
+        move(question, G, free, force, x);
         ask_all(question, x, found, tangents);
         const double lacks = lacking(all, found, force);
         if (!(lacks <= wrong) && part >= SMALLEST_PART) { /* all of the change led away */
@@ -227,7 +186,7 @@ int balance(const Question *question, const double *G, const double *free, doubl
         const double next = size < last ? size * (size / last) : size;
         last = size;
         if (size <= RELATIVE_TOLERANCE * largest || next <= ROUNDING * largest) {
-            move(question->parts, n, G, free, force, x);
+            move(question, G, free, force, x);
             return 1;
         }
         if (isnan(largest))

@@ -3,10 +3,12 @@
 #define RAILCOSIM_BALANCE_H
 
 #include "contact.h"
+#include "kernels.h"
 
 /* What contacts answer to motions x of their own ports: `parts` numbers a port, and as many forces. */
 typedef struct Question Question;
 struct Question {
+    const Kernels *kernels;
     const ContactLaw *law;
     size_t n;           /* ports, those of a contact together */
     const size_t *port; /* which of all they are; NULL: all in their order */
@@ -31,7 +33,7 @@ void balance_over_step(const Question *question, size_t k, const double *x, doub
 /* Forces by Newton's method from those that are there, and x = free + G force: G is (parts of x, parts
    of forces) matrices of (n, n), x and forces are (parts, n). 0: they did not settle. `work` has room
    for BALANCE_WORK(parts * n) numbers. */
-#define BALANCE_WORK(n) ((n) * ((n) + 5 + 2 * MOST_OWN))
+#define BALANCE_WORK(n) ((n) * ((n) + 4 + 4 * MOST_OWN))
 enum { MOST_PORTS_OF_ALL = 2 * MOST_WHEELSETS * MOST_OWN };
 int balance(const Question *question, const double *G, const double *free, double *force, double *x,
             double *work);
@@ -39,8 +41,5 @@ int balance(const Question *question, const double *G, const double *free, doubl
    is none. */
 int balance_change(const Question *question, const double *G, const double *x, double *dforce,
                    double *work);
-/* Solve A x = b of n unknowns in place (x in b) by elimination with pivoting; 0: singular or not
-   finite. */
-int solve_linear(size_t n, double *A, double *b);
 
 #endif

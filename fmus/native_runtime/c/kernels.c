@@ -1,5 +1,7 @@
 #include "kernels.h"
 
+#include <math.h>
+
 /* A few numbers as one, for sums, whose order a compiler may not change by itself. GCC and Clang
    both know this; where the processor has shorter vectors they take several. Others get plain C. */
 #ifdef __GNUC__

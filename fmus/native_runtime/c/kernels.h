@@ -59,6 +59,15 @@ typedef struct {
     /* y += (p0 + p1 + p2) mean + (p2 - p0) slope. */
     void (*add_line)(size_t n, size_t im, size_t im_g, const double *const p[3],
                      const double *mean, const double *slope, double *y);
+    /* y += A x: A is (rows, n). */
+    void (*add_product)(size_t rows, size_t n, const double *restrict A, const double *restrict x,
+                        double *restrict y);
+    /* C -= A B: A is (rows, k), B (k, n). */
+    void (*take_product)(size_t rows, size_t k, size_t n, const double *restrict A,
+                         const double *restrict B, double *restrict C);
+    /* Solve A x = b of n unknowns in place (x in b) by elimination with pivoting; 0: singular or not
+       finite. */
+    int (*solve)(size_t n, double *restrict A, double *restrict b);
     /* 0 if all x are finite; else no number. */
     double (*finite)(size_t n, const double *x);
 } Kernels;

@@ -306,6 +306,87 @@ TARGET static void NAME(add_line)(size_t n, size_t im, size_t im_g, const double
     }
 }
 
+TARGET static void NAME(add_product)(size_t rows, size_t n, const double *restrict A,
+                                     const double *restrict x, double *restrict y)
+{
+    for (size_t i = 0; i < rows; i++, A += n) {
+        Lanes sums = {0};
+        double sum = 0;
+        size_t j = 0;
+        for (; j + LANES <= n; j += LANES)
+            sums += AT(A, j) * AT(x, j);
+        for (; j < n; j++)
+            sum += A[j] * x[j];
+        for (size_t l = 0; l < LANES; l++)
+            sum += LANE(sums, l);
+        y[i] += sum;
+    }
+}
+
+TARGET static void NAME(take_product)(size_t rows, size_t k, size_t n, const double *restrict A,
+                                      const double *restrict B, double *restrict C)
+{
+    for (size_t i = 0; i < rows; i++, A += k, C += n) {
+        size_t j = 0;
+        for (; j + LANES <= n; j += LANES) {
+            Lanes sum = AT(C, j);
+            for (size_t l = 0; l < k; l++)
+                sum -= A[l] * AT(B, l * n + j);
+            PUT(C, j) = sum;
+        }
+        for (; j < n; j++)
+            for (size_t l = 0; l < k; l++)
+                C[j] -= A[l] * B[l * n + j];
+    }
+}
+
+/* Row i less its part of row k, of columns behind k. */
+TARGET static void NAME(eliminate)(size_t n, size_t k, size_t i, double *restrict A,
+                                   double *restrict b)
+{
+    const double *restrict from = A + k * n;
+    double *restrict to = A + i * n;
+    const double factor = to[k] / from[k];
+    size_t j = k + 1;
+    for (; j + LANES <= n; j += LANES)
+        PUT(to, j) = AT(to, j) - factor * AT(from, j);
+    for (; j < n; j++)
+        to[j] -= factor * from[j];
+    b[i] -= factor * b[k];
+}
+
+static void NAME(swap)(double *restrict a, double *restrict b)
+{
+    const double kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+TARGET static int NAME(solve)(size_t n, double *restrict A, double *restrict b)
+{
+    for (size_t k = 0; k < n; k++) {
+        size_t best = k;
+        for (size_t i = k + 1; i < n; i++)
+            if (fabs(A[i * n + k]) > fabs(A[best * n + k]))
+                best = i;
+        const double pivot = A[best * n + k];
+        if (pivot == 0 || !isfinite(pivot))
+            return 0;
+        for (size_t j = k; j < n && best != k; j++)
+            NAME(swap)(A + k * n + j, A + best * n + j);
+        if (best != k)
+            NAME(swap)(b + k, b + best);
+        for (size_t i = k + 1; i < n; i++)
+            NAME(eliminate)(n, k, i, A, b);
+    }
+    for (size_t k = n; k-- > 0;) {
+        for (size_t j = k + 1; j < n; j++)
+            b[k] -= A[k * n + j] * b[j];
+        b[k] /= A[k * n + k];
+    }
+    return 1;
+}
+
 TARGET static double NAME(finite)(size_t n, const double *x)
 {
     Lanes sum = {0};
@@ -322,7 +403,8 @@ TARGET static double NAME(finite)(size_t n, const double *x)
 
 static const Kernels NAME(kernels) = {
     NAME(evaluate_both), NAME(drive), NAME(drive_both), NAME(observe), NAME(look), NAME(respond),
-    NAME(add), NAME(advance), NAME(advance_both), NAME(add_line), NAME(finite),
+    NAME(add), NAME(advance), NAME(advance_both), NAME(add_line),
+    NAME(add_product), NAME(take_product), NAME(solve), NAME(finite),
 };
 
 #undef BEGIN

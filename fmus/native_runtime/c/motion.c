@@ -286,8 +286,8 @@ void motion_static_compliance(Motion *motion, const Shapes *shapes)
 Question motion_at_rest(const Motion *motion, const double *given)
 {
     const Model *m = motion->body.model;
-    const Question question = {&motion->law, m->contacts, NULL, 1, m->wheelsets, balance_at_rest,
-                               NULL, given, NULL};
+    const Question question = {motion->body.kernels, &motion->law, m->contacts, NULL, 1,
+                               m->wheelsets, balance_at_rest, NULL, given, NULL};
     return question;
 }
 

@@ -182,8 +182,8 @@ static void without_own(const Motion *motion, size_t block, size_t n, const size
 static Question over_step(const Motion *motion, size_t n, const size_t *contact, const Way *way)
 {
     const size_t own = motion->law.own;
-    const Question question = {&motion->law, n, contact, 2, own < BLOCK ? BLOCK / own : 1,
-                               balance_over_step, NULL, NULL, way};
+    const Question question = {motion->body.kernels, &motion->law, n, contact, 2,
+                               own < BLOCK ? BLOCK / own : 1, balance_over_step, NULL, NULL, way};
     return question;
 }
 

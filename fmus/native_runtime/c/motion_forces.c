@@ -42,8 +42,8 @@ static void look(Motion *motion, const Shapes *shapes, const double *x)
 static Question at_once(const Motion *motion, const double *z, const double *given)
 {
     const Model *m = motion->body.model;
-    const Question question = {&motion->law, m->contacts, NULL, 1, m->wheelsets, balance_at_once,
-                               z, given, NULL};
+    const Question question = {motion->body.kernels, &motion->law, m->contacts, NULL, 1,
+                               m->wheelsets, balance_at_once, z, given, NULL};
     return question;
 }
 
