@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,16 +11,19 @@ from scipy.optimize import root
 
 from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.modal import ModalBody
-from railcosim.mechanics.ports import Layout, Z
+from railcosim.mechanics.ports import FORCE, WHEEL, Layout, Z
 
 from .content import Content
+from .python_runtime.models import Model
 from .roles import Role
+
+Heights: TypeAlias = Callable[[FloatArray], FloatArray]
 
 
 def heights_at_rest(vehicles: Sequence[Content], track: Content) -> list[dict[str, float]]:
     """Heights of the wheelsets for which vehicles and track are at rest together.
 
-    A height is the rail's deflection under all loads, and the contact's compression. Where the
+    Rails are pressed as the track's own law says, vertical or rolling. Where the
     bodies above can follow any heights without strain, every wheel carries its static load,
     whatever the track; else its load depends on the heights.
 
@@ -35,34 +39,71 @@ def heights_at_rest(vehicles: Sequence[Content], track: Content) -> list[dict[st
     list of dict
         Each vehicle's parameters ``wheelset[i].start_z``, m, down.
     """
-    start = {(v.role, v.index): float(v.start or 0) for v in track.table}
-    rails, n = track.body, track.body.layout.wheelsets
-    positions = [start[Role.IN_POSITION, i] for i in range(n)]
-    down = vertical(rails.layout)
-    G = rails.at(np.array(positions)).static_compliance()[np.ix_(down, down)]
-    # Of all wheels, or of those of each wheelset, on both sides alike.
-    C = np.resize([float(v.start or 0) for v in track.table if v.role is Role.HERTZ], len(G))
+    pressed, first = _pressed(track)
+    n, sides = track.body.layout.wheelsets, len(track.body.layout.sides)
     ends = np.cumsum([vehicle.body.layout.wheelsets for vehicle in vehicles])[:-1]
-    sides = len(rails.layout.sides)
 
-    def sunk(heights: FloatArray) -> FloatArray:
-        loads = [
+    def loads(heights: FloatArray) -> FloatArray:
+        found = [
             loads_on(vehicle.body, own)[vertical(vehicle.body.layout)].reshape(sides, -1)
             for vehicle, own in zip(vehicles, np.split(heights, ends), strict=True)
         ]
-        load = np.hstack(loads).ravel()
-        below: FloatArray = (G @ load + (load / C) ** (2 / 3))[:n]  # left and right alike
-        return below
+        return np.hstack(found)[0]  # left and right alike
+
+    none = np.zeros(n)
+    size = loads(none)
+    begin = first(size)
 
     def off(heights: FloatArray) -> FloatArray:
-        return heights - sunk(heights)
+        """In units of what is pressed at first."""
+        missing: FloatArray = (pressed(heights * begin) - loads(heights * begin)) / size
+        return missing
 
-    heights = root(off, sunk(np.zeros(n)), tol=1e-13).x
+    heights = begin * root(off, np.ones(n), tol=1e-13).x
     told = [[v.name for v in one.table if v.role is Role.START_Z] for one in vehicles]
     each = np.split(heights, ends)
     return [
         dict(zip(names, own.tolist(), strict=True)) for names, own in zip(told, each, strict=True)
     ]
+
+
+def _pressed(track: Content) -> tuple[Heights, Heights]:
+    """Forces of the left wheels of a track at rest by their heights; and about the inverse.
+
+    Whatever its law does: wheels on cones press rails apart as well, and creep by spinning.
+    """
+    rails, layout = track.body, track.body.layout
+    start = {(v.role, v.index): float(v.start or 0) for v in track.table}
+    model = Model(rails, [v.slot for v in track.table])
+    model.configure(start)
+    inputs, outputs = (
+        [v for v in track.table if v.causality == way] for way in ("input", "output")
+    )
+    given = np.array([float(v.start or 0) for v in inputs])
+    down = layout.down
+    at = [[v.name for v in inputs].index(name) for name in down.names(WHEEL.motion)]
+    told = [[v.name for v in outputs].index(name) for name in down.names(FORCE)]
+
+    def pressed(heights: FloatArray) -> FloatArray:
+        u, y = given.copy(), np.zeros(len(outputs))
+        u[at] = np.tile(heights, len(layout.sides))
+        now = model.read(u)
+        model.write(model.rest(now), now, 0.0, y)
+        found: FloatArray = y[told][: layout.wheelsets]
+        return found
+
+    def about(load: FloatArray) -> FloatArray:
+        """The rails' deflection under loads, and what springs down are pressed by."""
+        met = rails.at(np.array([start[Role.IN_POSITION, i] for i in range(layout.wheelsets)]))
+        ports = vertical(layout)
+        every = np.tile(load, len(layout.sides))
+        # Of all wheels, or of those of each wheelset.
+        C = np.resize([start[key] for key in start if key[0] is Role.HERTZ], layout.wheelsets)
+        below = met.static_compliance()[np.ix_(ports, ports)] @ every
+        found: FloatArray = below[: layout.wheelsets] + (load / C) ** (2 / 3)
+        return found
+
+    return pressed, about
 
 
 def loads_on(vehicle: ModalBody, heights: FloatArray) -> FloatArray:

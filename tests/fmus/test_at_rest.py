@@ -9,7 +9,7 @@ from railcosim.fmus.at_rest import heights_at_rest
 from railcosim.fmus.content import contents
 from railcosim.fmus.python_runtime.models import Model
 from railcosim.fmus.roles import Role
-from railcosim.mechanics.ports import FORCE, WHEEL
+from railcosim.mechanics.ports import FORCE, WHEEL, Z
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.parameters import Vehicle
@@ -32,22 +32,35 @@ def started(content, given):
 
 
 @pytest.mark.filterwarnings("ignore:a ring of")  # as coarse as it can be
-@pytest.mark.parametrize("stock", [Vehicle(), LOCOMOTIVE], ids=["paper", "locomotive"])
-def test_nothing_is_accelerated(stock):
+@pytest.mark.parametrize(
+    ("stock", "dimension"),
+    [
+        (Vehicle(), "vertical"),
+        (LOCOMOTIVE, "vertical"),
+        pytest.param(Vehicle(), "spatial", marks=pytest.mark.slow),  # 2 s of a track's reduction
+    ],
+    ids=["paper", "locomotive", "in space"],
+)
+def test_nothing_is_accelerated(stock, dimension):
+    """Wheels that roll spread the rails, and press them as their cones lean."""
     track = Track(mesh=Mesh(cells=6, elements_per_bay=2, highest_slab_frequency=200,
                             highest_frequency=400))  # fmt: skip
-    made = {content.name: content for content in contents(stock, track)}
+    made = {content.name: content for content in contents(stock, track, dimension=dimension)}
     vehicle, rails = made["Vehicle"], made["TrackWithContact"]
     (heights,) = heights_at_rest([vehicle], rails)
     layout = vehicle.body.layout
     z = {port.name(WHEEL.motion): heights[f"wheelset[{port.wheelset}].start_z"]
-         for port in layout.ports}  # fmt: skip
+         for port in layout.down.ports}  # fmt: skip
     force = {name: x for name, x in started(rails, z).items() if name in layout.names(FORCE)}
     outputs = started(vehicle, {**heights, **force})
     shown = [v.name for v in vehicle.table if v.role is Role.OUT_ACCELERATION]
     # Of 100 m/s2 for a wheel without its load; heights are found to 1e-13.
     assert max(abs(outputs[name]) for name in shown) < 1e-9
-    loads = np.array(list(force.values()))
-    assert loads.sum() == pytest.approx(vehicle.body.preload.sum(), rel=1e-12)
-    changed = np.abs(loads - vehicle.body.preload).max() / loads.max()
+    down = [port.direction is Z for port in layout.ports]
+    loads, static = (
+        np.array([force[n] for n in layout.names(FORCE)])[down],
+        vehicle.body.preload[down],
+    )
+    assert loads.sum() == pytest.approx(static.sum(), rel=1e-12)
+    changed = np.abs(loads - static).max() / loads.max()
     assert (changed > 1e-4) == (stock is LOCOMOTIVE), changed
