@@ -48,7 +48,8 @@ def heights_at_rest(vehicles: Sequence[Content], track: Content) -> list[dict[st
             loads_on(vehicle.body, own)[vertical(vehicle.body.layout)].reshape(sides, -1)
             for vehicle, own in zip(vehicles, np.split(heights, ends), strict=True)
         ]
-        return np.hstack(found)[0]  # left and right alike
+        left: FloatArray = np.hstack(found)[0]  # and right alike
+        return left
 
     none = np.zeros(n)
     size = loads(none)
