@@ -125,22 +125,44 @@ def _rail(free: Matrices, d: int, places: Indices, omega: FloatArray) -> Complex
     """Dynamic stiffness of the rail between its places, shape (n_omega, d n, d n)."""
     at = (d * places[:, None] + np.arange(d)).ravel()
     P = _at_frequencies(omega, [A[np.ix_(at, at)] for A in free])
-    known: list[tuple[ComplexArray, ComplexArray]] = []
-    for k, (first, last) in enumerate(zip(d * places[:-1], d * places[1:], strict=True)):
-        inside, ends = slice(first + d, last), np.r_[first : first + d, last : last + d]
-        if inside.start == inside.stop:
-            continue
-        span = np.stack([np.concatenate([A[inside, inside], A[inside, ends]], axis=1)
-                         for A in free])  # fmt: skip
-        taken = next((found for one, found in known if _same(one, span)), None)
-        if taken is None:
-            D = _at_frequencies(omega, list(span))
-            coupling = D[:, :, -2 * d :]
-            taken = np.swapaxes(coupling, 1, 2) @ np.linalg.solve(D[:, :, : -2 * d], coupling)
-            known.append((span, taken))
+    spans = _Spans(free, d, omega)
+    for k, (first, last) in enumerate(zip(places[:-1], places[1:], strict=True)):
         here = slice(d * k, d * (k + 2))
-        P[:, here, here] -= taken
+        P[:, here, here] -= spans.inside(int(first), int(last))
     return P
+
+
+class _Spans:
+    """Spans of the rail without places, by halves: what is alike is eliminated once."""
+
+    def __init__(self, free: Matrices, d: int, omega: FloatArray) -> None:
+        self.free, self.d, self.omega = free, d, omega
+        self.known: list[tuple[ComplexArray, ComplexArray]] = []
+
+    def inside(self, first: int, last: int) -> ComplexArray | float:
+        """What the nodes between two take off the stiffness of these, (n_omega, 2 d, 2 d)."""
+        if last - first == 1:
+            return 0.0
+        whole = slice(self.d * first, self.d * (last + 1))
+        span = np.stack([A[whole, whole] for A in self.free])
+        span[:, : self.d, : self.d] = span[:, -self.d :, -self.d :] = 0  # the ends' own
+        found = next((taken for one, taken in self.known if _same(one, span)), None)
+        if found is None:
+            found = self._halved(first, (first + last) // 2, last)
+            self.known.append((span, found))
+        return found
+
+    def _halved(self, first: int, middle: int, last: int) -> ComplexArray:
+        d = self.d
+        at = np.concatenate([d * node + np.arange(d) for node in (first, middle, last)])
+        D = _at_frequencies(self.omega, [A[np.ix_(at, at)] for A in self.free])
+        D[:, :d, :d] = D[:, -d:, -d:] = 0
+        for part, half in ((slice(2 * d), (first, middle)), (slice(d, None), (middle, last))):
+            D[:, part, part] -= self.inside(*half)
+        ends, mid = np.r_[:d, 2 * d : 3 * d], slice(d, 2 * d)
+        coupling = D[:, mid, ends]
+        taken: ComplexArray = np.swapaxes(coupling, 1, 2) @ np.linalg.solve(D[:, mid, mid], coupling)
+        return taken - D[:, ends[:, None], ends]
 
 
 def _same(one: ComplexArray, other: ComplexArray) -> bool:

@@ -92,7 +92,7 @@ def ring_modes(cell: Cell, highest_frequency: float) -> RingModes:
 
 def _wave(cell: Cell, mu: float, highest: float, *, standing: bool, cells: int) -> RingModes:
     """Modes of one wavenumber and its opposite."""
-    T = _bloch(cell, mu)
+    T = bloch(cell, mu)
     M, C, K = (T.conj().T @ A @ T for A in (cell.M, cell.viscous_damping(), cell.K))
     squared, basis = eigh(K, M)
     m = squared.size
@@ -138,7 +138,7 @@ def _wave(cell: Cell, mu: float, highest: float, *, standing: bool, cells: int) 
     )
 
 
-def _bloch(cell: Cell, mu: float) -> ComplexArray:
+def bloch(cell: Cell, mu: float) -> ComplexArray:
     """Open cell from closed one: the last rail node is the first one's, e^{i mu} further."""
     size, n, d = cell.K.shape[0], cell.rail_size, cell.section.size
     T = np.eye(size, dtype=complex)

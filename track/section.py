@@ -54,6 +54,14 @@ class Beam:
         phi: FloatArray = 12 * self.bending / (self.shear * L**2)
         return phi
 
+    def wavenumber(self, omega: float) -> float:
+        """The greatest of its free waves (Timoshenko's beam; as a string or bar if it is one)."""
+        if self.slope:
+            return float(omega * np.sqrt(self.mass / self.slope))
+        shear, bent = self.mass / self.shear, self.rotary_inertia / self.bending
+        root = np.sqrt(omega**4 * (shear - bent) ** 2 + 4 * omega**2 * self.mass / self.bending)
+        return float(np.sqrt((omega**2 * (shear + bent) + root) / 2))
+
     def shapes(self, xi: FloatArray, L: FloatArray) -> FloatArray:
         """Deflection at xi (0..1) of elements from their four unknowns, shape (..., 4)."""
         return shape_functions(xi, L, self.softness(L))[0]
@@ -115,6 +123,10 @@ class Bar:
     unknowns: tuple[str, ...]
     mass: float
     slope: float
+
+    def wavenumber(self, omega: float) -> float:
+        """Of its free wave."""
+        return float(omega * np.sqrt(self.mass / self.slope))
 
     def shapes(self, xi: FloatArray, L: FloatArray) -> FloatArray:
         """Inside elements from their two unknowns, shape (..., 2)."""
