@@ -70,6 +70,16 @@ COMMANDS = {
         "track_receptance",
         "Receptance of the rail on a track without end, where it is loaded, by finite elements.",
     ),
+    "dispersion": Place(
+        "dispersion_command",
+        "dispersion",
+        "Waves of a track without end: wavenumber and decay over frequency, bands where none travels.",
+    ),
+    "decay-rate": Place(
+        "decay_rate_command",
+        "decay_rate",
+        "Decay rates of the rail by EN 15461, in third octaves, vertical and lateral.",
+    ),
     "modes": Place(
         "modes_command",
         "modes",

@@ -20,7 +20,7 @@ from railcosim.mechanics.ports import Direction
 from .cell import Cell, build_cell
 from .condensation import CondensedCell, condense
 from .parameters import Track
-from .receptance import shortest
+from .receptance import Progress, shortest
 from .ring import bloch
 from .section import directions_for, section_of
 from .waves import waves
@@ -30,7 +30,10 @@ AHEAD = 1.2  # harmonics of a standing wave are equal: by so much the one that r
 ELEMENTS = 12  # to the shortest wave: its length is right to 1 %, of torsion; of bending to 1e-4
 FINEST = 64  # elements a bay
 BLOCK = 64  # frequencies at once
-PHASES = 25  # from 0 to pi, at which the bands of a track without damping are found
+PHASES = 9  # from 0 to pi, at which the bands of a track without damping are found
+NARROW = 2e-3  # of its frequency: narrower stop bands are left out
+TRAVELLING = 1e-6  # 1 - |lambda| below which a wave travels
+HALVINGS = 12  # of a tenth of a gap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +68,11 @@ def fine_enough(track: Track, highest: float, direction: Direction) -> Track:
 
 
 def dispersion(
-    track: Track, omega: FloatArray, direction: Direction, parity: int
+    track: Track,
+    omega: FloatArray,
+    direction: Direction,
+    parity: int,
+    progress: Progress | None = None,
 ) -> list[Branch]:
     """Find the waves.
 
@@ -79,6 +86,8 @@ def dispersion(
         Waves that move in it, with all that are coupled with them.
     parity : int
         Of the two rails, EVEN or ODD.
+    progress : callable, optional
+        Called with (done, total).
 
     Returns
     -------
@@ -104,6 +113,8 @@ def dispersion(
         one, two = _waves(cell, samples, condensed)
         kappa.append(one)
         energy.append(two)
+        if progress:
+            progress(min(start + BLOCK, omega.size), omega.size)
     return _branches(cell, np.concatenate(kappa), np.concatenate(energy))
 
 
@@ -172,51 +183,75 @@ def _branches(cell: Cell, kappa: ComplexArray, energy: FloatArray) -> list[Branc
     return branches
 
 
-def bands(track: Track, highest: float, direction: Direction, parity: int) -> FloatArray:
-    """Natural frequencies of the track without damping, over the phase from cell to cell.
+def bands(cell: Cell, phases: int = PHASES) -> FloatArray:
+    """Natural frequencies of a track of equal cells without damping, by Bloch's theorem.
 
     Parameters
     ----------
-    track : Track
-        Parameters.
-    highest : float
-        Hz.
-    direction, parity
-        As of `dispersion`.
+    cell : Cell
+        One of them.
+    phases : int
+        From cell to cell, evenly from 0 to pi.
 
     Returns
     -------
-    array, shape (PHASES, n)
-        Hz, increasing along n, at phases from 0 to pi; to just above the highest.
+    array, shape (phases, n)
+        Hz, increasing along n.
     """
-    cell = build_cell(
-        shortest(track), parity,
-        directions=directions_for([direction], coupled=track.slab.tilts_rails),
-    )  # fmt: skip
     found = []
-    for phase in np.linspace(0, np.pi, PHASES):
+    for phase in np.linspace(0, np.pi, phases):
         T = bloch(cell, phase)
         squared = eigh(T.conj().T @ cell.K @ T, T.conj().T @ cell.M @ T, eigvals_only=True)
         found.append(np.sqrt(np.maximum(squared, 0)) / (2 * np.pi))
-    frequency = np.stack(found)
-    return frequency[:, frequency.min(axis=0) <= highest]
+    return np.stack(found)
 
 
-def stop_bands(frequency: FloatArray, highest: float) -> list[tuple[float, float]]:
-    """Where no wave travels, from the bands in which waves do: (from, to) in Hz, up to a highest.
+def stop_bands(
+    track: Track, highest: float, direction: Direction, parity: int
+) -> list[tuple[float, float]]:
+    """Where no wave travels if nothing damps the track: (from, to) in Hz, below a highest (Hz).
 
-    Parameters
-    ----------
-    frequency : array, shape (phases, n)
-        Of `bands`.
-    highest : float
-        Hz.
+    Waves of some phases leave more open than there is; in that, frequencies are asked whether all
+    their waves decay, and edges halved. Bands narrower than `NARROW` of their frequency are left
+    out. Direction and parity as of `dispersion`.
     """
-    gaps, top = [], 0.0
+    directions = directions_for([direction], coupled=track.slab.tilts_rails)
+    cell = _undamped(build_cell(shortest(track), parity, directions=directions))
+    frequency, gaps, top = bands(cell), [], 0.0
     for low, high in zip(frequency.min(axis=0), frequency.max(axis=0), strict=True):
-        if low > top:
-            gaps.append((top, min(float(low), highest)))
+        gaps.append((top, min(float(low), highest)))
         top = max(top, float(high))
-    if top < highest:
-        gaps.append((top, highest))
-    return gaps
+        if top > highest:
+            break
+    wide = [(low, high) for low, high in gaps if high - low > NARROW * high]
+    found = [_narrowed(cell, low, high) for low, high in wide]
+    return [edges for edges in found if edges and edges[1] - edges[0] > NARROW * edges[1]]
+
+
+def _undamped(cell: Cell) -> Cell:
+    supports = tuple(replace(s, damping=0.0, loss=0.0) for s in cell.supports)
+    none = np.zeros_like(cell.K)
+    return replace(cell, C=none, K_loss=none, supports=supports)
+
+
+def _narrowed(cell: Cell, low: float, high: float) -> tuple[float, float] | None:
+    """The part of a range of frequencies (Hz) in which all waves decay."""
+    nothing = np.empty((cell.K.shape[0], 0))
+
+    def stops(frequency: FloatArray) -> NDArray[np.bool_]:
+        slow = waves(condense(cell, 2 * np.pi * frequency, nothing, nothing)).decay[:, 0]
+        decays: NDArray[np.bool_] = np.abs(slow) < 1 - TRAVELLING
+        return decays
+
+    grid = np.linspace(low, high, 11)[1:-1]
+    inside = np.flatnonzero(stops(grid))
+    if not inside.size:
+        return None
+    ends = np.array([grid[inside[0]], grid[inside[-1]]])
+    beyond = np.array([([low, *grid])[inside[0]], ([*grid, high])[inside[-1] + 1]])
+    for _ in range(HALVINGS):
+        middle = (ends + beyond) / 2
+        stop = stops(middle)
+        ends, beyond = np.where(stop, middle, ends), np.where(stop, beyond, middle)
+    first, last = (float(f) for f in beyond)
+    return first, last

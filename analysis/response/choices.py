@@ -30,3 +30,10 @@ class Gravity(StrEnum):
 
     NORMALS = "normals"
     TEXTBOOK = "textbook"
+
+
+class Rails(StrEnum):
+    """How the two rails of a track move in a wave."""
+
+    ALIKE = "alike"
+    OPPOSITE = "opposite"

@@ -1,0 +1,77 @@
+"""railcosim decay-rate."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.table import Table
+
+from .modes_command import OutFile
+from .options import PlotFile, UsageError, console, progress
+from .parameter_options import TrackOptions
+from .results import PICTURES, RESULTS, keep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NOMINAL = (1, 1.25, 1.6, 2, 2.5, 3.15, 4, 5, 6.3, 8)
+
+
+def decay_rate(
+    *,
+    given: TrackOptions,
+    bands: Annotated[
+        str, typer.Option(help="Third octaves from:to, Hz.", metavar="F:F")
+    ] = "100:5000",
+    out: OutFile = None,
+    plot: PlotFile = None,
+) -> None:
+    """Decay rates of the rail by EN 15461, in third octaves, vertical and lateral.
+
+    From exact receptances on the standard's grid of 29 places, and from the slowest wave; beside
+    them the least rates that ISO 3095 asks of a track for pass-by tests.
+    """
+    from railcosim.analysis.response.decay_rate import track_decay_rate
+    from railcosim.plots.waves import decay_rate_chart
+
+    RESULTS.check(out)
+    PICTURES.check(plot)
+    try:
+        lowest, highest = (float(part) for part in bands.split(":"))
+    except ValueError as error:
+        raise UsageError(f"--bands {bands}: must be from:to, Hz") from error
+    parameters = given.rails()
+    with progress("solving") as update:
+        result = track_decay_rate(parameters, lowest, highest, progress=update)
+    console.print(_table(result))
+    least = result.attrs["least_measurable"]
+    console.print(
+        f"< : below twice 4.343 / {result.attrs['farthest']:g} m = {least:.3g} dB/m, what that "
+        "grid shows at least; an upper bound"
+    )
+    keep(result, out, f"{result.sizes['frequency']} third octaves", plot, decay_rate_chart)
+
+
+def _table(result: xr.Dataset) -> Table:
+    table = Table(title="Decay rate, dB/m")
+    for heading in ("Hz", "vertical", "slowest wave", "ISO 3095",
+                    "lateral", "slowest wave", "ISO 3095"):  # fmt: skip
+        table.add_column(heading, justify="right")
+    least = 2 * result.attrs["least_measurable"]
+    for f in result["frequency"].values:
+        one = result.sel(frequency=f)
+        row = []
+        for name in ("vertical", "lateral"):
+            rate, wave, limit = (float(one[f"{name}{of}"]) for of in ("", ".wave", ".limit"))
+            row += [f"{'< ' if rate < least else ''}{rate:.2f}", f"{wave:.2f}"]
+            row.append(f"{limit:.2f}" if limit > 0 else "")
+        table.add_row(_nominal(float(f)), *row)
+    return table
+
+
+def _nominal(centre: float) -> str:
+    """What a third octave is called."""
+    decade, tenth = divmod(round(10 * math.log10(centre)), 10)
+    return f"{NOMINAL[tenth] * 10**decade:g}"
