@@ -56,14 +56,14 @@ def decay_rate(
 
 def _table(result: xr.Dataset) -> Table:
     table = Table(title="Decay rate, dB/m")
-    for heading in ("Hz", "vertical", "slowest wave", "ISO 3095",
-                    "lateral", "slowest wave", "ISO 3095"):  # fmt: skip
+    names = [name for name in ("vertical", "lateral") if name in result]
+    for heading in ("Hz", *(h for name in names for h in (name, "slowest wave", "ISO 3095"))):
         table.add_column(heading, justify="right")
     least = 2 * result.attrs["least_measurable"]
     for f in result["frequency"].values:
         one = result.sel(frequency=f)
         row = []
-        for name in ("vertical", "lateral"):
+        for name in names:
             rate, wave, limit = (float(one[f"{name}{of}"]) for of in ("", ".wave", ".limit"))
             row += [f"{'< ' if rate < least else ''}{rate:.2f}", f"{wave:.2f}"]
             row.append(f"{limit:.2f}" if limit > 0 else "")

@@ -87,7 +87,7 @@ def decay_rate_chart(rates: xr.Dataset) -> Chart:
     half = 10**0.05
     x = np.stack([f / half, f * half], axis=1).ravel()  # bands as steps
     rows = []
-    for name in ("vertical", "lateral"):
+    for name in (name for name in ("vertical", "lateral") if name in rates):
         curves = [
             Curve(name="EN 15461, receptances", x=x, y=np.repeat(np.asarray(rates[name]), 2)),
             Curve(name="slowest wave", x=f, y=np.asarray(rates[f"{name}.wave"])),

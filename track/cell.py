@@ -203,7 +203,9 @@ def _nodes(track: Track, points: FloatArray | None) -> FloatArray:
     if points is None:
         return regular
     extra = [x for x in np.unique(points) if np.min(np.abs(regular - x)) > NODE_TOLERANCE]
-    return np.sort(np.concatenate([regular, extra]))
+    # Places a whole number of cells apart are one but for rounding.
+    apart = np.diff(extra, prepend=-np.inf) > NODE_TOLERANCE
+    return np.sort(np.concatenate([regular, np.array(extra)[apart]]))
 
 
 def _add_slab(

@@ -161,7 +161,9 @@ class _Spans:
             D[:, part, part] -= self.inside(*half)
         ends, mid = np.r_[:d, 2 * d : 3 * d], slice(d, 2 * d)
         coupling = D[:, mid, ends]
-        taken: ComplexArray = np.swapaxes(coupling, 1, 2) @ np.linalg.solve(D[:, mid, mid], coupling)
+        taken: ComplexArray = np.swapaxes(coupling, 1, 2) @ np.linalg.solve(
+            D[:, mid, mid], coupling
+        )
         return taken - D[:, ends[:, None], ends]
 
 

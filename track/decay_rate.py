@@ -81,9 +81,10 @@ def slowest(track: Track, omega: FloatArray, direction: Direction) -> FloatArray
     least = np.empty(omega.size)
     for start in range(0, omega.size, BLOCK):
         part = slice(start, start + BLOCK)
-        slow = [
-            np.abs(waves(condense(cell, omega[part], *2 * [np.empty((len(cell.K), 0))])).decay[:, 0])
-            for cell in cells
-        ]
+        slow = []
+        for cell in cells:
+            nothing = np.empty((len(cell.K), 0))
+            found = waves(condense(cell, omega[part], nothing, nothing))
+            slow.append(np.abs(found.decay[:, 0]))
         least[part] = -NEPER * np.log(np.max(slow, axis=0)) / track.cell_length
     return least

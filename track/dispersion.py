@@ -26,7 +26,7 @@ from .section import directions_for, section_of
 from .waves import waves
 
 LEAST = 1e-12  # a wave that decays to less from cell to cell is rounding: 240 dB
-AHEAD = 1.2  # harmonics of a standing wave are equal: by so much the one that runs ahead is preferred
+AHEAD = 1.2  # harmonics of a standing wave are equal: so much is the one that runs ahead preferred
 ELEMENTS = 12  # to the shortest wave: its length is right to 1 %, of torsion; of bending to 1e-4
 FINEST = 64  # elements a bay
 BLOCK = 64  # frequencies at once

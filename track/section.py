@@ -125,8 +125,8 @@ class Bar:
     slope: float
 
     def wavenumber(self, omega: float) -> float:
-        """Of its free wave."""
-        return float(omega * np.sqrt(self.mass / self.slope))
+        """Of its free wave; 0 if nothing carries one along it."""
+        return float(omega * np.sqrt(self.mass / self.slope)) if self.slope else 0.0
 
     def shapes(self, xi: FloatArray, L: FloatArray) -> FloatArray:
         """Inside elements from their two unknowns, shape (..., 2)."""

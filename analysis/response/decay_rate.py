@@ -8,13 +8,13 @@ import xarray as xr
 from railcosim.master.component import FloatArray
 from railcosim.master.progress import Progress, unheard
 from railcosim.mechanics.ports import Direction, Y, Z
-from railcosim.parameters import ArgumentError
+from railcosim.parameters import ArgumentError, ParameterError
 from railcosim.track.decay_rate import OF_SUM, distances, rate, responses, slowest
 from railcosim.track.parameters import Track
+from railcosim.track.stack import check_directions
 
 LINES = 24  # in a third octave, evenly
 FIRST, LAST = 10, 40  # bands: 10^(n / 10) Hz, of which 20 is 100 Hz and 37 is 5 kHz
-NAMES: dict[str, Direction] = {"vertical": Z, "lateral": Y}
 LIMITS = {
     "vertical": (2.0, 2.0, 6.0, 6.0, 6.0, 2.19, *[0.8] * 8),
     "lateral": (2.04, 1.38, 0.94, 0.64, 0.43, 0.29, 0.2, 0.2, 0.32, *[0.5] * 5),
@@ -44,8 +44,8 @@ def track_decay_rate(
     Returns
     -------
     Dataset
-        Over ``frequency``, centres of third octaves (Hz), in dB/m, for ``vertical`` and
-        ``lateral``: the rate by the standard's grid, ``.wave`` of the slowest wave, ``.drop`` (dB)
+        Over ``frequency``, centres of third octaves (Hz), in dB/m, for ``vertical`` and, of a track
+        that moves aside, ``lateral``: the rate by the standard's grid, ``.wave`` of the slowest wave, ``.drop`` (dB)
         from the accelerometer to the farthest place (10 dB are asked for), ``.limit`` of ISO 3095.
         The attribute ``least_measurable`` is 4.343 / x_max: a rate of less than twice as much is
         an upper bound (clause 7).
@@ -66,10 +66,11 @@ def track_decay_rate(
     omega, x = 2 * np.pi * lines, distances(track)
     axis = ("frequency", centre, {"units": "Hz", "long_name": "centre of the third octave"})
     result = xr.Dataset(coords={"frequency": axis})
-    for k, (name, direction) in enumerate(NAMES.items()):
+    names = _names(track)
+    for k, (name, direction) in enumerate(names.items()):
 
         def share(done: float, total: float, k: int = k) -> None:
-            progress(k + 0.7 * done / total, len(NAMES))
+            progress(k + 0.7 * done / total, len(names))
 
         mobility = omega[:, None] * responses(track, omega, direction, share)
         squared = (np.abs(mobility) ** 2).reshape(band.size, LINES, x.size).mean(axis=1)
@@ -81,13 +82,22 @@ def track_decay_rate(
         result[f"{name}.drop"] = "frequency", drop, {"units": "dB", "long_name": "to the farthest"}
         limit = {**rates, "long_name": f"{name}, least for pass-by tests, ISO 3095"}
         result[f"{name}.limit"] = "frequency", _limits(name, band), limit
-        progress(k + 1, len(NAMES))
+        progress(k + 1, len(names))
     result.attrs = {
         "title": "decay rates of the track (EN 15461)",
         "least_measurable": OF_SUM / float(x[-1]),
         "farthest": float(x[-1]),
     }
     return result
+
+
+def _names(track: Track) -> dict[str, Direction]:
+    """Directions in which it moves."""
+    try:
+        check_directions(track, [Y])
+    except ParameterError:  # layers without lateral stiffness
+        return {"vertical": Z}
+    return {"vertical": Z, "lateral": Y}
 
 
 def _bands(lowest: float, highest: float) -> FloatArray:

@@ -72,7 +72,7 @@ def track_dispersion(
     axis = ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})
     result = xr.Dataset(coords={"frequency": axis})
     for i, branch in enumerate(found, 1):
-        name = {"long_name": f"{MOTIONS[branch.motion]} ({i})"}
+        name = {"long_name": f"{_called(track, branch.motion)} ({i})"}
         result[f"wave[{i}].wavenumber"] = (
             "frequency", branch.wavenumber, {"units": "rad/m", **name},
         )  # fmt: skip
@@ -86,6 +86,12 @@ def track_dispersion(
         **_slowest(frequency, np.stack([b.wavenumber for b in found])),
     }  # fmt: skip
     return result
+
+
+def _called(track: Track, motion: str) -> str:
+    """What a wave is called whose energy is mostly that of an unknown of the section."""
+    layers = {f"w{i}": f"{layer.called}, bending" for i, layer in enumerate(track.layers)}
+    return (MOTIONS | layers)[motion]
 
 
 def _slowest(frequency: FloatArray, kappa: np.ndarray) -> dict[str, float]:

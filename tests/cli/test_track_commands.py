@@ -1,0 +1,46 @@
+"""railcosim dispersion and decay-rate as a user meets them."""
+
+import pytest
+
+from railcosim.master.files import load
+
+
+def test_dispersion_and_its_picture(railcosim, tmp_path):
+    done = railcosim(
+        "dispersion", "--set", "slab.present=false", "--frequencies", "100:1200:100", "--speed", 300,
+        "--out", "d.csv", "--plot", "d.png",
+    )  # fmt: skip
+    assert done.status == 0, done.err
+    assert "stop bands, Hz (2; if nothing damps the track): 0 to 141.2, 1056 to 1074" in done.out
+    assert "lowest phase velocity" in done.out
+    found = load(tmp_path / "d.csv")
+    assert found["wave[1].wavenumber"].attrs["units"] == "rad/m"
+    assert found["wave[2].decay"].attrs["units"] == "dB/m"
+    assert (tmp_path / "d.png").stat().st_size > 10_000
+
+
+def test_decay_rate_and_its_picture(railcosim, tmp_path):
+    done = railcosim(
+        "decay-rate", "--track", "ballasted", "--bands", "800:1000", "--out", "r.nc",
+        "--plot", "r.png",
+    )  # fmt: skip
+    assert done.status == 0, done.err
+    assert "lateral" not in done.out
+    assert load(tmp_path / "r.nc").sizes["frequency"] == 2
+    assert (tmp_path / "r.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        (("dispersion", "--frequencies", "0:5:1"), "--frequencies"),
+        (("dispersion", "--direction", "y", "--track", "ballasted"), "no lateral stiffness"),
+        (("dispersion", "--out", "waves.txt"), "must end in .nc or .csv"),
+        (("decay-rate", "--bands", "100"), "must be from:to"),
+        (("decay-rate", "--bands", "100:50"), "lowest <= highest"),
+    ],
+)
+def test_mistakes(railcosim, command, said):
+    done = railcosim(*command)
+    assert done.status == 2
+    assert said in done.err
