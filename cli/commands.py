@@ -73,7 +73,7 @@ COMMANDS = {
     "dispersion": Place(
         "dispersion_command",
         "dispersion",
-        "Waves of a track without end: wavenumber and decay over frequency, bands where none travels.",
+        "Waves of a track without end: wavenumber and decay, and bands where none travels.",
     ),
     "decay-rate": Place(
         "decay_rate_command",

@@ -37,7 +37,7 @@ def dispersion(
     out: OutFile = None,
     plot: PlotFile = None,
 ) -> None:
-    """Waves of a track without end: wavenumber and decay over frequency, bands where none travels.
+    """Waves of a track without end: wavenumber and decay, and bands where none travels.
 
     Waves exp(i (omega t - kappa x)) of the finite elements, propagating and evanescent; the lowest
     phase velocity is the speed of a train that catches up with its own waves.

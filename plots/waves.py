@@ -38,8 +38,8 @@ def dispersion_chart(waves: xr.Dataset, speed: float | None = None) -> Chart:
     span = (float(f[0]), float(f[-1]))
     marks = _marks(waves.attrs["stop_bands"].reshape(-1, 2), span)
     number = Panel(
-        x_label="frequency (Hz)", y_label="Re κ (rad/m) of waves that run", curves=tuple(curves), marks=marks,
-        x_range=span, y_range=(0.0, top),
+        x_label="frequency (Hz)", y_label="Re κ (rad/m) of waves that run", curves=tuple(curves),
+        marks=marks, x_range=span, y_range=(0.0, top),
     )  # fmt: skip
     decays = tuple(
         Curve(name=t, x=f, y=np.asarray(waves[n.replace(".wavenumber", ".decay")]))

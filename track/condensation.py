@@ -9,6 +9,7 @@ are the rail's places, some twenty, in one small system a frequency.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,7 +127,7 @@ def _rail(free: Matrices, d: int, places: Indices, omega: FloatArray) -> Complex
     at = (d * places[:, None] + np.arange(d)).ravel()
     P = _at_frequencies(omega, [A[np.ix_(at, at)] for A in free])
     spans = _Spans(free, d, omega)
-    for k, (first, last) in enumerate(zip(places[:-1], places[1:], strict=True)):
+    for k, (first, last) in enumerate(pairwise(places)):
         here = slice(d * k, d * (k + 2))
         P[:, here, here] -= spans.inside(int(first), int(last))
     return P

@@ -1,9 +1,9 @@
 """The decay rate of a rail by EN 15461, from receptances and from waves.
 
 EN 15461:2008+A1:2010: an accelerometer sits on the rail midway between two railseats, a hammer hits
-the rail there and at distances given in bays, A(x) is the response a force; the decay rate is
+the rail there and at distances given in bays, A(x) is the response to a force; the decay rate is
 4.343 / sum |A(x_n) / A(x_0)|^2 dx_n in dB/m, with the length dx_n of rail that a place stands for.
-For one wave, |A| ~ exp(-beta x), the sum is 1 / (2 beta) and the rate 8.686 beta = 20 log10(e) beta.
+For one wave, |A| ~ exp(-beta x), the sum is 1 / (2 beta), the rate 8.686 beta = 20 log10(e) beta.
 """
 
 from __future__ import annotations

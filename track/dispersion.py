@@ -55,7 +55,7 @@ class Branch:
 
 
 def fine_enough(track: Track, highest: float, direction: Direction) -> Track:
-    """The track with as many elements a bay as its shortest free wave asks for, at a frequency (Hz).
+    """The track with as many elements a bay as its shortest free wave at a frequency (Hz) needs.
 
     Never fewer than it has. What is between supports costs next to nothing in an endless track.
     """

@@ -19,7 +19,7 @@ LIMITS = {
     "vertical": (2.0, 2.0, 6.0, 6.0, 6.0, 2.19, *[0.8] * 8),
     "lateral": (2.04, 1.38, 0.94, 0.64, 0.43, 0.29, 0.2, 0.2, 0.32, *[0.5] * 5),
 }
-"""Least rates of a track for pass-by tests, dB/m, from the band of 250 Hz: ISO 3095:2013, Fig. 3."""
+"""Least rates of a track for pass-by tests, dB/m, from 250 Hz on: ISO 3095:2013, Figure 3."""
 FIRST_LIMIT = 24  # 250 Hz
 
 
@@ -45,7 +45,8 @@ def track_decay_rate(
     -------
     Dataset
         Over ``frequency``, centres of third octaves (Hz), in dB/m, for ``vertical`` and, of a track
-        that moves aside, ``lateral``: the rate by the standard's grid, ``.wave`` of the slowest wave, ``.drop`` (dB)
+        that moves aside, ``lateral``: the rate by the standard's grid, ``.wave`` of the slowest
+        wave, ``.drop`` (dB)
         from the accelerometer to the farthest place (10 dB are asked for), ``.limit`` of ISO 3095.
         The attribute ``least_measurable`` is 4.343 / x_max: a rate of less than twice as much is
         an upper bound (clause 7).

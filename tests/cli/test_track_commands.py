@@ -7,8 +7,8 @@ from railcosim.master.files import load
 
 def test_dispersion_and_its_picture(railcosim, tmp_path):
     done = railcosim(
-        "dispersion", "--set", "slab.present=false", "--frequencies", "100:1200:100", "--speed", 300,
-        "--out", "d.csv", "--plot", "d.png",
+        "dispersion", "--set", "slab.present=false", "--frequencies", "100:1200:100",
+        "--speed", 300, "--out", "d.csv", "--plot", "d.png",
     )  # fmt: skip
     assert done.status == 0, done.err
     assert "stop bands, Hz (2; if nothing damps the track): 0 to 141.2, 1056 to 1074" in done.out

@@ -63,7 +63,7 @@ def test_wave_and_receptances_where_there_is_but_one():
 
 @pytest.mark.parametrize("direction", [Z, Y])
 def test_far_responses_decay_as_the_slowest_wave(direction):
-    """Between places many bays away, at the same place of a bay: of the receptances, not the waves."""
+    """Between places many bays away, at the same place of a bay: receptances, not waves."""
     omega = 2 * np.pi * np.array([300.0, 800.0])
     at = [Point(x=0.15625 + n * 0.625, direction=direction) for n in (0, 80, 120)]  # a node
     track = replace(RIGID, mesh=Mesh(elements_per_bay=32))
