@@ -9,7 +9,7 @@ With the step H as unit of time and both halves alike, a half has the eigenvalue
 Lambda = -D + i W, and the coupling is as stiff as a support. The picture shows for each scheme
 where in the plane of D and W a step does not make anything grow, as in [1] and [2].
 
-    python examples/two_mass_oscillator.py [PICTURE]
+    python examples/two_mass_oscillator.py [PICTURE [POINTS]]
 
 [1] M. Busch, Zur effizienten Kopplung von Simulationsprogrammen, PhD thesis, Kassel, 2012.
 [2] B. Schweizer, P. Li, D. Lu, Explicit and implicit cosimulation methods: stability and
@@ -85,7 +85,7 @@ def growth(coupling, scheme, D, W):
 
 def main(picture="two_mass_oscillator.png", points=13):
     """Draw the regions, and print how far they reach along a damping ratio of one half."""
-    D, W = np.linspace(0.0, 0.8, points), np.linspace(0.05, 2.5, points)
+    D, W = np.linspace(0.0, 0.8, int(points)), np.linspace(0.05, 2.5, int(points))
     colors = ("#0072B2", "#D55E00", "#009E73")
     figure, axes = plt.subplots(1, 2, figsize=(9, 4.2), sharey=True, layout="constrained")
     for panel, (title, coupling) in zip(axes, COUPLINGS.items(), strict=True):
