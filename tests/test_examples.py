@@ -35,7 +35,7 @@ def test_example(name, tmp_path) -> None:
     done = subprocess.run(
         [sys.executable, str(EXAMPLES / f"{name}.py"), str(picture), *MORE.get(name, [])],
         cwd=tmp_path, env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
-        capture_output=True, text=True, timeout=300, check=False,
+        capture_output=True, text=True, timeout=1800, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     for words in SAYS[name]:

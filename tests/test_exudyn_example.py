@@ -17,7 +17,7 @@ def run(*arguments: str, cwd: Path) -> str:
     """Run Python in a process of its own: FMUs in Python share the modules of their host."""
     done = subprocess.run(
         [sys.executable, *arguments],
-        cwd=cwd, env=ALONE, capture_output=True, text=True, timeout=900, check=False,
+        cwd=cwd, env=ALONE, capture_output=True, text=True, timeout=1800, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -83,7 +83,7 @@ def test_exudyn_missing_is_one_line(tmp_path) -> None:
     script = str(ROOT / "examples" / "exudyn_vehicle.py")
     done = subprocess.run(
         [sys.executable, script], env={**ALONE, "PYTHONPATH": str(tmp_path)},
-        cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False,
+        cwd=tmp_path, capture_output=True, text=True, timeout=1800, check=False,
     )  # fmt: skip
     assert done.returncode == 1
     assert "pip install exudyn" in done.stderr

@@ -368,7 +368,7 @@ def test_a_killed_worker_loses_nothing(ride, contents, forces, cluster) -> None:
         for point, result in measured(client, *ride, points, contents, kill):
             assert isinstance(result, Measurement), result
             found.append((point, result))
-        client.wait_for_workers(2, timeout=30)
+        client.wait_for_workers(2, timeout=300)
         assert killed[0] not in client.run(os.getpid).values()
     assert sorted(str(p) for p, _ in found) == sorted(str(p) for p in points)
     point, result = found[-1]

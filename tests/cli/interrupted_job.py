@@ -2,7 +2,7 @@
 
 In a fork for each moment, so that modules are imported once. A moment is ``SIGNAL@saving``: results
 take half a second to write, and three signals come then; or ``SIGNAL@0.3``: it comes after that
-part of the time that the command takes.
+part of the processor's time that the command takes, however busy the machine is.
 """
 
 import atexit
@@ -16,6 +16,12 @@ from railcosim.cli import main
 from railcosim.master import files
 
 
+def later(number, seconds):
+    """Have the signal come after so much time of the processor."""
+    signal.signal(signal.SIGPROF, lambda *_: os.kill(os.getpid(), signal.Signals[number]))
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+
+
 def command(folder, arguments):
     os.chdir(folder)
     descriptor = os.open("said", os.O_CREAT | os.O_WRONLY)
@@ -25,11 +31,13 @@ def command(folder, arguments):
     main.run()
 
 
-def fork(folder, arguments):
+def fork(folder, arguments, *alarm):
     folder.mkdir()
     child = os.fork()
     if child == 0:
         try:
+            if alarm:
+                later(*alarm)
             command(folder, arguments)
             status = 0
         except SystemExit as stop:
@@ -42,8 +50,10 @@ def fork(folder, arguments):
 
 
 def wait(child, folder):
-    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    (folder / "status").write_text(str(status))
+    """Until it ends; the processor's time that it took (s)."""
+    _, status, used = os.wait4(child, 0)
+    (folder / "status").write_text(str(os.waitstatus_to_exitcode(status)))
+    return used.ru_utime + used.ru_stime
 
 
 really = files.save
@@ -57,23 +67,19 @@ def slow_save(dataset, path):
 
 def work(folder, moments, *arguments):
     folder = Path(folder)
-    begun = time.monotonic()
-    wait(fork(folder / "whole", arguments), folder / "whole")
-    taken = time.monotonic() - begun
+    taken = wait(fork(folder / "whole", arguments), folder / "whole")
     for k, moment in enumerate(moments.split(",")):
         number, when = moment.split("@")
         here = folder / str(k)
         files.save = slow_save if when == "saving" else really
-        child = fork(here, arguments)
+        alarm = () if when == "saving" else (number, taken * float(when))
+        child = fork(here, arguments, *alarm)
         if when == "saving":
             while not (here / "saving").exists():
                 time.sleep(0.01)
             for _ in range(3):
                 os.kill(child, signal.Signals[number])
                 time.sleep(0.05)
-        else:
-            time.sleep(taken * float(when))
-            os.kill(child, signal.Signals[number])
         wait(child, here)
 
 

@@ -37,7 +37,7 @@ def test_interrupted_at_any_moment(pair, tmp_path) -> None:
     job = [sys.executable, JOB, tmp_path, ",".join(MOMENTS), "run", *map(str, pair)]
     environment = {**os.environ, "COLUMNS": "200", "TMPDIR": str(tmp_path)}
     job += ["--checkpoint", "c", "--every", "0.01"]
-    subprocess.run([*job, "--out", "run.nc"], check=True, timeout=300, env=environment)
+    subprocess.run([*job, "--out", "run.nc"], check=True, timeout=1800, env=environment)
     assert not list(tmp_path.glob("railcosim_*/*_*"))  # no FMU is left unpacked
     whole = load(tmp_path / "whole" / "run.nc")
     kept = []
@@ -76,7 +76,7 @@ def test_no_room(pair, tmp_path) -> None:
         [sys.executable, "-c", limited + COMMAND[2], "run", *map(str, pair), "--out", "run.nc",
          "--plot", "run.png"],
         cwd=full, env={**os.environ, "COLUMNS": "200", "HOME": str(home)},
-        capture_output=True, text=True, timeout=300, check=False,
+        capture_output=True, text=True, timeout=1800, check=False,
     )  # fmt: skip
     assert done.returncode == 1
     (there,) = home.glob("railcosim-*")

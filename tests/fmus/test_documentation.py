@@ -183,7 +183,7 @@ def test_the_sources_make_the_runtime_as_described(exported, tmp_path):
     library.parent.mkdir(parents=True)
     flags = ["-std=c99", "-O1", "-shared", "-fPIC"]
     command = [*c_compiler(), *flags, *files.sourceFiles, "-o", str(library), "-lm"]
-    subprocess.run(command, cwd=tmp_path / "sources", check=True, timeout=120)
+    subprocess.run(command, cwd=tmp_path / "sources", check=True, timeout=1800)
     documentation = tmp_path / "documentation"
     result = fmpy.simulate_fmu(
         tmp_path, fmi_type="CoSimulation", stop_time=0.02, step_size=1e-4,

@@ -527,7 +527,7 @@ def test_runs_where_only_numpy_is(made, name):
     """pythonfmu's loader is in the FMU; its Python part is in the FMU's resources."""
     result = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(ALONE), str(made[name])],
-        capture_output=True, text=True, timeout=60, check=False,
+        capture_output=True, text=True, timeout=1800, check=False,
         env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
     )  # fmt: skip
     assert result.returncode == 0, result.stdout + result.stderr

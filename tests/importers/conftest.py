@@ -84,7 +84,7 @@ def run(request, tmp_path):
         environment |= {"OPENBLAS_NUM_THREADS": "1", "PYTHONHASHSEED": "0"}
         done = subprocess.run(
             [python, str(RUNNERS / f"run_{name}.py"), str(given), str(answer)],
-            capture_output=True, text=True, check=False, timeout=300,
+            capture_output=True, text=True, check=False, timeout=1800,
             env=environment,
             cwd=tmp_path,
         )  # fmt: skip

@@ -30,7 +30,7 @@ def run_job(path):
         resume(path, run, recorder, about)
     for point in Checkpoints(path, 1e-9).watch(run, recorder, about):
         recorder.add(point)
-        print("point", flush=True)
+        print("point".ljust(4095), flush=True)  # test_killed_at_random: a page
 
 
 def die_in(last):

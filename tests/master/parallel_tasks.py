@@ -16,7 +16,7 @@ def fail(progress):
 def nap(file, progress):
     """Too long, without a word, after having said where."""
     file.write_text(str(os.getpid()))
-    time.sleep(60)
+    time.sleep(600)
 
 
 def for_ever(progress):

@@ -532,7 +532,10 @@ def test_killed_at_random(tmp_path):
     killed = 0
     times = [0.0]
     while True:
-        with subprocess.Popen([sys.executable, JOB, path], stdout=subprocess.PIPE) as job:
+        # A point is a page, and the pipe has one: the job is never far ahead of who kills it.
+        with subprocess.Popen(
+            [sys.executable, JOB, path], stdout=subprocess.PIPE, pipesize=4096
+        ) as job:
             for _ in range(rng.randrange(5, 50)):
                 job.stdout.readline()
             time.sleep(rng.uniform(0.0, 0.004))  # into what follows: 3 ms of writing, most of it

@@ -70,7 +70,7 @@ def run(script, *arguments, **environment):
         [sys.executable, "-c", textwrap.dedent(script), *map(str, arguments)],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=1800,
         env=os.environ | environment,
         check=False,
     )

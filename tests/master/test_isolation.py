@@ -25,7 +25,8 @@ from railcosim.master.schemes.picard import picard
 
 from .trouble import make_fmu, make_system
 
-SOON = 5.0  # s, in which what happens at once has happened, on a busy machine too
+SOON = 60.0  # s, in which what happens at once has happened, on a machine that is busy by far
+LIMIT = 2.0  # s, in which a step of a microsecond is answered there
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +102,7 @@ def test_end_of_the_process_is_an_error(fmu, trouble, words):
 
 
 def test_hang_is_an_error(fmu):
-    with IsolatedComponent.load(fmu("HANGS"), name="mass", limit=0.5) as mass:
+    with IsolatedComponent.load(fmu("HANGS"), name="mass", limit=LIMIT) as mass:
         mass.enter_initialization(0.0)
         mass.exit_initialization()
         pid = mass._process._child.pid
@@ -112,9 +113,9 @@ def test_hang_is_an_error(fmu):
         with pytest.raises(ComponentError) as caught:
             mass.get_outputs()
         # The limit, and no more than a moment beyond it.
-        assert 0.5 <= time.monotonic() - begun < 0.5 + SOON
+        assert LIMIT <= time.monotonic() - begun < LIMIT + SOON
     assert str(caught.value) == (
-        "mass: its process did not answer within 0.5 s to do_step from t = 0.5 s; it was stopped"
+        "mass: its process did not answer within 2 s to do_step from t = 0.5 s; it was stopped"
     )
     assert not is_alive(pid)
 
@@ -196,8 +197,8 @@ STEPPING = """
         mass.enter_initialization(0.0)
         mass.exit_initialization()
         folder = mass._process._finish.peek()[2][2]
-        print(json.dumps([mass._process._child.pid, str(folder)]), flush=True)
         try:
+            print(json.dumps([mass._process._child.pid, str(folder)]), flush=True)
             mass.do_step(0.5, 0.1)
             while True:
                 mass.get_outputs()

@@ -54,7 +54,7 @@ def test_stopping_stops_the_workers(tasks) -> None:
     begun = time.perf_counter()
     with pytest.raises(KeyboardInterrupt), Workers(stop) as workers:
         list(workers.completed([task, task], total=2.0))
-    assert time.perf_counter() - begun < 30  # not for ever; workers take seconds to start
+    assert time.perf_counter() - begun < 300  # not for ever; workers take seconds to start
 
 
 PARENT = """
@@ -72,7 +72,7 @@ if __name__ == "__main__":
 
 
 def wait_for(condition) -> bool:
-    end = time.monotonic() + 60
+    end = time.monotonic() + 300
     while not condition() and time.monotonic() < end:
         time.sleep(0.02)
     return condition()

@@ -80,7 +80,7 @@ class Driver:
 
     def close(self) -> None:
         """End it. A leak is found now."""
-        out, err = self._process.communicate(timeout=60)
+        out, err = self._process.communicate(timeout=1800)
         assert self._process.returncode == 0, err
         assert not out
 
@@ -90,7 +90,7 @@ class Driver:
         self._process.communicate()
 
     def _fail(self, words: tuple[object, ...]) -> None:
-        _, err = self._process.communicate(timeout=60)
+        _, err = self._process.communicate(timeout=1800)
         told = " ".join(map(str, words))[:200]
         pytest.fail(f"{told!r} ended the process ({self._process.returncode}):\n{err}")
 

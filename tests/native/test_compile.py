@@ -148,7 +148,7 @@ def test_four_processes_at_once_get_whole_libraries(counted, stub):
     ]  # fmt: skip
     for other in others:
         print(file=other.stdin, flush=True)
-    made = {other.communicate(timeout=120)[0].strip() for other in others}
+    made = {other.communicate(timeout=1800)[0].strip() for other in others}
     assert [other.returncode for other in others] == [0] * 4
     assert len(made) == 1
     library = Path(made.pop())

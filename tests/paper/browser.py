@@ -19,7 +19,7 @@ def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
     assert CHROMIUM is not None
     with TemporaryDirectory(prefix="railcosim_browser_") as profile:
         command = [CHROMIUM, *OPTIONS, f"--user-data-dir={profile}", *arguments]
-        return subprocess.run(command, capture_output=True, text=True, timeout=180, check=True)
+        return subprocess.run(command, capture_output=True, text=True, timeout=1800, check=True)
 
 
 def render(page: Path) -> tuple[str, list[str]]:

@@ -42,7 +42,7 @@ def out(tmp_path_factory):
     folder = tmp_path_factory.mktemp("paper")
     done = subprocess.run(
         [*COMMAND, "paper", "--out", str(folder), "--quick"], env={**os.environ, "COLUMNS": "160"},
-        capture_output=True, text=True, timeout=900, check=False,
+        capture_output=True, text=True, timeout=1800, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return folder

@@ -20,7 +20,8 @@ JOB = Path(__file__).with_name("killed_pair.py")
 
 def start(**job) -> subprocess.Popen[bytes]:
     text = json.dumps(job | {k: str(v) for k, v in job.items() if isinstance(v, Path)})
-    return subprocess.Popen([sys.executable, JOB, text], stdout=subprocess.PIPE)
+    # A point is a page, and the pipe has one: the job is never far ahead of who kills it.
+    return subprocess.Popen([sys.executable, JOB, text], stdout=subprocess.PIPE, pipesize=4096)
 
 
 @pytest.mark.parametrize(

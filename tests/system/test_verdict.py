@@ -80,7 +80,7 @@ def test_on_the_command_line(exported, tmp_path, options, status) -> None:
         [sys.executable, "-c", "from railcosim.cli.main import run; run()", "run",
          "--vehicle-fmu", fmus[0], "--track-fmu", fmus[1], "--out", tmp_path / "run.nc",
          "--scheme", "jacobi", "--step", "5e-3", "--time", "0.1", *options],
-        env={**os.environ, "COLUMNS": "200"}, capture_output=True, text=True, timeout=300,
+        env={**os.environ, "COLUMNS": "200"}, capture_output=True, text=True, timeout=1800,
         check=False,
     )  # fmt: skip
     assert done.returncode == status, done.stderr
