@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal
 from importlib.metadata import version
 from pathlib import Path
 from urllib.parse import quote
@@ -20,6 +21,7 @@ _NAMESPACES = {
     "ssd": f"{NAMESPACE}Description",
     "ssv": f"{NAMESPACE}ParameterValues",
     "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations",
+    "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
 }
 TYPES = {t: t for t in ("Real", "Integer", "Boolean", "String")} | {"Enumeration": "Integer"}
 """SSP's types for FMI's, of the values that can be written."""
@@ -115,6 +117,8 @@ def structure_xml(
         for c, linear in wiring.items():
             is_same_unit = units[c.source][c.output] == units[c.target][c.input]
             _connection(connections, c, linear, converts=is_same_unit and linear == IDENTITY)
+    if experiment.step is not None:
+        _annotate_for_omsimulator(system, experiment.step)
     _units(root, defined)
     _experiment(root, experiment)
     indent(root)
@@ -191,6 +195,17 @@ def _base(unit: Unit) -> dict[str, str]:
     if unit.offset != 0.0:
         numbers["offset"] = repr(unit.offset)
     return numbers
+
+
+def _annotate_for_omsimulator(system: Element, step: float) -> None:
+    """The step (s) and a fixed-step master, without which OMSimulator does not take the file."""
+    decimal = format(Decimal(repr(float(step))), "f")  # its schema knows no exponents
+    known = {"description": "oms-ma", "stepSize": decimal, "relativeTolerance": "0.0001"}
+    parent = SubElement(system, "ssd:Annotations")
+    parent = SubElement(parent, "ssc:Annotation", type="org.openmodelica")
+    parent = SubElement(parent, "oms:Annotations")
+    parent = SubElement(parent, "oms:SimulationInformation")
+    SubElement(parent, "oms:FixedStepMaster", known)
 
 
 def _experiment(root: Element, experiment: Experiment) -> None:

@@ -43,7 +43,8 @@ def write_ssp(
     start, stop : float, optional
         Default experiment, s.
     step : float, optional
-        Communication step, s. SSP has no place for it; it goes to an annotation of libcosim's.
+        Communication step, s. SSP has no place for it; it goes to annotations of libcosim's and
+        OMSimulator's.
 
     Returns
     -------

@@ -128,6 +128,31 @@ def test_valid(package, tmp_path, two_units):
     assert len(fmpy_ssd.get_connections(described.system)) == 2
 
 
+def test_the_step_is_where_others_look_for_it(package, tmp_path):
+    """For libcosim and for OMSimulator, which knows elements by prefix and aborts without."""
+    with open_ssp(package(loop())) as loaded:
+        path = exported(loaded, tmp_path / "out.ssp")
+        parts = [Part(name=f.name, description=f.description) for f in loaded.fmus]
+        short = write_ssp(tmp_path / "short.ssp", parts, loaded.connections, step=1e-5)
+        none = write_ssp(tmp_path / "none.ssp", parts, loaded.connections)
+    with open_ssp(path) as again:
+        assert again.step == STEP
+
+    def text(file):
+        with zipfile.ZipFile(file) as opened:
+            return opened.read("SystemStructure.ssd").decode()
+
+    root = etree.fromstring(text(path).encode())
+    way = [e.tag.rpartition("}")[2] for e in root.iter() if "OMSimulator" in str(e.tag)]
+    assert way == ["Annotations", "SimulationInformation", "FixedStepMaster"]
+    (found,) = (e for e in root.iter() if str(e.tag).endswith("}FixedStepMaster"))
+    assert float(found.get("stepSize")) == STEP
+    assert found.get("description") == "oms-ma"
+    assert "<oms:FixedStepMaster" in text(path)
+    assert 'stepSize="0.00001"' in text(short)
+    assert "FixedStep" not in text(none)
+
+
 def test_the_clock_is_not_in_the_file(package, tmp_path, monkeypatch):
     """Written at two times, with FMUs of two ages: the same bytes."""
     with open_ssp(package(nested(""))) as loaded:
