@@ -5,7 +5,7 @@ Nothing is truncated: at every frequency the finite elements are solved as they 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Protocol
@@ -17,6 +17,7 @@ from railcosim.mechanics.ports import Direction, Z
 
 from .cell import EVEN, ODD, Cell, build_cell
 from .condensation import CondensedCell, condense
+from .local import MASS, LocalChange, SpringPlace, changed_by, springs_at
 from .parameters import Track
 from .section import directions_for
 from .waves import waves
@@ -53,6 +54,11 @@ class Point:
     direction: Direction = Z
     offset: float = 0.0
 
+    @property
+    def on_rail(self) -> bool:
+        """Whether a rail is loaded there, and so gets a node."""
+        return self.slab_y is None
+
     def row(self, cell: Cell) -> FloatArray:
         """Participation in the unknowns of its cell, shape (n,)."""
         x = self.x % cell.track.cell_length
@@ -62,6 +68,9 @@ class Point:
             row = cell.slab_row(x, self.slab_y, self.direction)
         left = cell.left(self.direction)
         return row * {-1: left, 1: 1, BOTH: 1 + left}[self.side]
+
+
+Place = Point | SpringPlace
 
 
 class Joined(Protocol):
@@ -115,6 +124,7 @@ def direct_receptance(
     progress: Progress | None = None,
     *,
     viscous: bool = False,
+    changes: Sequence[LocalChange] = (),
 ) -> ComplexArray:
     """Receptance between points of the ring, solved directly from the finite elements.
 
@@ -131,6 +141,8 @@ def direct_receptance(
         Called with (done, total).
     viscous : bool
         Loss factors as viscous damping, as the time domain has them.
+    changes : sequence of LocalChange
+        What is different at single places; of the vertical model.
 
     Returns
     -------
@@ -146,7 +158,9 @@ def direct_receptance(
     def join(cell: CondensedCell) -> Joined:
         return ring(cell, track.mesh.cells)
 
-    return _receptance(track, omega, loads, observed, join, progress, viscous=viscous)
+    return _receptance(
+        track, omega, loads, observed, join, progress, viscous=viscous, changes=changes
+    )
 
 
 def infinite_receptance(
@@ -157,6 +171,7 @@ def infinite_receptance(
     progress: Progress | None = None,
     *,
     viscous: bool = False,
+    changes: Sequence[LocalChange] = (),
 ) -> ComplexArray:
     """Receptance between points of an endless track, by the waves that decay away from a load.
 
@@ -164,7 +179,9 @@ def infinite_receptance(
     difference to `direct_receptance` is the error of the ring. Nothing is asked of
     `track.mesh.cells`. See `direct_receptance` for parameters and result.
     """
-    return _receptance(shortest(track), omega, loads, observed, waves, progress, viscous=viscous)
+    return _receptance(
+        shortest(track), omega, loads, observed, waves, progress, viscous=viscous, changes=changes
+    )
 
 
 def shortest(track: Track) -> Track:
@@ -186,10 +203,42 @@ def _receptance(
     progress: Progress | None,
     *,
     viscous: bool,
+    changes: Sequence[LocalChange],
 ) -> ComplexArray:
     omega = np.atleast_1d(np.asarray(omega, dtype=float))
+    places: list[Place] = []
+    added: list[ComplexArray] = []
+    for change in changes:
+        if change.what == MASS:
+            here: list[Place] = [Point(x=change.x, side=side) for side in change.sides]
+            D: ComplexArray = (-change.value * omega**2).astype(complex)
+        else:
+            springs, one = springs_at(track, change)
+            here = list(springs)
+            if viscous:
+                one = one.made_viscous(2 * np.pi * track.mesh.loss_factor_frequency)
+            D = (change.value - 1) * one.dynamic_stiffness(omega)
+        places += here
+        added += [D] * len(here)
+    of, at = [*loads, *places], [*observed, *places]
+    found = _periodic(track, omega, of, at, join, progress, viscous=viscous)
+    if not places:
+        return found
+    return changed_by(found, np.stack(added, axis=1), len(observed), len(loads))
+
+
+def _periodic(
+    track: Track,
+    omega: FloatArray,
+    loads: Sequence[Place],
+    observed: Sequence[Place],
+    join: Join,
+    progress: Progress | None,
+    *,
+    viscous: bool,
+) -> ComplexArray:
     out = np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
-    on_rail = [p.x % track.cell_length for p in (*loads, *observed) if p.slab_y is None]
+    on_rail = [p.x % track.cell_length for p in (*loads, *observed) if p.on_rail]
     directions = directions_for(
         (p.direction for p in (*loads, *observed)), coupled=track.slab.tilts_rails
     )
@@ -207,7 +256,7 @@ def _receptance(
 
 
 def _one_parity(
-    cell: Cell, omega: FloatArray, loads: list[Point], observed: list[Point], join: Join
+    cell: Cell, omega: FloatArray, loads: Sequence[Place], observed: Sequence[Place], join: Join
 ) -> ComplexArray:
     F = np.stack([p.row(cell) for p in loads], axis=1)
     W = np.stack([p.row(cell) for p in observed], axis=1)

@@ -1,0 +1,133 @@
+"""What is different at one place of a track that is equal everywhere else.
+
+A change of a few springs or masses has low rank: with the receptance H of the equal track between
+the places changed (c), the loads (l) and what is observed (o), and the changes D of dynamic
+stiffness there,
+
+    H'_ol = H_ol - H_oc (1 + D H_cc)^-1 D H_cl,
+
+exact, on a ring or without end, as far as may be from the load.
+
+References
+----------
+Sherman, J. & Morrison, W. J. (1950), Ann. Math. Statist. 21(1), 124-127; Woodbury, M. A. (1950).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
+from railcosim.mechanics.ports import Direction, Z
+from railcosim.parameters import ParameterError
+
+from .below import NODE_TOLERANCE, Joint
+from .cell import EVEN, Cell, build_cell
+from .fastenings import Support
+from .parameters import Track
+from .stack import stack_of
+
+MASS, FASTENING = "mass", "fastening"
+SIDES = (-1, 1)  # left, right
+
+
+@dataclass(frozen=True, kw_only=True)
+class LocalChange:
+    """One change.
+
+    Attributes
+    ----------
+    what : str
+        ``mass``: on the head of a rail; ``fastening``, or the name or kind of a layer: what it
+        lies on, at one railseat.
+    x : float
+        Along the track, m, from where a cell begins; of a railseat but for a mass.
+    value : float
+        kg more, or how much of stiffness and damping is left: 0, it hangs.
+    sides : tuple of int
+        -1 left, 1 right.
+    """
+
+    what: str
+    x: float
+    value: float
+    sides: tuple[int, ...] = SIDES
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpringPlace:
+    """A spring of the track, as a place where a load acts or a motion is seen: its stretch."""
+
+    joint: int
+    number: int
+    x: float
+    side: int
+    direction: Direction = Z
+    on_rail: bool = False
+
+    def row(self, cell: Cell) -> FloatArray:
+        """Participation in the unknowns of its cell, shape (n,)."""
+        row: FloatArray = _joints(cell)[self.joint].stretch(self.direction)[self.number]
+        return row * (cell.left(self.direction) if self.side < 0 else 1)
+
+
+def springs_at(track: Track, change: LocalChange) -> tuple[list[SpringPlace], Support]:
+    """The springs that a change is of, and what one of them is.
+
+    Raises
+    ------
+    ParameterError
+        If there is nothing of that name, it is not at railseats, or there is no railseat.
+    """
+    names = [FASTENING, *(layer.called for layer in track.layers)]
+    said = f"{change.what}@{change.x:g}"
+    if change.what not in names:
+        raise ParameterError(f"{said}: must be one of {', '.join([MASS, *names])}")
+    number = names.index(change.what)
+    spacing = track.fastening.spacing
+    seat = (np.floor(change.x / spacing) + 0.5) * spacing
+    if abs(seat - change.x) > 1e-3:
+        raise ParameterError(
+            f"{said}: there is no railseat; the nearest is at {seat:g} m, all {spacing:g} m apart"
+        )
+    if change.value < 0:
+        raise ParameterError(f"{said} = {change.value:g}: must be >= 0, the part that is left")
+    joint = _joints(build_cell(track, EVEN))[number]
+    if joint.points.all_along:
+        raise ParameterError(f"{said}: is continuous; only what is at railseats changes at one")
+    here = np.flatnonzero(np.abs(joint.points.x - seat % track.cell_length) < NODE_TOLERANCE)
+    spring = joint.springs[0]
+    loss = joint.loss_factor * spring.stiffness
+    places = [
+        SpringPlace(joint=number, number=int(k), x=float(seat), side=side)
+        for side in change.sides for k in here
+    ]  # fmt: skip
+    return places, Support(np.empty((0, 0)), spring.stiffness, spring.damping, loss)
+
+
+def changed_by(H: ComplexArray, D: ComplexArray, n_observed: int, n_loads: int) -> ComplexArray:
+    """Receptance with changes, from that of the equal track with their places behind the others.
+
+    Parameters
+    ----------
+    H : array, shape (n_omega, n_observed + n, n_loads + n)
+        Of the equal track.
+    D : array, shape (n_omega, n)
+        Dynamic stiffness that is added at each place.
+    n_observed, n_loads : int
+        Without the places.
+    """
+    o, l = slice(n_observed), slice(n_loads)  # noqa: E741 - as in the formula
+    at, of = slice(n_observed, None), slice(n_loads, None)
+    D = D[:, :, None]
+    within = np.eye(D.shape[1]) + D * H[:, at, of]
+    added: ComplexArray = H[:, o, of] @ np.linalg.solve(within, D * H[:, at, l])
+    return H[:, o, l] - added
+
+
+def _joints(cell: Cell) -> Sequence[Joint]:
+    stack = stack_of(cell.track, cell.parity, cell.section, cell.nodes, cell.slab)
+    return list(stack.joints((Z,)))
