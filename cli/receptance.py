@@ -139,6 +139,16 @@ def track_receptance(
     ring: Annotated[
         bool, typer.Option("--ring", help="Of the ring of mesh.cells cells that the FMUs have.")
     ] = False,
+    local: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--local",
+            help="What is different at one place: how much of a fastening or a layer is left (0: "
+            "it hangs), fastening.left@railseat+1=0, or kg more on a rail, mass@1.2=15. Repeat it "
+            "for more.",
+            metavar="WHAT@PLACE=VALUE",
+        ),
+    ] = None,
     plot: PlotFile = None,
 ) -> None:
     """Receptance of the rail on a track without end, where it is loaded, by finite elements.
@@ -159,6 +169,7 @@ def track_receptance(
             parameters, frequency,
             direction=direction, response=response or direction, position=position, offset=offset,
             both_rails=load is Load.BOTH, ring=ring, progress=update,
+            changes=[of.change_of(parameters, text) for text in local or ()],
         )  # fmt: skip
     if not np.any(result["receptance"]):
         plot = None

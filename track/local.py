@@ -56,6 +56,10 @@ class LocalChange:
     value: float
     sides: tuple[int, ...] = SIDES
 
+    def __str__(self) -> str:
+        side = "" if self.sides == SIDES else {-1: ".left", 1: ".right"}[self.sides[0]]
+        return f"{self.what}{side}@{self.x:g}={self.value:g}"
+
 
 @dataclass(frozen=True, kw_only=True)
 class SpringPlace:

@@ -14,6 +14,7 @@ import numpy as np
 
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.ports import Direction, Z
+from railcosim.parameters import ParameterError
 
 from .cell import EVEN, ODD, Cell, build_cell
 from .condensation import CondensedCell, condense
@@ -221,6 +222,11 @@ def _receptance(
         places += here
         added += [D] * len(here)
     of, at = [*loads, *places], [*observed, *places]
+    if places and (track.slab.tilts_rails or any(p.direction is not Z for p in (*of, *at))):
+        raise ParameterError(
+            f"{changes[0].what}@{changes[0].x:g}: single places change in the vertical model only, "
+            "for loads and motions down, with [slab] tilts_rails = false"
+        )
     found = _periodic(track, omega, of, at, join, progress, viscous=viscous)
     if not places:
         return found

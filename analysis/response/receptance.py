@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from railcosim.master.progress import Progress, unheard
 from railcosim.mechanics.ports import Direction
 from railcosim.parameters import ArgumentError
 from railcosim.track.cell import railseats
+from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import BOTH, Point, direct_receptance, infinite_receptance
 from railcosim.track.section import SPATIAL
@@ -118,6 +120,7 @@ def track_receptance(
     offset: float = 0.0,
     both_rails: bool = True,
     ring: bool = False,
+    changes: Sequence[LocalChange] = (),
     progress: Progress = unheard,
 ) -> xr.Dataset:
     """Receptance of the left rail at the place of the load, from the finite elements.
@@ -140,6 +143,8 @@ def track_receptance(
         The same unit load on each rail, or on the left one.
     ring : bool
         Of the ring of cells that the FMUs have, or of a track without end.
+    changes : sequence of LocalChange
+        What is different at single places.
     progress : callable
         Told what is done and the total.
 
@@ -165,7 +170,7 @@ def track_receptance(
         def half(done: float, total: float, k: int = k) -> None:
             progress(k + done / total, 2)
 
-        found = receptance_of(track, 2 * np.pi * frequency, loads, [here], half)
+        found = receptance_of(track, 2 * np.pi * frequency, loads, [here], half, changes=changes)
         solved.append(found[:, 0, 0])
     endless, round_ = solved
     off = np.abs(round_ - endless)
@@ -176,6 +181,7 @@ def track_receptance(
         "at": f"{x:g} m from the beginning of a cell ({position})",
         "load": "both" if both_rails else "single",
         "track": f"{ring_of(track)}" if ring else "endless",
+        **({"changed": ", ".join(map(str, changes))} if changes else {}),
     }
     unit = f"{seen.motion}/{f'({loaded.force})' if '.' in loaded.force else loaded.force}"
     worst_of_ring = {"ring_error": float(error[worst]), "ring_error_at": float(frequency[worst])}
@@ -183,6 +189,41 @@ def track_receptance(
     asked = {"direction": loaded.name, "response": seen.name, "offset": offset}
     values = round_ if ring else endless
     return _dataset(frequency, values, unit, {**about, **asked, **worst_of_ring})
+
+
+def change_of(track: Track, text: str) -> LocalChange:
+    """Read ``WHAT[.left|.right]@PLACE=VALUE``; see `LocalChange`.
+
+    A place is in m from the beginning of the load's cell, or ``railseat`` or ``midspan``, with
+    ``+2`` or ``-1`` so many bays further.
+
+    Raises
+    ------
+    ArgumentError
+        If it cannot be read.
+    """
+    found = re.fullmatch(
+        r"(?P<what>\w+)(\.(?P<side>left|right))?@(?P<name>railseat|midspan)?(?P<x>[^=]*)"
+        r"=(?P<value>[^=]+)", text
+    )  # fmt: skip
+    try:
+        if found is None:
+            raise ValueError
+        value = float(found["value"])
+        if found["name"]:
+            bays = int(found["x"] or 0)
+            x = place_of(track, found["name"]) + bays * track.fastening.spacing
+        else:
+            x = float(found["x"])
+    except ValueError as error:
+        raise ArgumentError(
+            "local", text,
+            "must be WHAT@PLACE=VALUE, such as fastening.left@railseat+1=0 or mass@1.2=15",
+        ) from error  # fmt: skip
+    if not (abs(x) <= FARTHEST and np.isfinite(value)):
+        raise ArgumentError("local", text, f"must be finite, and at most {FARTHEST:g} m away")
+    sides = {"left": (-1,), "right": (1,)}.get(found["side"], (-1, 1))
+    return LocalChange(what=found["what"], x=x, value=value, sides=sides)
 
 
 def direction_of(option: str, name: str) -> Direction:

@@ -5,8 +5,9 @@ import pytest
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
+from railcosim.analysis.response.receptance import change_of
 from railcosim.mechanics.ports import Z
-from railcosim.parameters import ParameterError
+from railcosim.parameters import ArgumentError, ParameterError
 from railcosim.reference.ring import build_ring
 from railcosim.track.layers import Layer
 from railcosim.track.local import LocalChange
@@ -133,6 +134,18 @@ def test_refuses(what, x, value, said):
     change = LocalChange(what=what, x=x, value=value)
     with pytest.raises(ParameterError, match=said):
         direct_receptance(BLOCKS, OMEGA, POINTS[:1], POINTS[:1], changes=[change])
+
+
+def test_how_it_is_written():
+    track = Track()
+    assert change_of(track, "fastening.left@railseat+1=0") == LocalChange(
+        what="fastening", x=2.8125 + 0.625, value=0.0, sides=(-1,)
+    )
+    assert change_of(track, "mass@-1.2=15") == LocalChange(what="mass", x=-1.2, value=15.0)
+    assert str(change_of(track, "block.right@railseat-2=0.5")) == "block.right@1.5625=0.5"
+    for text in ("fastening", "fastening@=0", "fastening@here=0", "mass@1=", "a@railseat+x=1"):
+        with pytest.raises(ArgumentError, match="must be WHAT@PLACE=VALUE"):
+            change_of(track, text)
 
 
 def test_what_is_continuous_has_no_single_place():
