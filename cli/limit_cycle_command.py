@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SPEEDS = 1.0, 1000.0  # km/h
-HOW = {1: "not settled", 2: "off the rails"}
+HOW = {1: "not settled", 2: "off the rails", 3: "interrupted"}
 
 
 def limit_cycle(
@@ -45,7 +45,7 @@ def limit_cycle(
 
     Wheels roll as the vehicle's [rolling] says: profiles or cones, saturated creep, flanges. Up, a
     run goes on from where the one at the speed below has settled; down, from the one above. What
-    has not settled is given no number.
+    has not settled is given no number. Ctrl-C ends it with what it has found.
     """
     from railcosim.analysis.response.hunting import KMH
     from railcosim.analysis.response.limit_cycle import limit_cycles
@@ -61,6 +61,8 @@ def limit_cycle(
         found = limit_cycles(stock, grid, longest=longest, folder=folder, progress=update)
     console.print(_table(found))
     keep(found, out, f"{found.sizes['speed']} speeds", plot, limit_cycle_chart)
+    if found.attrs["stopped"] != "no":
+        raise KeyboardInterrupt  # what was found is kept
 
 
 def _table(found: xr.Dataset) -> Table:

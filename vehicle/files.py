@@ -25,6 +25,7 @@ from railcosim.parameters import (
 
 from .names import BUILT_IN, FOLDER, PAPER
 from .parameters import Coupler, Vehicle
+from .properties import FileName
 from .train import Train, TrainVehicle, train_of
 
 
@@ -90,7 +91,14 @@ def read_vehicle(source: Path) -> Vehicle:
         raise ParameterError(
             f"{source}: no such file, and no built-in vehicle; these are {', '.join(BUILT_IN)}"
         )
-    return read_toml(Vehicle, source)
+    return _beside(read_toml(Vehicle, source), source)
+
+
+def _beside(vehicle: Vehicle, source: Path) -> Vehicle:
+    """A vehicle whose profiles are looked for beside the file that names them."""
+    rolling, folder = vehicle.rolling, source.parent
+    wheel, rail = (FileName(n, folder) for n in (rolling.wheel_profile, rolling.rail_profile))
+    return replace(vehicle, rolling=replace(rolling, wheel_profile=wheel, rail_profile=rail))
 
 
 def _read(source: Path) -> Vehicle | Train:
@@ -122,7 +130,11 @@ def _entry(entry: object, source: Path) -> list[TrainVehicle]:
             f"[[vehicle]] file = {known.file!r}: the file says what it is; leave out "
             f"[vehicle.{next(iter(tables))}]"
         )
-    vehicle = _of_file(known.file, source) if known.file else from_tables(Vehicle, tables)
+    vehicle = (
+        _of_file(known.file, source)
+        if known.file
+        else _beside(from_tables(Vehicle, tables), source)
+    )
     for doubt in doubts(vehicle, tables):
         warnings.warn(f"{source}: [[vehicle]] {doubt}", UnusualWarning, stacklevel=3)
     return known.count * [TrainVehicle(vehicle=vehicle, reversed=known.reversed)]

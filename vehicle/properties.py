@@ -6,6 +6,7 @@ The defaults are Table A1 of Xu & Lu (2021), counts read as their frequencies de
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from railcosim.parameters import ParameterSet, Usual, quantity, switch, word
 
@@ -212,6 +213,28 @@ class Contact(ParameterSet):
         0.7465, "m", f"half the distance of the points of contact across; {LATERAL}", above=0,
         usual=Usual(0.4, 0.9, "narrow to broad gauge"), source="middles of the heads of CHN60",
     )  # fmt: skip
+
+
+class FileName(str):
+    """A name that a parameter file has for another, and the folder where it is looked for.
+
+    Attributes
+    ----------
+    folder : Path
+        Of the parameter file.
+    """
+
+    folder: Path
+
+    def __new__(cls, name: str, folder: Path) -> FileName:
+        """A name in a folder."""
+        made = super().__new__(cls, name)
+        made.folder = folder
+        return made
+
+    def __getnewargs__(self) -> tuple[str, Path]:  # type: ignore[override]
+        """For copies and other processes."""
+        return str(self), self.folder
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,7 +20,7 @@ from railcosim.mechanics.contact.saturation import Saturated
 from railcosim.parameters import ParameterError
 
 from .on_rails import GRAVITY
-from .properties import Contact, Rolling
+from .properties import Contact, FileName, Rolling
 
 T = TypeVar("T")
 
@@ -57,7 +57,7 @@ def rolling_law(
     speed : float
         m/s, above 0.
     folder : Path, optional
-        Of the vehicle's file: profiles are in it, or below.
+        Where profiles are, or below, that no file names: those of one are beside it.
 
     Returns
     -------
@@ -163,7 +163,8 @@ def read_profile(path: Path) -> Curve:
 
 
 def _within(folder: Path | None, name: str) -> Path:
-    home = (folder or Path()).resolve()
+    told = name.folder if isinstance(name, FileName) else folder
+    home = (told or Path()).resolve()
     path = (home / name).resolve()
     if not path.is_relative_to(home):
         raise ParameterError(f"[rolling] {name!r}: must be in the vehicle file's folder, or below")

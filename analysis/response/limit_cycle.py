@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from railcosim.master.component import FloatArray
 from railcosim.master.progress import Progress, unheard
 from railcosim.parameters import ArgumentError
+from railcosim.storage.interruption import finishing, noting
 from railcosim.vehicle.eigenmodes import SLOW, poles_of
 from railcosim.vehicle.hunting import Critical, critical_speed
 from railcosim.vehicle.parameters import Vehicle
@@ -32,6 +34,8 @@ OFF = 0.05  # m: no wheel is on its rail there any more
 LONGEST = 60.0  # s
 MOST = 200  # speeds
 
+WAYS = ("up", "down")
+
 BoolArray: TypeAlias = NDArray[np.bool_]
 IndexArray: TypeAlias = NDArray[np.intp]
 
@@ -48,11 +52,14 @@ class Branch:
         m and Hz; nan: not settled, or off the rails.
     settled, off : array, shape (m,)
         Which have settled, and which have left the rails.
+    finished : bool
+        Whether those that have not settled had all their time.
     """
 
     state: FloatArray
     amplitude: FloatArray = field(init=False)
     frequency: FloatArray = field(init=False)
+    finished: bool = False
 
     def __post_init__(self) -> None:
         m = len(self.state)
@@ -96,8 +103,9 @@ def limit_cycles(
         displacement across of a wheelset in its limit cycle, 0 where all motion dies out;
         ``frequency_up`` and ``frequency_down`` (Hz), nan there. All are nan where a run did not
         settle, or left the rails; ``how_up`` and ``how_down`` say so: 0 settled, 1 not settled, 2
-        off the rails.
-        Attributes: ``critical_speed`` (km/h) and ``frequency`` (Hz) of the same law, linear.
+        off the rails, 3 interrupted before.
+        Attributes: ``critical_speed`` (km/h) and ``frequency`` (Hz) of the same law, linear;
+        ``stopped``: no, or interrupted. An interrupted sweep ends with what it has found.
 
     Raises
     ------
@@ -127,8 +135,16 @@ def limit_cycles(
     if not longest > 0:
         raise ArgumentError("longest", longest, "must be above 0 s")
     sweep = Sweep(vehicle, speeds, critical, longest, progress)
-    up = sweep.up()
-    return _told(sweep, up, sweep.down(up))
+    stopped = "no"
+    with finishing():
+        try:
+            with noting() as obey:
+                sweep.obey = obey
+                sweep.up()
+                sweep.down()
+        except KeyboardInterrupt:
+            stopped = "interrupted"
+        return _told(sweep).assign_attrs(stopped=stopped)
 
 
 class Sweep:
@@ -144,16 +160,19 @@ class Sweep:
     ) -> None:
         self.vehicle, self.speeds, self.critical = vehicle, speeds, critical
         self.longest, self.progress = longest, progress
+        self.obey: Callable[[], None] = lambda: None
         frequency = critical.frequency if critical.frequency > 0 else USUAL
         self.step = vehicle.step_of(speeds)
         self.window = round(PERIODS / frequency / self.step)
         self.across = vehicle.across
         self.done = 0
+        none = np.tile(vehicle.rest, (len(speeds), 1))
+        self.branches = {way: Branch(none) for way in WAYS}
 
-    def up(self) -> Branch:
+    def up(self) -> None:
         """From rest, where it is stable, and from the smallest motion, where it is not."""
         begins = [self.growing(speed, SMALL) for speed in self.speeds.tolist()]
-        branch = Branch(np.array([state for state, _ in begins]))
+        branch = self.branches["up"] = Branch(np.array([state for state, _ in begins]))
         stable = np.array([growth <= 0 for _, growth in begins])
         branch.settled[stable], branch.amplitude[stable] = True, 0.0
         self._count(branch)
@@ -162,21 +181,22 @@ class Sweep:
             if not (stable[k] or branch.settled[k] or branch.off[k]) and branch.alive[k - 1]:
                 branch.state[k] = self._moved(branch.state[k - 1], k - 1, k)
                 self.settle(branch, np.array([k]))
-        self.done = len(self.speeds)
-        return branch
+        self.done, branch.finished = len(self.speeds), True
 
-    def down(self, up: Branch) -> Branch:
+    def down(self) -> None:
         """From the limit cycle at the highest speed, or from a large motion if there is none."""
+        up = self.branches["up"]
         top = len(self.speeds) - 1
         large = up.state[top] if up.alive[top] else self.growing(self.speeds[top], LARGE)[0]
-        branch = Branch(np.array([self._moved(large, top, k) for k in range(top + 1)]))
+        begins = [self._moved(large, top, k) for k in range(top + 1)]
+        branch = self.branches["down"] = Branch(np.array(begins))
         self.settle(branch, np.arange(top + 1))
         for k in range(top - 1, -1, -1):
             if branch.alive[k + 1] and not branch.alive[k] and not branch.off[k]:
                 branch.state[k] = self._moved(branch.state[k + 1], k + 1, k)
                 branch.settled[k], branch.amplitude[k] = False, np.nan
                 self.settle(branch, np.array([k]))
-        return branch
+        branch.finished = True
 
     def growing(self, speed: float, amplitude: float) -> tuple[FloatArray, float]:
         """A state that moves as what grows fastest, and by how much that grows, 1/s."""
@@ -241,6 +261,7 @@ class Sweep:
     def _count(self, branch: Branch) -> None:
         done = int((branch.settled | branch.off).sum())
         self.progress(self.done + done, 2 * len(self.speeds))
+        self.obey()
 
 
 def _greatest(y: FloatArray) -> FloatArray:
@@ -277,7 +298,7 @@ def _passages(y: FloatArray, step: float) -> float:
     return float((before.size - 1) / ((at[-1] - at[0]) * step))
 
 
-def _told(sweep: Sweep, up: Branch, down: Branch) -> xr.Dataset:
+def _told(sweep: Sweep) -> xr.Dataset:
     found = xr.Dataset(
         coords={"speed": ("speed", KMH * sweep.speeds, {"units": "km/h"})},
         attrs={
@@ -288,12 +309,12 @@ def _told(sweep: Sweep, up: Branch, down: Branch) -> xr.Dataset:
             "step": sweep.step,
         },
     )
-    for way, branch in (("up", up), ("down", down)):
+    for way, branch in sweep.branches.items():
         about = {"units": "m", "long_name": f"greatest displacement across of a wheelset, {way}"}
         found[f"amplitude_{way}"] = ("speed", branch.amplitude, about)
         frequency = sweep.frequency(branch)
         found[f"frequency_{way}"] = ("speed", frequency, {"units": "Hz"})
-        how = np.where(branch.settled, 0, np.where(branch.off, 2, 1))
-        words = "0 settled, 1 not settled, 2 off the rails"
+        how = np.where(branch.settled, 0, np.where(branch.off, 2, 1 if branch.finished else 3))
+        words = "0 settled, 1 not settled, 2 off the rails, 3 interrupted"
         found[f"how_{way}"] = ("speed", how, {"units": "1", "long_name": words})
     return found

@@ -1,5 +1,6 @@
 """Amplitudes against speed: of equations whose cycles are known, and of a published bogie."""
 
+import signal
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,8 +46,9 @@ def swept(equations, speeds, longest=60.0):
     speeds = np.asarray(speeds, float)
     critical = critical_speed(equations.poles, np.arange(5.0, 100.0, 2.0))
     sweep = Sweep(equations, speeds, critical, longest, lambda done, total: None)
-    up = sweep.up()
-    return sweep, up, sweep.down(up)
+    sweep.up()
+    sweep.down()
+    return sweep, *sweep.branches.values()
 
 
 def test_a_hard_loss_of_stability():
@@ -88,6 +90,22 @@ def test_what_has_not_settled_is_refused():
     assert np.isnan(up.amplitude[1])
     assert not down.settled.any()
     assert np.isnan(down.amplitude).all()
+
+
+def test_an_interrupted_sweep_ends_with_what_it_has_found():
+    """Ctrl-C before it comes down: what it found on the way up is there, the rest is told."""
+
+    def interrupting(done, total):
+        if done >= 1:
+            signal.raise_signal(signal.SIGINT)
+
+    # Stable at rest, so nothing is run on the way up.
+    found = limit_cycles(speeds=np.array([20.0]), progress=interrupting)
+    assert found.attrs["stopped"] == "interrupted"
+    assert found["amplitude_up"].values.tolist() == [0.0]
+    assert found["how_up"].values.tolist() == [0]
+    assert found["how_down"].values.tolist() == [3]
+    assert np.isnan(found["amplitude_down"].values).all()
 
 
 def test_what_leaves_the_rails_is_told():

@@ -1,15 +1,19 @@
 """The law of contacts from parameters and profiles of a file; what cannot be is said."""
 
+import pickle
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from railcosim.mechanics.contact.geometry import LEFT, RIGHT, TextbookCone
+from railcosim.mechanics.contact.profiled import Profiled
 from railcosim.mechanics.contact.saturation import Saturated
 from railcosim.parameters import ParameterError, from_tables
+from railcosim.vehicle.files import read_stock, write_stock
 from railcosim.vehicle.parameters import Contact, Rolling, Vehicle
-from railcosim.vehicle.rolling import CREEP, read_profile, rolling_law
+from railcosim.vehicle.rolling import CREEP, geometry_of, read_profile, rolling_law
 
 SIDES = np.array([LEFT, RIGHT])
 
@@ -63,6 +67,20 @@ def test_of_a_vehicles_file():
     assert vehicle.rolling == replace(Rolling(), conicity=0.1, creep="fastsim")
     with pytest.raises(ParameterError, match=r"\[rolling\] friction = 0: must be > 0"):
         from_tables(Vehicle, {"rolling": {"friction": 0}})
+
+
+def test_profiles_are_looked_for_beside_the_file_that_names_them(profiles):
+    """Of a vehicle's file, and of one that a train's file names, wherever one works."""
+    names = "".join(f'{key} = "{name}"\n' for key, name in NAMES.items())
+    (profiles / "v.toml").write_text(f"[rolling]\n{names}")
+    train = profiles.parent / f"{profiles.name}.toml"
+    train.write_text(f'[[vehicle]]\nfile = "{profiles.name}/v.toml"\n')
+    alone = read_stock(profiles / "v.toml")
+    (first,) = read_stock(train).vehicles
+    for stock in (alone, first.vehicle, pickle.loads(pickle.dumps(alone)), deepcopy(alone)):
+        found = geometry_of(stock.rolling, stock.contact, radius=0.43)
+        assert isinstance(found, Profiled)
+    assert "wheel_profile = 'wheel.csv'" in write_stock(alone)  # no folder of this machine
 
 
 def test_profiles_that_cannot_be(profiles):
