@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..ports import DIMENSIONS, OF_WHEELS, RAIL, WHEEL, Direction, Face
 from .geometry import COORDINATES
-from .numbers import Numbers, derivatives
+from .numbers import Numbers
 from .rolling import RollingContact
 
 PORTS: tuple[tuple[Face, Direction], ...] = (
@@ -92,7 +92,7 @@ class AtPorts:
         return found
 
     def tangents(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of the forces by motions and by rates, each (n, 8, 8)."""
+        """Derivatives of the forces by motions and by rates, each (..., n, 8, 8)."""
         T = self.coordinates
         by_q, by_v = self.contact.tangents(self._turned(q), self._turned(v))
         signs = self.signs[:, None]
@@ -137,11 +137,9 @@ class Rolls:
         self, q: FloatArray, v: FloatArray, given: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """See `OwnLaw`."""
-        k = self.directions
-        by = derivatives(
-            lambda x: self.force(x[..., :k], x[..., k:], given), np.concatenate([q, v], axis=-1)
-        )
-        return by[..., :k], by[..., k:]
+        at, own = self._at(q, v, given), np.array(_places(self.face))
+        by_q, by_v = self.law.tangents(*at)
+        return by_q[..., own[:, None], own], by_v[..., own[:, None], own]
 
     def on_other(self, q: FloatArray, v: FloatArray, given: FloatArray) -> FloatArray:
         """See `OwnLaw`: a moment is about the other's datum."""
@@ -149,9 +147,13 @@ class Rolls:
 
     def _all(self, q: Numbers, v: Numbers, given: FloatArray) -> Numbers:
         """Forces at `PORTS`."""
+        return self.law.force(*self._at(q, v, given))
+
+    def _at(self, q: Numbers, v: Numbers, given: FloatArray) -> tuple[Numbers, Numbers]:
+        """Motions and rates at `PORTS`."""
         own = np.eye(len(PORTS))[_places(self.face)]
         motions, rates = np.split(given, 2, axis=-1)
-        return self.law.force(q @ own + motions, v @ own + rates)
+        return q @ own + motions, v @ own + rates
 
 
 def _places(face: Face) -> list[int]:

@@ -61,7 +61,7 @@ class Touch(Generic[Numbers]):
 
 
 class Geometry(Protocol):
-    """What surfaces meet."""
+    """What surfaces meet: how they stand to each other, whatever the wheelset's spin."""
 
     @property
     def radius(self) -> float:

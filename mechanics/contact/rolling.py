@@ -7,10 +7,17 @@ from typing import Generic
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import ComplexArray, FloatArray
 from .creep import LINEAR, CreepLaw
 from .geometry import COORDINATES, Geometry, Touch
 from .numbers import Numbers, derivatives, positive
+
+_UNIT = dict(zip(COORDINATES, np.eye(len(COORDINATES)), strict=True))
+_MOVED = np.stack([_UNIT[name] for name in ("y", "z", "roll", "yaw", "rail_roll")])
+"""Motions that forces depend on, as coordinates: of y and z, the wheelset's."""
+_APART = _MOVED.copy()
+"""The same by the coordinates: y and z are those of the wheelset less those of the rail."""
+_APART[:2] -= _UNIT["rail_y"], _UNIT["rail_z"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,20 +187,36 @@ class RollingContact:
         return found
 
     def tangents(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of the forces by coordinates and by rates, each (n, 8, 8)."""
-        m = self.directions
-        both = np.concatenate([q, v], axis=-1)
-        by = derivatives(lambda x: self.force(x[..., :m], x[..., m:]), both)
-        return by[..., :m], by[..., m:]
+        """Derivatives of the forces by coordinates and by rates, each (..., n, 8, 8).
+
+        Not one for each of 16 motions: a wheelset that moves across or down is a rail that moves
+        the other way, nothing depends on the spin, and rates make creepages, of which there are
+        three.
+        """
+        k = len(_MOVED)
+        rates: ComplexArray = v.astype(np.complex128)
+
+        def total(x: ComplexArray) -> ComplexArray:
+            at: ComplexArray = q + x[..., :k] @ _MOVED
+            creepage: ComplexArray = x[..., k:]
+            return self._total(at, *self._parts(at, rates, creepage))
+
+        by = derivatives(total, np.zeros((*q.shape[:-1], k + 3)))
+        J = slip(self.geometry.touch(q, self.side), q, self.geometry.radius).J
+        return by[..., :k] @ _APART, by[..., k:] @ J / self.speed
 
     def _parts(
-        self, q: Numbers, v: Numbers
+        self, q: Numbers, v: Numbers, more: Numbers | float = 0.0
     ) -> tuple[Touch[Numbers], Numbers, Slip[Numbers], Numbers]:
-        """Contacts, normal forces, what slides, and forces in the planes of contact."""
+        """Contacts, normal forces, what slides, and forces in the planes of contact.
+
+        Creepages are `more` than those of q and v.
+        """
         touch = self.geometry.touch(q, self.side)
         normal = self._normal(touch)
         slides = slip(touch, q, self.geometry.radius)
-        tangential: Numbers = self.creep.force(touch.patch, normal, self._creepage(slides, v))
+        creepage: Numbers = self._creepage(slides, v) + more
+        tangential: Numbers = self.creep.force(touch.patch, normal, creepage)
         return touch, normal, slides, tangential
 
     def _total(
