@@ -436,7 +436,7 @@ def test_linear_contact_of_the_track_in_frequency(track):
     """A sine of the wheel's height small enough, after the transient: R / (1 + k R) x k."""
     k_H, frequency = 1e9, 200.0
     law = LinearContact(k_H=k_H)
-    mover, shapes = Mover(track, OwnContact(Pressed(law, -1)), 2e-5), track.at(WHEELS)
+    mover, shapes = Mover(track, OwnContact(Pressed(law, -1)), 5e-5), track.at(WHEELS)
     pattern = np.array([1.0, 0, 0, 0, 0, 0, 0, 0])
     state, omega, h = shapes.rest(np.zeros(8)), 2 * np.pi * frequency, 1e-4
     samples, times = [], []
