@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from railcosim.analysis.compare import compare
     from railcosim.analysis.pair.export_pair import export_pair as export
+    from railcosim.analysis.response.decay_rate import track_decay_rate
+    from railcosim.analysis.response.dispersion import track_dispersion
     from railcosim.analysis.response.frf import frequency_response
     from railcosim.analysis.response.hunting import critical_speed
     from railcosim.analysis.response.limit_cycle import limit_cycles
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from railcosim.analysis.response.receptance import receptance, track_receptance
     from railcosim.analysis.response.ride import ride
     from railcosim.analysis.response.safety import running_safety
+    from railcosim.analysis.response.track_modes import track_modes
     from railcosim.analysis.response.vehicle_modes import vehicle_modes
     from railcosim.analysis.run import run
     from railcosim.analysis.schemes.advice import advise
@@ -82,6 +85,9 @@ __all__ = [
     "stability",
     "study",
     "sweep",
+    "track_decay_rate",
+    "track_dispersion",
+    "track_modes",
     "track_receptance",
     "vehicle_modes",
 ]
@@ -118,6 +124,9 @@ _PLACES = {
     "stability": "analysis.schemes.limits:stability",
     "study": "analysis.schemes.grid_run:study",
     "sweep": "analysis.sweep:sweep",
+    "track_decay_rate": "analysis.response.decay_rate:track_decay_rate",
+    "track_dispersion": "analysis.response.dispersion:track_dispersion",
+    "track_modes": "analysis.response.track_modes:track_modes",
     "track_receptance": "analysis.response.receptance:track_receptance",
     "vehicle_modes": "analysis.response.vehicle_modes:vehicle_modes",
 }

@@ -83,7 +83,7 @@ COMMANDS = {
     "modes": Place(
         "modes_command",
         "modes",
-        "Eigenmodes of a vehicle in space, by their names: frequencies and damping.",
+        "Modes of a vehicle in space or of a track, by their names: frequencies and damping.",
     ),
     "critical-speed": Place(
         "critical_speed_command",

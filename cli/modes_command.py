@@ -28,6 +28,7 @@ class Subject(StrEnum):
     """Whose modes."""
 
     VEHICLE = "vehicle"
+    TRACK = "track"
 
 
 OutFile = Annotated[
@@ -48,7 +49,7 @@ GravityOption = Annotated[
 
 def modes(
     *,
-    subject: Annotated[Subject, typer.Argument(help="Whose modes: vehicle.")],
+    subject: Annotated[Subject, typer.Argument(help="Whose modes: vehicle or track.")],
     given: PairOptions,
     wheels: Annotated[
         Wheels,
@@ -64,15 +65,27 @@ def modes(
     gravity: GravityOption = Gravity.NORMALS,
     out: OutFile = None,
 ) -> None:
-    """Eigenmodes of a vehicle in space, by their names: frequencies and damping.
+    """Modes of a vehicle in space or of a track, by their names: frequencies and damping.
 
     Names are read from the shapes. What nothing holds, and with creep what does not swing, is left
-    out.
+    out. Of a track: where waves begin to run, and where rails swing between railseats.
     """
     from railcosim.analysis.response.vehicle_modes import vehicle_modes
 
-    del subject  # there is one
     RESULTS.check(out)
+    if subject is Subject.TRACK:
+        of_vehicle = {
+            given.tells_vehicle: bool(given.tells_vehicle),
+            "--wheels": wheels is not Wheels.FIXED,
+            "--speed": speed is not None,
+            "--conicity": conicity is not None,
+            "--gravity": gravity is not Gravity.NORMALS,
+        }
+        for option, is_given in of_vehicle.items():
+            if is_given:
+                raise UsageError(f"{option}: is of a vehicle; leave it out with modes track")
+        _of_track(given, out)
+        return
     if given.tells_track and wheels is not Wheels.RAILS:
         raise UsageError(f"{given.tells_track}: only with --wheels rails")
     if gravity is not Gravity.NORMALS and speed is None:
@@ -95,6 +108,22 @@ def modes(
         console.print(f"{result.attrs['free_motions']} free motions left out: nothing holds them")
     if (result["damping_ratio"] < 0).any():
         console.print("damping below 0: what is displaced so grows, and leaves the rails")
+    keep(result, out, f"{result.sizes['name']} modes")
+
+
+def _of_track(given: PairOptions, out: Path | None) -> None:
+    from railcosim.analysis.response.track_modes import track_modes
+
+    with progress("finding modes"):
+        result = track_modes(given.rails())
+    table = Table(title="Modes of the track")
+    table.add_column("mode")
+    for heading in ("undamped, Hz", "damping ratio", "share of its mass"):
+        table.add_column(heading, justify="right")
+    for name in result["name"].values:
+        f, ratio, share = (float(variable) for variable in result.sel(name=name).values())
+        table.add_row(str(name), f"{f:.4g}", f"{ratio:.4f}", f"{share:.2f}")
+    console.print(table)
     keep(result, out, f"{result.sizes['name']} modes")
 
 

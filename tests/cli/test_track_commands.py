@@ -44,3 +44,14 @@ def test_mistakes(railcosim, command, said):
     done = railcosim(*command)
     assert done.status == 2
     assert said in done.err
+
+
+def test_modes_of_a_track(railcosim, tmp_path):
+    done = railcosim("modes", "track", "--track", "booted", "--out", "m.csv")
+    assert done.status == 0, done.err
+    assert "pinned-pinned, vertical" in done.out
+    found = load(tmp_path / "m.csv")
+    assert float(found["undamped_frequency"].sel(name="pinned-pinned, vertical")) > 1000
+    done = railcosim("modes", "track", "--speed", 100)
+    assert done.status == 2
+    assert "--speed: is of a vehicle" in done.err
