@@ -2,9 +2,9 @@
 
     python benchmarks/decay_rates.py [--rolland PYTHON]
 
-PYTHON is an interpreter that has rolland (3.12 or newer); this one if not given. Two tracks that both
-can have: the paper's rail on a rigid slab, and UIC60 on pads, blocks of 150 kg and ballast. Times are
-those of the mobilities at all 29 places of the standard's grid, one thread.
+PYTHON is an interpreter that has rolland (3.12 or newer); this one if not given. Two tracks that
+both can have: the paper's rail on a rigid slab, and UIC60 on pads, blocks of 150 kg and ballast.
+Times are those of the mobilities at all 29 places of the standard's grid, one thread.
 """
 
 from __future__ import annotations
@@ -95,8 +95,10 @@ def main() -> None:
             theirs = rate(np.array(found["mobility"]) ** 2, distances(track))
             off = np.abs(theirs / ours - 1)
             at = int(np.argmax(off))
-            table.add_row("", f"rolland, {mounts} mounts", f"{found['ms']:.2f}",
-                          f"{np.median(off):.1e}", f"{off[at]:.1e}", f"{FREQUENCY[at]:.0f}")  # fmt: skip
+            table.add_row(
+                "", f"rolland, {mounts} mounts", f"{found['ms']:.2f}", f"{np.median(off):.1e}",
+                f"{off[at]:.1e}", f"{FREQUENCY[at]:.0f}",
+            )  # fmt: skip
     Console().print(table)
 
 

@@ -1,9 +1,9 @@
 """Mobilities of a rail by rolland at distances from a force (PyPI, Python 3.12 or newer).
 
-Run by benchmarks/decay_rates.py, in whatever Python has rolland. Reads one JSON object from standard
-input: numbers of rail, pads and, for a ballasted track, blocks on ballast; frequencies (Hz); distances
-(m) from the middle of a bay. Prints ms a frequency, and |mobility| at every distance, frequency by
-frequency.
+Run by benchmarks/decay_rates.py, in whatever Python has rolland. Reads one JSON object from
+standard input: numbers of rail, pads and, for a ballasted track, blocks on ballast; frequencies
+(Hz); distances (m) from the middle of a bay. Prints ms a frequency, and |mobility| at every
+distance, frequency by frequency.
 """
 
 from __future__ import annotations
@@ -64,7 +64,9 @@ def main() -> None:
             x=list(middle + away), damp_type="viscous",
         )  # fmt: skip
         times.append(perf_counter() - begun)
-    mobility = np.abs(model.mobility).reshape(frequency.size, away.size)
+    mobility = np.abs(model.mobility)
+    if mobility.shape[0] == away.size:
+        mobility = mobility.T
     print(json.dumps({"ms": 1e3 * min(times) / frequency.size, "mobility": mobility.tolist()}))
 
 

@@ -150,5 +150,3 @@ def _of_member(cell: Cell, i: int, deflection: FloatArray) -> FloatArray:
     motion, d = np.zeros(len(cell.K)), cell.section.size
     motion[cell.section.element_unknowns(i)[0] : d * cell.nodes.size : d] = deflection
     return motion
-
-

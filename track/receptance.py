@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -274,9 +273,8 @@ def _one_parity(
     at, of = (np.array([int(p.x // length) for p in ps]) for ps in (observed, loads))
     apart = at[:, None] - of[None, :]
     out = np.empty((omega.size, *apart.shape), dtype=complex)
-    away = cache(joined.away)
     for d in map(int, np.unique(apart)):
-        near, far = away(d), (away(d - 1), away(d + 1))
+        near, far = joined.away(d), (joined.away(d - 1), joined.away(d + 1))
         ends = np.block([[near, far[0]], [far[1], near]])  # (n_omega, 2 d, 2 d)
         rows, columns = np.nonzero(apart == d)
         moved = np.einsum(

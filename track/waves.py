@@ -55,9 +55,18 @@ class Waves:
 
     def away(self, cells: int) -> ComplexArray:
         """Motion for unit loads that many cells behind (or, if negative, ahead)."""
-        step = self.forward if cells >= 0 else self.backward
-        powers: ComplexArray = np.linalg.matrix_power(step, abs(cells)) @ self.at_load
-        return powers
+        if cells not in self._known:
+            step, back = (self.forward, -1) if cells > 0 else (self.backward, 1)
+            near = self._known.get(cells + back)
+            if near is None:
+                near = np.linalg.matrix_power(step, abs(cells) - 1) @ self.at_load
+            self._known[cells] = step @ near
+        return self._known[cells]
+
+    @cached_property
+    def _known(self) -> dict[int, ComplexArray]:
+        """Motions that were asked for, by cells; neighbours are mostly asked for together."""
+        return {0: self.at_load}
 
     def is_same(self, cells: int) -> bool:
         """Whether that many cells further is the same cell."""

@@ -49,7 +49,7 @@ def test_rail_and_blocks_are_two_masses_on_springs():
 
 
 def test_damping_ratio_is_of_a_mass_on_a_damper():
-    """c / 2 sqrt(k m) and eta / 2, on railseats so near that the rail does not bend between them."""
+    """c / 2 sqrt(k m) and eta / 2: railseats so near that the rail does not bend between."""
     pads = Fastening(spacing=0.05, stiffness=2e6, damping=2e3, loss_factor=0.1)
     track = Track(slab=Slab(present=False, length=0.1, joint=0), fastening=pads,
                   mesh=Mesh(elements_per_bay=2))  # fmt: skip
