@@ -17,8 +17,8 @@ from scipy.optimize import linear_sum_assignment
 from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.ports import Direction
 
+from .below import Crossing
 from .cell import EVEN, Cell, build_cell, railseats
-from .layers import CONTINUOUS
 from .parameters import Track
 from .receptance import shortest
 from .ring import bloch
@@ -101,10 +101,10 @@ def _uniform(cell: Cell) -> dict[str, FloatArray]:
         if name is not None:
             motions[f"rail on fastenings, {name}"] = _of_member(cell, i, np.ones(cell.nodes.size))
     bodies = stack_of(track, cell.parity, section, cell.nodes, cell.slab).bodies[1:]
-    member = sum(m.unknowns[0] in MEMBERS for m in section.members)
+    at = sum(m.unknowns[0] in MEMBERS for m in section.members)
     for layer, body in zip(track.layers, bodies, strict=False):
-        if layer.kind == CONTINUOUS:
-            motion, member = _of_member(cell, member, np.ones(cell.nodes.size)), member + 1
+        if not isinstance(body, Crossing):  # as continuous as the rail
+            motion, at = _of_member(cell, at, np.ones(cell.nodes.size)), at + 1
         else:
             motion, n = np.zeros(len(cell.K)), body.degrees.size
             motion[body.first : body.first + n * body.seats.size : n] = 1.0
