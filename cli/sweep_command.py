@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 NETCDF = Suffixes("--out", (".nc",))
 MOST = 10_000  # values of one axis
+PARAMETERS = ("track", "vehicle", "vehicles", "dimension")  # options that decide FMUs of ours
 FORM = "start:stop:N, start:stop:N@log, or values with commas"
 
 
@@ -59,6 +61,7 @@ def sweep(
     What is finished is kept beside --out, in FILE.points: the same command goes on after an
     interruption, and one with more values makes only those.
     """
+    from railcosim.analysis.pair.kept_fmus import MOST as MOST_KEPT
     from railcosim.analysis.schemes.grid_run import NoDaskError
     from railcosim.analysis.sweep import sweep as swept
     from railcosim.plots.sweep import sweep_chart
@@ -83,8 +86,11 @@ def sweep(
         "only": only,
         "files": [hashlib.sha256(content).hexdigest() for content in files.values()],
     }
-    kept = [name.strip() for name in only.split(",")] if only else []
-    measure = partial(measured, command, arguments, files if scheduler else {}, kept)
+    names = [name.strip() for name in only.split(",")] if only else []
+    pairs = math.prod(len(v) for key, v in axes.items() if key in PARAMETERS or "." in key)
+    measure = partial(
+        measured, command, arguments, files if scheduler else {}, names, kept=pairs <= MOST_KEPT
+    )
     with progress("sweeping") as update:
         try:
             found = swept(

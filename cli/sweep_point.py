@@ -40,6 +40,7 @@ def measured(
     arguments: Sequence[str],
     files: Mapping[str, bytes],
     only: Sequence[str],
+    kept: bool,
     **values: object,
 ) -> xr.Dataset:
     """Call a command and read what it writes.
@@ -54,6 +55,8 @@ def measured(
         Content of files among the arguments, for a machine that has not got them.
     only : sequence of str
         Variables of the result that are kept; all if empty.
+    kept : bool
+        Whether FMUs of ours are: where points have them in common.
     **values : float or str
         What is different here, by option or key.
     """
@@ -63,9 +66,7 @@ def measured(
 
     from . import results
 
-    # Pairs of FMUs that many points have in common are kept; those of one point are not.
-    own = not set(values) <= set(options_of(command)) or {"track", "vehicle"} & set(values)
-    with TemporaryDirectory(dir=scratch()) as folder, none_kept() if own else nullcontext():
+    with TemporaryDirectory(dir=scratch()) as folder, nullcontext() if kept else none_kept():
         out, brought = Path(folder, "result.nc"), Path(folder, "brought")
         for k, (name, content) in enumerate(files.items()):
             place = brought / str(k) / Path(name).name

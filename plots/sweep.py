@@ -49,7 +49,7 @@ def sweep_chart(
             (
                 Panel(
                     x_label=_label(swept, along), y_label=_label(swept, name), curves=curves,
-                    x_log=_even_in_ratios(values[along]), y_log=bool(np.iscomplexobj(swept[name])),
+                    x_log=_even_in_ratios(values[along]), y_log=_spans_decades(values),
                     title=_named(values, over, k) if over else "",
                 ),
             )
@@ -79,6 +79,12 @@ def _label(swept: xr.Dataset, name: str) -> str:
     unit = swept[name].attrs.get("units")
     bars = "|{}|" if np.iscomplexobj(swept[name]) else "{}"
     return bars.format(name) + (f" ({unit})" if unit else "")
+
+
+def _spans_decades(values: xr.DataArray) -> bool:
+    """Whether they are all above zero, and some thousand times as large as others."""
+    known = values.values[np.isfinite(values.values)]
+    return known.size > 0 and bool(known.min() > 0 and known.max() > 1e3 * known.min())
 
 
 def _even_in_ratios(x: xr.DataArray) -> bool:
