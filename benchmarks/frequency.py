@@ -18,6 +18,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
@@ -40,7 +41,7 @@ from railcosim.reference.frequency import frequency_response, linearised
 from railcosim.reference.monolithic import assemble
 from railcosim.track.irregularity.quantities import QUANTITIES
 from railcosim.track.parameters import Track
-from railcosim.track.receptance import Point, direct_receptance
+from railcosim.track.receptance import BOTH, Point, infinite_receptance
 from railcosim.vehicle.parameters import Vehicle
 
 K_H, SAMPLE, GRID = 1e9, 20, 400
@@ -103,14 +104,19 @@ def in_space(folder: Path, memory: Memory) -> Rows:
 def receptances(python: str) -> Rows:
     """The rail on a rigid slab: rolland's Green's functions beside our finite elements."""
     frequency = np.geomspace(10, 1500, 200)
-    track = Track()
-    track = replace(track, slab=replace(track.slab, present=False))
-    seat = Point(x=3.5 * track.fastening.spacing)
-    ours = direct_receptance(track, 2 * np.pi * frequency, [seat], [seat])[:, 0, 0]
-    time = seconds(
-        lambda: direct_receptance(track, 2 * np.pi * frequency, [seat], [seat])
-    ) / frequency.size  # fmt: skip
-    rows = [("rail on rigid slab, finite elements, a frequency", f"{1e3 * time:.2f} ms", "")]
+    omega, slabs = 2 * np.pi * frequency, Track()
+    rigid = replace(slabs, slab=replace(slabs.slab, present=False))
+    seat = Point(x=3.5 * slabs.fastening.spacing)
+    rows: Rows = []
+    for name, track, point in (
+        ("rail on slabs, endless, loads on both rails", slabs, replace(seat, side=BOTH)),
+        ("rail on slabs, endless", slabs, seat),
+        ("rail on rigid slab, endless", rigid, seat),
+    ):
+        of = partial(infinite_receptance, track, omega, [point], [seat])
+        time = seconds(of, 9) / frequency.size
+        rows.append((f"{name}, a frequency", f"{1e3 * time:.2f} ms", ""))
+    ours = of()[:, 0, 0]
     script = Path(__file__).with_name("rolland_receptance.py")
     for mounts in MOUNTS:
         command = [python, str(script), str(mounts), *(repr(float(f)) for f in frequency)]

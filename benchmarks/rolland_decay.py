@@ -51,6 +51,7 @@ def main() -> None:
                 **dict.fromkeys(("db_y", "db_x", "db_xr", "db_yr", "db_zr"), 1.0),
             ),
         )  # fmt: skip
+        track.E = np.ones_like(np.asarray(track.E))  # a block: no sleeper that bends, made a mass
         method: Any = TSBDiscr2L
     else:
         track, method = SimplePeriodicSlabSingleRailTrack(**common, slab=filled(Slab)), TSBDiscr1L

@@ -62,7 +62,7 @@ def fine_enough(track: Track, highest: float, direction: Direction) -> Track:
     directions = directions_for([direction], coupled=track.slab.tilts_rails)
     members = section_of(track.rail, directions).members
     k = max(member.wavenumber(2 * np.pi * highest) for member in members)
-    needed = 2 * int(np.ceil(ELEMENTS * k * track.fastening.spacing / (4 * np.pi)))
+    needed = 4 * int(np.ceil(ELEMENTS * k * track.fastening.spacing / (8 * np.pi)))  # quarters
     elements = max(track.mesh.elements_per_bay, min(needed, FINEST))
     return replace(track, mesh=replace(track.mesh, elements_per_bay=elements))
 
