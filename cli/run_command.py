@@ -140,7 +140,8 @@ def _taken(
     count_steps(0.0, stop, doubted("--step", step))
     return owner, Course(
         scheme=make_scheme(Owner.VEHICLE), step=step, stop=stop,
-        tolerance=options.tolerance, tolerance_fmu=options.tolerance_fmu, keeping=keeping,
+        tolerance=options.tolerance, tolerance_fmu=options.tolerance_fmu,
+        limit=options.largest, keeping=keeping,
     )  # fmt: skip
 
 

@@ -55,7 +55,8 @@ def run_system(
             lambda update, change, held: run_ssp(
                 system, make_scheme, update, step=course.step, time=course.time,
                 load=keeping.load, keeping=kept, tolerance=course.tolerance,
-                tolerance_fmu=course.tolerance_fmu, change=change, check=check_rings_of, held=held,
+                tolerance_fmu=course.tolerance_fmu, limit=course.largest, change=change,
+                check=check_rings_of, held=held,
             ),
             out, plot, outputs_chart, believe=keeping.believe,
         )  # fmt: skip

@@ -108,11 +108,28 @@ class CourseOptions:
         ),
     ] = None
 
+    limit: Annotated[
+        float | None,
+        typer.Option(
+            "--limit",
+            help="Largest output, in its nominal values, that is not taken for divergence; 1e6.",
+        ),
+    ] = None
+
+    @property
+    def largest(self) -> float:
+        """What `limit` is."""
+        from railcosim.master.cosimulation import LIMIT
+
+        return LIMIT if self.limit is None else self.limit
+
     def check(self) -> None:
         """Raise UsageError if a number cannot be."""
         for option, value in (("--step", self.step), ("--time", self.time)):
             if value is not None:
                 positive(option, value, "s")
+        if self.limit is not None:
+            positive("--limit", self.limit, "nominal values")
         tolerances = {"--tolerance": self.tolerance, "--tolerance-fmu": self.tolerance_fmu}
         for option, value in tolerances.items():
             if value is not None and not 0.0 < value < 1.0:

@@ -15,7 +15,7 @@ from railcosim.master.pace import FixedStep, Pace
 from railcosim.master.schemes import Scheme, StepReport
 from railcosim.master.system import System
 
-_LIMIT = 1e6
+LIMIT = 1e6
 """Largest output, in nominal values. A contact force or a displacement in its own unit never gets
 there (the force's nominal value is near the static load), while a coupling that diverges, growing
 by a factor each step, passes it soon and long before it overflows."""
@@ -159,7 +159,7 @@ class Cosimulation(Iterator[CommunicationPoint]):
             f"diverged at t = {t:.9g} s: {self.system.names[worst]} = {outputs[worst]:.6g} "
             f"{variable.unit} (allowed: {self._limits[worst]:.3g}; {self.context}). "
             "Try a shorter step; the scheme interface-jacobian; the contact in another component; "
-            "or, if the value is right, a larger nominal value of the variable"
+            "or, if the value is right, a larger nominal value of the variable, or --limit"
         )
 
 
@@ -170,7 +170,7 @@ def cosimulate(
     stop: float,
     start: float = 0.0,
     *,
-    limit: float = _LIMIT,
+    limit: float = LIMIT,
 ) -> Cosimulation:
     """Couple components over time.
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from railcosim.master.checkpoint import Checkpoints
+from railcosim.master.cosimulation import LIMIT
 from railcosim.master.memory import TooLargeError
 from railcosim.master.pace import FixedStep, Pace
 from railcosim.master.schemes import Scheme
@@ -94,6 +95,8 @@ class Course:
         steps of one length.
     tolerance_fmu : float or None
         Relative error that FMUs are asked to keep; None for that of their default experiments.
+    limit : float
+        Largest output, in its nominal values, that does not count as divergence.
     keeping : Keeping
         What is kept beyond outputs.
     """
@@ -104,6 +107,7 @@ class Course:
     start: float = 0.0
     tolerance: float | None = None
     tolerance_fmu: float | None = None
+    limit: float = LIMIT
     keeping: Keeping = OUTPUTS_ONLY
 
     def __post_init__(self) -> None:

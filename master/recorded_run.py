@@ -67,7 +67,9 @@ def recorded_run(
         "take a longer step or less time",
     )
     try:
-        run = cosimulate(system, course.scheme, course.pace, course.stop, course.start)
+        run = cosimulate(
+            system, course.scheme, course.pace, course.stop, course.start, limit=course.limit
+        )
     except ValueError as error:  # the scheme does not suit the system
         raise CouplingError(str(error)) from error
     recorder = Recorder(system)

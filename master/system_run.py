@@ -9,6 +9,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from railcosim.master.cosimulation import LIMIT
 from railcosim.master.course import OUTPUTS_ONLY, Course, Keeping
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.fmu import FmuComponent
@@ -38,6 +39,7 @@ def run_ssp(
     keeping: Keeping = OUTPUTS_ONLY,
     tolerance: float | None = None,
     tolerance_fmu: float | None = None,
+    limit: float = LIMIT,
     change: Change = lambda course: course,
     check: Callable[[Sequence[LoadedFmu]], None] = _nothing,
     held: ExitStack | None = None,
@@ -66,6 +68,8 @@ def run_ssp(
         For steps chosen by an error estimate; `step` is then the longest.
     tolerance_fmu : float, optional
         Relative error that FMUs are asked to keep; that of their default experiments if not given.
+    limit : float, optional
+        Largest output, in its nominal values, that does not count as divergence.
     change : callable, optional
         Gives the course that is taken, from that of the options and the file.
     check : callable, optional
@@ -102,6 +106,7 @@ def run_ssp(
                 stop=stop,
                 tolerance=tolerance,
                 tolerance_fmu=tolerance_fmu,
+                limit=limit,
                 keeping=keeping,
             )
         )

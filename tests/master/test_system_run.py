@@ -113,6 +113,15 @@ def test_a_run_that_diverges_keeps_what_it_has(package):
     assert dataset.attrs["stopped"] == str(stopped)
 
 
+def test_what_counts_as_divergence_can_be_said(package):
+    """z = 10 * 11^n passes 1e12 at n = 11, and 1e15, which a limit of 1e9 allows, at 14."""
+    dataset, stopped = run_ssp(package(10.0), held, quiet, step=1.0, time=12.0, limit=1e9)
+    assert stopped is None
+    assert dataset["b.z"].values[-1] == 10.0 * 11.0**12
+    _, stopped = run_ssp(package(10.0), held, quiet, step=1.0, time=12.0, limit=1e-3)
+    assert "diverged at t = 2 s: a.z = 1210 " in str(stopped)
+
+
 def test_what_is_missing(package):
     path = package(-1.0)
     with pytest.raises(FmuError, match=r"s\.ssp: does not say when to stop; give --time"):
