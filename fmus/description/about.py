@@ -8,7 +8,10 @@ from dataclasses import dataclass, field
 AUTHOR = "The railcosim authors"
 COPYRIGHT = f"Copyright (c) 2026 {AUTHOR}"
 LICENCE = "MIT"
-LOG_CATEGORIES = {"logStatusError": "Why a call failed"}
+LOG_CATEGORIES = {
+    "logStatusError": "Why a call failed",
+    "logStatusWarning": "What is odd about a call",
+}
 TOOL = "railcosim"  # whose annotations they are
 TOLERANCE = 1e-6  # of a solver that brings none of its own: a hundredth of what data warrant
 

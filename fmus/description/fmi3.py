@@ -10,7 +10,8 @@ from .about import TOOL, Description
 from .common import annotate, boolean, frame, identity, local, to_bytes, value_attributes
 from .structure import Block, Elements, States
 
-FIRST_STATE, FIRST_DERIVATIVE = 2**16, 2**24  # value references of the first block
+FIRST = 1  # value reference; OMSimulator takes them for numbers from 1 on in the order of the XML
+FIRST_STATE, FIRST_DERIVATIVE = 2**16, 2**24  # of the first block
 TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 
 
@@ -22,7 +23,7 @@ def model_description(
 ) -> bytes:
     """The XML of an FMU for co-simulation and, if it shows its states, model exchange.
 
-    A variable's value reference is its place in the table.
+    A variable's value reference is its number in the table, from `FIRST` on, as in the XML.
 
     Parameters
     ----------
@@ -41,7 +42,7 @@ def model_description(
     _interface_types(root, about, model_exchange=states is not None)
     frame(root, about, table, model_exchange=states is not None)
     variables = SubElement(root, "ModelVariables")
-    for reference, v in enumerate(table):
+    for reference, v in enumerate(table, start=FIRST):
         SubElement(variables, TYPES[v.type], identity(v, reference) | value_attributes(v))
     blocks = states.blocks if states is not None else ()
     _state_variables(variables, blocks)
@@ -90,7 +91,7 @@ def _structure(
     seen: Mapping[str, Elements],
 ) -> None:
     """Whole variables and what any of their elements depends on, parameters included."""
-    reference = {v.name: k for k, v in enumerate(table)}
+    reference = {v.name: k for k, v in enumerate(table, start=FIRST)}
     reference |= {block.name: FIRST_STATE + k for k, block in enumerate(blocks)}
     outputs = [v for v in table if v.causality == "output"]
 

@@ -29,6 +29,9 @@ def refused(reply, *parts):
         assert str(part) in reply.log[0]
 
 
+refused_saying = refused
+
+
 @pytest.fixture
 def victim(driver, tiny, fmi, use):
     """Makes an instance after one step, to be maltreated; at the end it and a twin go on alike."""
@@ -49,7 +52,8 @@ def victim(driver, tiny, fmi, use):
         for k in (2, 3):
             for each in (one, twin):
                 each.move(k)
-                ok(each("step", k * STEP, STEP))
+                # From another time, if the test has made steps: a warning, no more.
+                assert each("step", k * STEP, STEP).status != "Error"
             assert one.outputs() == twin.outputs()
 
 
@@ -276,8 +280,14 @@ def test_parameters_out_of_range(driver, tiny, fmi, use):
 # --- references and pointers ------------------------------------------------------------------
 
 
-def test_references_that_are_not_there(victim):
+def test_references_that_are_not_there(victim, fmi):
     one = victim("TrackWithContact")
+
+    def refused(reply, *bad):
+        """The sentence names references as the description does, from 1 on in FMI 3."""
+        first = int(fmi == 3)
+        refused_saying(reply, *(b + first * (b < FIRST_STATE) for b in bad))
+
     force, hold = one.ref(one.fmu.names("output")[0]), one.ref("input_hold")
     last = max(one.fmu.references.values())
     for bad in (last + 1, FIRST_STATE + one.fmu.states, NO_SUCH, hold):
@@ -292,9 +302,37 @@ def test_references_that_are_not_there(victim):
         refused(one("get_integer", bad), bad)
         refused(one("set_boolean", bad, 1), bad)
         refused(one("get_boolean", bad), bad)
-    refused(one("set", 1, force, 1.0), one.fmu.names("output")[0])
-    refused(one("set", 1, one.ref("time"), 1.0), "time")
+    refused_saying(one("set", 1, force, 1.0), one.fmu.names("output")[0])
+    refused_saying(one("set", 1, one.ref("time"), 1.0), "time")
     assert one("strings", force).status == "Error"
+
+
+def test_a_step_behind_the_stop(driver, tiny, fmi, use):
+    """An error, and the state stays; by a rounding it is none."""
+    one = use(driver, tiny["Vehicle"], fmi)
+    ok(one("enter", 1.0, 1.3))
+    ok(one("exit"))
+    for k in range(2):
+        ok(one("step", 1.0 + 0.1 * k, 0.1))
+    refused(one("step", 1.2, 0.10001), "0.10001", "1.2", "behind the stop time, 1.3 s")
+    ok(one("step", 1.2000000000000002, 0.1))
+    refused(one("step", 1.3, 0.1), "behind the stop time")
+
+
+def test_a_stop_before_the_start(driver, tiny, fmi, use):
+    one = use(driver, tiny["Vehicle"], fmi)
+    refused(one("enter", 1.0, 0.9), "0.9", "before the start")
+
+
+def test_a_step_from_another_time(driver, tiny, fmi, use):
+    """It is made, with a warning; the next one may go on from there."""
+    one = use(driver, tiny["Vehicle"], fmi)
+    one.initialise()
+    ok(one("step", 0.0, 0.1))
+    reply = one("step", 0.3, 0.1)
+    assert (reply.status, len(reply.log)) == ("Warning", 1)
+    assert "from t = 0.3 s, but the last one ended at 0.1 s" in reply.log[0]
+    ok(one("step", 0.4, 0.1))
 
 
 def test_a_set_with_one_bad_reference_sets_nothing(victim):

@@ -2,6 +2,7 @@
 #include "fmi2_component.h"
 #include "resource_path.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,7 +11,8 @@ static void log_to_host(void *context, Status status, const char *text)
     const Component *c = context;
     if (c->callbacks.logger != NULL)
         c->callbacks.logger(c->callbacks.componentEnvironment, c->name != NULL ? c->name : "",
-                            (fmi2Status)status, "logStatusError", "%s", text);
+                            (fmi2Status)status,
+                            status == WARNING ? "logStatusWarning" : "logStatusError", "%s", text);
 }
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
@@ -72,9 +74,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2R
     BEGIN(STARTED);
     (void)has_tolerance;
     (void)tolerance;
-    (void)has_stop;
-    (void)stop;
-    return (fmi2Status)instance_set_time(i, start);
+    return (fmi2Status)instance_set_span(i, start, has_stop ? stop : INFINITY);
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)

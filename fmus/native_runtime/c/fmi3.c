@@ -3,6 +3,7 @@
 #include "fmi3_component.h"
 #include "resource_path.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,7 +11,8 @@ static void log_to_host(void *context, Status status, const char *text)
 {
     const Component *c = context;
     if (c->log != NULL) /* errors are told even when logging is off */
-        c->log(c->environment, (fmi3Status)status, "logStatusError", text);
+        c->log(c->environment, (fmi3Status)status,
+               status == WARNING ? "logStatusWarning" : "logStatusError", text);
 }
 
 const char *fmi3GetVersion(void) { return fmi3Version; }
@@ -43,8 +45,11 @@ static fmi3Instance instantiate(fmi3String token, fmi3String folder, int model_e
     else
         c->instance = instance_new(path, token, model_exchange, log_to_host, c);
     free(path);
-    if (c->instance != NULL)
+    if (c->instance != NULL) {
+        /* OMSimulator takes references for numbers from 1 on in the order of the XML. */
+        c->instance->first = 1;
         return c;
+    }
     free(c);
     return NULL;
 }
@@ -121,9 +126,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance
     BEGIN(STARTED);
     (void)has_tolerance;
     (void)tolerance;
-    (void)has_stop;
-    (void)stop;
-    const Status status = instance_set_time(i, start);
+    const Status status = instance_set_span(i, start, has_stop ? stop : INFINITY);
     if (status == OK)
         instance_enter(i, INITIALISING);
     return (fmi3Status)status;

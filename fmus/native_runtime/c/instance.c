@@ -1,5 +1,6 @@
 #include "instance.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,6 +14,16 @@ Status instance_fail(Instance *instance, const char *format, ...)
     va_end(arguments);
     instance->log(instance->context, ERROR, instance->text);
     return ERROR;
+}
+
+Status instance_warn(Instance *instance, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(instance->text, sizeof instance->text, format, arguments);
+    va_end(arguments);
+    instance->log(instance->context, WARNING, instance->text);
+    return WARNING;
 }
 
 /* Lay the arrays out in one block. */
@@ -162,6 +173,7 @@ Status instance_reset(Instance *i)
         i->value[k] = i->model.variable[k].start;
     for (size_t k = 0; k < i->model.inputs; k++)
         i->u_end[k] = i->shown[k] = i->path[0][k] = i->value[i->model.input[k]];
+    i->stop = INFINITY;
     i->clock->before = 1;
     i->clock->stale = 1;
     instance_enter(i, STARTED);

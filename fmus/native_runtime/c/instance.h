@@ -38,6 +38,8 @@ typedef struct {
     Model model;
     Motion motion;
     int model_exchange;
+    uint32_t first; /* the reference of the first variable of the table */
+    double stop; /* that was announced, s; no step ends behind it */
     Log log;
     void *context;
     char text[512];
@@ -70,6 +72,8 @@ Instance *instance_new(const char *resource, const char *guid, int model_exchang
 void instance_free(Instance *instance);
 /* Log a sentence and return ERROR. */
 Status instance_fail(Instance *instance, const char *format, ...);
+/* Log a sentence and return WARNING. */
+Status instance_warn(Instance *instance, const char *format, ...);
 /* Whether `call` may be made in the present phase; if not, it is logged. */
 int instance_allows(Instance *instance, Phase phases, const char *call);
 Phase instance_phase(const Instance *instance);
@@ -90,6 +94,8 @@ Status instance_nominals(Instance *instance, double *nominals, size_t n);
 
 /* --- time, in steps.c -------------------------------------------------------------------------- */
 
+/* Take the span of a run; a stop of INFINITY is none. */
+Status instance_set_span(Instance *instance, double start, double stop);
 /* Set the time, at the start or in Model Exchange. */
 Status instance_set_time(Instance *instance, double time);
 Status instance_exit_initialisation(Instance *instance);
@@ -119,6 +125,12 @@ size_t snapshot_size(const Snapshot *snapshot);
 Status snapshot_write(Instance *instance, const Snapshot *snapshot, unsigned char *bytes,
                       size_t size);
 Snapshot *snapshot_read(Instance *instance, const unsigned char *bytes, size_t size);
+
+/* Where in the table a reference leads, beyond its end if nowhere; those of states stay. */
+static inline uint32_t instance_place(const Instance *i, uint32_t ref)
+{
+    return ref >= FIRST_STATE ? ref : ref >= i->first ? ref - i->first : UINT32_MAX;
+}
 
 /* --- for each other ---------------------------------------------------------------------------- */
 

@@ -49,10 +49,10 @@ static Status read_seeds(Instance *i, const uint32_t *knowns, size_t n, const do
     memset(seeds->heights, 0, i->model.wheelsets * sizeof(double));
     memset(seeds->law, 0, 2 * i->model.wheelsets * sizeof(double));
     for (size_t k = 0; k < n; k++) {
-        const size_t ref = knowns[k];
+        const size_t ref = knowns[k], at = instance_place(i, knowns[k]);
         double *place = NULL;
-        if (ref < i->model.variables)
-            place = seed_of(i, seeds, knowns[k]);
+        if (at < i->model.variables)
+            place = seed_of(i, seeds, (uint32_t)at);
         else if (ref >= FIRST_STATE && ref < FIRST_STATE + states)
             place = &seeds->dx[ref - FIRST_STATE];
         if (place == NULL)
@@ -130,9 +130,11 @@ static void outputs_change(Instance *i, const Direction *d, const uint32_t *refs
     }
     if (m->contact_sign != 0)
         motion_on_other_change(motion, now, motion->z, motion->v, change, i->z, i->vz, i->pushed);
-    for (size_t k = 0; k < n; k++)
-        if (refs[k] < m->variables)
-            dy[k] = output_change(i, &m->variable[refs[k]], d, motion->rate);
+    for (size_t k = 0; k < n; k++) {
+        const uint32_t place = instance_place(i, refs[k]);
+        if (place < m->variables)
+            dy[k] = output_change(i, &m->variable[place], d, motion->rate);
+    }
 }
 
 /* References must be of outputs or, in Model Exchange, of states' derivatives or (at rest) states. */
@@ -140,9 +142,9 @@ static Status check_unknowns(Instance *i, const uint32_t *refs, size_t n)
 {
     const size_t states = i->model_exchange ? i->model.states : 0;
     for (size_t k = 0; k < n; k++) {
-        const size_t ref = refs[k];
-        const int is_output = ref < i->model.variables &&
-                              i->model.variable[ref].causality == OUTPUT;
+        const size_t ref = refs[k], place = instance_place(i, refs[k]);
+        const int is_output = place < i->model.variables &&
+                              i->model.variable[place].causality == OUTPUT;
         const int is_state = ref >= FIRST_STATE && ref < FIRST_STATE + states &&
                              (instance_phase(i) & (STARTED | INITIALISING));
         const int is_rate = ref >= FIRST_DERIVATIVE && ref < FIRST_DERIVATIVE + states;

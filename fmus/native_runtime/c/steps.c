@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#define ROUNDING 1e-9
+
 enum { CONSTANT = 0, EXTRAPOLATE = 1, INTERPOLATE = 2 }; /* values of input_hold */
 
 Status instance_set_time(Instance *i, double time)
@@ -13,6 +15,14 @@ Status instance_set_time(Instance *i, double time)
     i->clock->time = time;
     i->clock->stale = 1;
     return OK;
+}
+
+Status instance_set_span(Instance *i, double start, double stop)
+{
+    if (isnan(stop) || stop < start)
+        return instance_fail(i, "stop time %g s: must not be before the start, %g s", stop, start);
+    i->stop = stop;
+    return instance_set_time(i, start);
 }
 
 Status instance_exit_initialisation(Instance *i)
@@ -31,8 +41,9 @@ Status instance_exit_initialisation(Instance *i)
 static size_t input_place(const Instance *i, uint32_t ref)
 {
     const Model *m = &i->model;
-    return ref < m->variables && m->variable[ref].causality == INPUT ? m->variable[ref].place
-                                                                     : m->inputs;
+    const uint32_t place = instance_place(i, ref);
+    const int is_input = place < m->variables && m->variable[place].causality == INPUT;
+    return is_input ? m->variable[place].place : m->inputs;
 }
 
 Status instance_set_slopes(Instance *i, const uint32_t *refs, size_t n, const int *orders,
@@ -44,7 +55,7 @@ Status instance_set_slopes(Instance *i, const uint32_t *refs, size_t n, const in
                                  (unsigned long)refs[k]);
         if (orders[k] < 1 || orders[k] > 2 || !isfinite(values[k]))
             return instance_fail(i, "derivative %d of %s = %g: must be finite, of order 1 or 2",
-                                 orders[k], i->model.variable[refs[k]].name, values[k]);
+                                 orders[k], i->model.variable[instance_place(i, refs[k])].name, values[k]);
     }
     for (size_t k = 0; k < n; k++)
         (orders[k] == 1 ? i->u_slope : i->u_curve)[input_place(i, refs[k])] = values[k];
@@ -92,11 +103,20 @@ Status instance_step(Instance *i, double time, double step)
 {
     const Model *m = &i->model;
     const size_t u = m->inputs, bytes = u * sizeof(double);
+    /* Masters sum up times: a small part of a step, or of a time, is rounding. */
+    const double rounding = ROUNDING * (step + fabs(time));
+    Status status = OK;
     double before, change;
     if (!(isfinite(step) && step > 0))
         return instance_fail(i, "step size %g s: must be finite and > 0", step);
     if (!isfinite(time + step))
         return instance_fail(i, "time %g s: must be finite", time);
+    if (time + step > i->stop + rounding)
+        return instance_fail(i, "a step of %g s from %g s ends behind the stop time, %g s", step, time,
+                             i->stop);
+    if (fabs(time - i->clock->time) > rounding)
+        status = instance_warn(i, "a step from t = %g s, but the last one ended at %g s", time,
+                               i->clock->time);
     for (size_t k = 0; k < u; k++)
         i->plan[3][k] = i->value[m->input[k]];
     if (!instance_inputs_are_finite(i, i->plan[3]))
@@ -125,5 +145,5 @@ Status instance_step(Instance *i, double time, double step)
     i->clock->time = time + step;
     i->clock->step = step;
     i->clock->stale = 1;
-    return OK;
+    return status;
 }

@@ -169,8 +169,9 @@ Status instance_nominals(Instance *i, double *nominals, size_t n)
 static const Variable *variable(Instance *i, uint32_t ref, ValueType type)
 {
     static const char *const NAMES[] = {"Real", "Integer", "Boolean"};
-    if (ref < i->model.variables && i->model.variable[ref].type == type)
-        return &i->model.variable[ref];
+    const uint32_t place = instance_place(i, ref);
+    if (place < i->model.variables && i->model.variable[place].type == type)
+        return &i->model.variable[place];
     instance_fail(i, "there is no %s variable with reference %lu", NAMES[type],
                   (unsigned long)ref);
     return NULL;
@@ -196,7 +197,8 @@ Status instance_get(Instance *i, const uint32_t *refs, size_t n, ValueType type,
             const Variable *v = variable(i, refs[k], type);
             if (v == NULL || (v->causality == OUTPUT && refresh(i) != OK))
                 return ERROR;
-            values[k] = v->causality == INDEPENDENT ? i->clock->time : i->value[ref];
+            values[k] = v->causality == INDEPENDENT ? i->clock->time
+                                                    : i->value[v - i->model.variable];
         }
     }
     return OK;
@@ -228,8 +230,9 @@ Status instance_set(Instance *i, const uint32_t *refs, size_t n, ValueType type,
         if (check_new(i, refs[k], type, values[k]) != OK)
             return ERROR;
     for (size_t k = 0; k < n; k++) {
-        const Variable *v = &i->model.variable[refs[k]];
-        i->value[refs[k]] = values[k];
+        const uint32_t place = instance_place(i, refs[k]);
+        const Variable *v = &i->model.variable[place];
+        i->value[place] = values[k];
         if (v->causality == INPUT)
             i->shown[v->place] = values[k]; /* the others stay where the last step took them */
     }

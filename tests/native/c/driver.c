@@ -99,11 +99,15 @@ static double *numbers(size_t n)
     return x;
 }
 
+/* Given as places in the table, which FMI 3 counts from 1 here. */
 static Ref *references(size_t n)
 {
     Ref *refs = block(n, sizeof *refs);
-    for (size_t k = 0; k < n; k++)
+    for (size_t k = 0; k < n; k++) {
         refs[k] = (Ref)integer();
+        if (FMI == 3 && refs[k] < 1 << 16)
+            refs[k]++;
+    }
     return refs;
 }
 
