@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from railcosim.mechanics.ports import ROLL, Y, Z
 from railcosim.track.cell import EVEN, ODD, build_cell
 from railcosim.track.condensation import condense
 from railcosim.track.parameters import Fastening, Foundation, Mesh, Rail, Slab, Track
-from railcosim.track.receptance import Point, direct_receptance, infinite_receptance
+from railcosim.track.receptance import BOTH, Point, direct_receptance, infinite_receptance, shortest
 from railcosim.track.waves import waves
 
 COARSE = Mesh(elements_per_bay=4, highest_slab_frequency=800)
@@ -69,6 +70,34 @@ def test_a_long_ring_is_an_endless_track(loss_factor):
     assert np.abs(endless - ring).max(axis=(1, 2)) == pytest.approx(
         0, abs=1e-8 * np.abs(ring).max(axis=(1, 2)).min()
     )
+
+
+def test_on_rigid_ground_a_bay_is_the_cell():
+    """One of 0.625 m against a ring of cells of 5 m: both begin midway between railseats."""
+    track = Track(slab=Slab(present=False), mesh=replace(COARSE, cells=100))
+    assert shortest(track).cell_length == track.fastening.spacing
+    on_nodes = [Point(x=0.15625 * k) for k in (2, 9, 121, -30)]
+    endless = infinite_receptance(track, OMEGA, on_nodes, on_nodes)
+    ring = direct_receptance(track, OMEGA, on_nodes, on_nodes)
+    size = np.abs(ring).max(axis=(1, 2))
+    assert (np.abs(endless - ring).max(axis=(1, 2)) < 1e-9 * size).all()  # rounding, 500 m round
+
+
+@pytest.mark.parametrize("slab", [True, False])
+@pytest.mark.parametrize("direction", [Z, Y, ROLL])
+def test_loads_on_both_rails_are_two_loads(slab, direction):
+    """Mirrored offsets, the same direction; and what is seen of both is the sum."""
+    track = Track(slab=Slab(present=slab, tilts_rails=True), mesh=COARSE)
+    omega, offset = OMEGA[1:6], 0.02
+    one = [Point(x=1.3, side=s, direction=direction, offset=s * offset) for s in (-1, 1)]
+    both = Point(x=1.3, side=BOTH, direction=direction, offset=offset)
+    seen = [Point(x=2.9, direction=d) for d in (Z, Y)]
+    each = infinite_receptance(track, omega, one, seen)
+    found = infinite_receptance(track, omega, [both], seen)
+    size = np.abs(each).max(axis=(1, 2))
+    assert (np.abs(found[:, :, 0] - each.sum(axis=2)).max(axis=1) < 1e-10 * size).all()
+    back = infinite_receptance(track, omega, seen, [both])
+    assert (np.abs(back[:, 0] - found[:, :, 0]).max(axis=1) < 1e-9 * size).all()  # reciprocity
 
 
 def test_number_of_cells_means_nothing_to_an_endless_track():
