@@ -115,8 +115,8 @@ def native(driver, both, use):
     return make
 
 
-def twin(content, parameters, steps):
-    """Outputs of the numpy runtime, inputs being held."""
+def twin(content, parameters, steps, ahead):
+    """Outputs of the numpy runtime; inputs are held, or (`ahead` is 1) lines to the next values."""
     table = content.table
     made, given = Model(content.body, [v.slot for v in table]), {}
     for v in table:
@@ -128,21 +128,24 @@ def twin(content, parameters, steps):
     state = made.rest(now)
     made.write(state, now, 0.0, y[0])
     for k in range(steps):
-        now = made.read(swung(table, k * STEP))
-        state = made.mover.step(state, now, now, STEP)
-        made.write(state, now, (k + 1) * STEP, y[k + 1])
+        now, end = (made.read(swung(table, (k + more) * STEP)) for more in (0, ahead))
+        state = made.mover.step(state, now, end, STEP)
+        made.write(state, end, (k + 1) * STEP, y[k + 1])
     return y
 
 
 @NAMES
 @pytest.mark.parametrize("law", LAWS)
-def test_against_the_numpy_runtime(both, native, name, law):
+@pytest.mark.parametrize("ahead", [0, 1], ids=["held", "rolling on"])
+def test_against_the_numpy_runtime(both, native, name, law, ahead):
+    """Inputs held, so that wheels jump from step to step; and lines, on which they roll on."""
     content, _ = both[name]
-    expected = twin(content, LAWS[law], 12)
+    expected = twin(content, LAWS[law], 12, ahead)
     one, found = native(name, LAWS[law]), []
+    one.ask("set_integer", one.instance.ref("input_hold"), 2 * ahead)
     found.append(one.get())
     for k in range(12):
-        one.step(k, swung(content.table, k * STEP))
+        one.step(k, swung(content.table, (k + ahead) * STEP))
         found.append(one.get())
     outputs = [v for v in content.table if v.causality == "output"]
     aside = [k for k, v in enumerate(outputs) if v.name.endswith("force_y")]
