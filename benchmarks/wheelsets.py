@@ -129,10 +129,10 @@ def main() -> None:
     for dimension in DIMENSIONS:
         with TemporaryDirectory(prefix="railcosim_") as name:
             files = export(Vehicle(), Track(), Path(name), dimension=dimension)
-            for fmu in ("Vehicle", "Track"):
-                cost, what = a_step(files[fmu]), f"{fmu}, built in, {dimension}"
+            for fmu, path in files.items():
+                cost, what = a_step(path), f"{fmu}, built in, {dimension}"
                 table.add_row(
-                    what, str(modes_of(files[fmu])), f"{1e6 * cost:.0f} µs", f"{cost / STEP:.2f}",
+                    what, str(modes_of(path)), f"{1e6 * cost:.0f} µs", f"{cost / STEP:.2f}",
                     "", "", memory.beside(what, cost),
                 )  # fmt: skip
     Console().print(table)

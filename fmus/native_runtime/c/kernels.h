@@ -1,5 +1,6 @@
-/* Loops over modes: where the time goes. Plain loops over separate real and imaginary arrays, so
-   that a compiler makes vector code of them; sums go in LANES parts, in a fixed order. */
+/* Loops over modes, and the small systems of equations of contacts: where the time goes. Loops over
+   separate real and imaginary arrays, in vectors of LANES numbers; sums go in LANES parts, in a fixed
+   order. */
 #ifndef RAILCOSIM_KERNELS_H
 #define RAILCOSIM_KERNELS_H
 
