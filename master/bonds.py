@@ -13,6 +13,9 @@ POWER = {("N", "m/s"), ("N.m", "rad/s"), ("V", "A"), ("Pa", "m3/s")}
 WORK = {("N", "m"), ("N.m", "rad")}
 """Units of efforts and displacements whose product is in J."""
 
+ABOUT = {"roll": "x", "pitch": "y", "yaw": "z"}
+"""Axes of rotations."""
+
 
 @dataclass(frozen=True)
 class Bond:
@@ -43,8 +46,8 @@ def find_bonds(system: System, against: Sequence[str] = ()) -> tuple[Bond, ...]:
     """Find the bonds of a system, by units and names.
 
     A force from A to B is bound to the velocity from B to A of the same place: of the same name up
-    to the last dot, and among several, of the same last letter; if there is none, to the
-    displacement.
+    to the last dot, and among several, of the same last letter, of rotations that of their axis
+    (roll x, pitch y, yaw z); if there is none, to the displacement.
 
     Parameters
     ----------
@@ -76,7 +79,7 @@ def find_bonds(system: System, against: Sequence[str] = ()) -> tuple[Bond, ...]:
         ]
         for pairs in (POWER, WORK):
             fitting = [bond for bond in back if kind_of(system, bond) is pairs]
-            like = [bond for bond in fitting if bond.motion.output[-1] == effort.output[-1]]
+            like = [bond for bond in fitting if _axis(bond.motion.output) == effort.output[-1]]
             fitting = like if len(fitting) > 1 and like else fitting
             if len(fitting) > 1:
                 motions = " or ".join(str(bond.motion) for bond in fitting)
@@ -99,6 +102,11 @@ def units_of(system: System) -> dict[Connection, str]:
     outputs = {(c.name, v.name): v.unit for c in system.components for v in c.outputs}
     inputs = {(c.name, v.name): v.unit for c in system.components for v in c.inputs}
     return {c: outputs[c.source, c.output] or inputs[c.target, c.input] for c in system.connections}
+
+
+def _axis(motion: str) -> str:
+    """Of a motion by its name."""
+    return next((axis for name, axis in ABOUT.items() if motion.endswith(name)), motion[-1])
 
 
 def _place(connection: Connection) -> str:

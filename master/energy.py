@@ -148,9 +148,9 @@ class EnergyMeter:
         return work
 
     def _law(self, at: _Interface, times: FloatArray, outputs: FloatArray) -> FloatArray:
-        """Work that the true displacements take, J."""
+        """Work that the true displacements or velocities take, J."""
         t, h = times[-2], times[-1] - times[-2]
-        effort, flow = (_lagrange(times, t + h * _NODES, n) for n in (0, 1))
+        effort, flow = (_lagrange(times, t + h * _NODES, n) for n in (0, at.rate))
         work: FloatArray = (
             h * _WEIGHTS @ ((effort @ outputs[:, at.efforts]) * (flow @ outputs[:, at.motions]))
         )
@@ -247,10 +247,9 @@ def _interfaces(system: System, bonds: Sequence[Bond]) -> tuple[_Interface, ...]
         forces, efforts = _places(system, [bond.effort for bond in chosen])
         moves, motions = _places(system, [bond.motion for bond in chosen])
         signs = np.array([bond.sign for bond in chosen], dtype=float)
-        take = EnergyMeter._flow
-        if work:
-            law = isinstance(system.components[moved], Law)
-            take = EnergyMeter._law if law else EnergyMeter._displacement
+        take = EnergyMeter._displacement if work else EnergyMeter._flow
+        if isinstance(system.components[moved], Law):
+            take = EnergyMeter._law
         numbers = np.array(members)
         found.append(
             _Interface(

@@ -37,12 +37,18 @@ LONGEST_STEP = 1 / (10 * CUT_OFF)  # s
 EVEN = 1e-6  # of a step: as even as sums of steps are
 MOST = 5_000_000  # rows
 QUOTIENT_LIMIT = 0.8
+"""Of (Y/Q)2m: UIC 518 and 716, as railwaynews.net's pages on both leaflets have it; the leaflets and
+the standard were not at hand."""
 OUTWARD = {"left": -1.0, "right": 1.0}
 """Sign of Y by the side, of a force to the right on the rail."""
 
 
 def guiding_force_limit(static_load: float) -> float:
-    """Prud'homme's limit of the sum of guiding forces of a wheelset, N, from its weight, N."""
+    """Prud'homme's limit of the sum of guiding forces of a wheelset, N, from its weight, N.
+
+    k (10 + 2 Q0 / 3) kN by the wheel's load Q0, of UIC 716, with k = 1; from the same secondary
+    source.
+    """
     return 10e3 + static_load / 3
 
 

@@ -170,10 +170,10 @@ def test_velocity_is_preferred():
     assert (bond.effort.output, bond.motion.output, bond.sign) == ("force", "vz", 1)
 
 
-def make_wheels(names):
+def make_wheels(names, effort="force_z", units=("N", "m/s")):
     """Two components that exchange a force and velocities at two wheels."""
-    forces = [Variable(name=f"{w}.force_z", unit="N") for w in ("left", "right")]
-    motions = [Variable(name=n, unit="m/s") for n in names]
+    forces = [Variable(name=f"{w}.{effort}", unit=units[0]) for w in ("left", "right")]
+    motions = [Variable(name=n, unit=units[1]) for n in names]
 
     def component(name, inputs, outputs):
         return LinearComponent(
@@ -189,6 +189,14 @@ def test_wheel_by_wheel_and_by_direction():
     system = make_wheels(["right.vz", "left.vy", "left.vz"])
     pairs = {b.effort.output: b.motion.output for b in find_bonds(system)}
     assert pairs == {"left.force_z": "left.vz", "right.force_z": "right.vz"}
+
+
+def test_a_moment_goes_with_the_rotation_about_its_axis():
+    """In whatever order they are told."""
+    for axis, turning in (("x", "vroll"), ("y", "vpitch"), ("z", "vyaw")):
+        names = [f"{w}.{n}" for w in ("left", "right") for n in ("vyaw", "vroll", "vpitch")]
+        bonds = find_bonds(make_wheels(names, f"moment_{axis}", ("N.m", "rad/s")))
+        assert [b.motion.output for b in bonds] == [f"left.{turning}", f"right.{turning}"]
 
 
 def test_what_is_not_clear_is_asked():

@@ -9,7 +9,9 @@ import pytest
 from railcosim.analysis.pair.contact import CouplingError
 from railcosim.analysis.pair.export_pair import export_pair
 from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.master.bonds import find_bonds
 from railcosim.master.cosimulation import cosimulate
+from railcosim.master.energy import EnergyMeter
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.mechanics.contact.geometry import RIGHT
@@ -181,3 +183,28 @@ def test_who_owns_the_contact_does_not_matter(spatial) -> None:
     # Measured 1.1 and 0.6 N of 303; the master's own error at 0.05 ms is half a newton.
     assert coarse < 0.01 * swing
     assert fine < 0.7 * coarse
+
+
+# 15 s of steps.
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("track", "scheme", "steps"),
+    [
+        ("Track", interface_jacobian(), (1e-3, 5e-4)),
+        ("TrackWithContact", jacobi(degree=1), (1e-4, 5e-5)),
+    ],
+)
+def test_the_coupling_creates_no_energy(spatial, track, scheme, steps) -> None:
+    """Over rails out of line, all forces and moments at wheels: what is created vanishes with the
+    steps' square, and is nothing beside the work that a wheel's load does over them."""
+    profile, created = shifted(4.0, begin=0.2, over=1.5), []
+    for step in steps:
+        journey = Journey(speed=SPEED, held=False, profile=profile)
+        with open_pair(spatial["Vehicle"], spatial[track], {}, journey) as pair:
+            bonds = find_bonds(pair.system, against=["vehicle"])
+            assert len(bonds) == (8 * 8 if track == "Track" else 8 * 5)
+            meter = EnergyMeter(pair.system, bonds)
+            list(meter.watch(cosimulate(pair.system, scheme, step, 0.04)))
+        created.append(np.abs(meter.to_dataset()["energy_residual"].values).max())
+    assert created[0] < 1e-3 * 79e3 * 1e-3  # of one wheel's load over a millimetre, its sinking
+    assert created[0] / created[1] > 2.5
