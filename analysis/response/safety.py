@@ -37,7 +37,7 @@ LONGEST_STEP = 1 / (10 * CUT_OFF)  # s
 EVEN = 1e-6  # of a step: as even as sums of steps are
 MOST = 5_000_000  # rows
 QUOTIENT_LIMIT = 0.8
-"""Of (Y/Q)2m: UIC 518 and 716, as railwaynews.net's pages on both leaflets have it; the leaflets and
+"""Of (Y/Q)2m: UIC 518 and 716, as the pages on both at railwaynews.net have it; the leaflets and
 the standard were not at hand."""
 OUTWARD = {"left": -1.0, "right": 1.0}
 """Sign of Y by the side, of a force to the right on the rail."""
