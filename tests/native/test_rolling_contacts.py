@@ -179,13 +179,15 @@ def test_snapshots_have_the_same_bits(both, native, name):
 
 
 @NAMES
-def test_derivative_of_a_step(both, native, name):
+@pytest.mark.parametrize("ahead", [0, 1], ids=["held", "rolling on"])
+def test_derivative_of_a_step(both, native, name, ahead):
     """By inputs over it, all of them at once, against a central difference."""
     table, one = both[name][0].table, native(name, LAWS["flanges"])
+    one.ask("set_integer", one.instance.ref("input_hold"), 2 * ahead)
     for k in range(3):
-        one.step(k, swung(table, k * STEP))
+        one.step(k, swung(table, (k + ahead) * STEP))
     one.ask("save", 5)
-    u, h = swung(table, 3 * STEP), 1e-4
+    u, h = swung(table, (3 + ahead) * STEP), 1e-4
     inputs = [v.name.rpartition(".")[2] for v in table if v.causality == "input"]
     ways = np.random.default_rng(1).uniform(0.5, 1.0, (4, u.size))
     kinds = {
