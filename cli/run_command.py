@@ -96,10 +96,11 @@ def run(
     PICTURES.check(plot)
     course.check()
     kept = keeping.keeping(context, out)
-    owner, taken = _taken(course, contact, kept, (given.vehicle_fmu or None, given.track_fmu))
+    aside = moves_aside(given.track_fmu) if given.track_fmu else dimension is DimensionName.SPATIAL
+    fmus = given.vehicle_fmu or None, given.track_fmu
+    owner, taken = _taken(course, contact, kept, fmus, aside=aside)
     v = speed_of(speed)
     parameters = contact_parameters(contact_stiffness)
-    aside = moves_aside(given.track_fmu) if given.track_fmu else dimension is DimensionName.SPATIAL
     journey = Journey(
         speed=v,
         held=held,
@@ -125,13 +126,17 @@ def _taken(
     contact: Owner | None,
     keeping: Keeping,
     fmus: tuple[list[Path] | None, Path | None],
+    *,
+    aside: bool,
 ) -> tuple[Owner, Course]:
     """Who owns the contact, and how the run goes."""
     from railcosim.analysis.pair.roles import owners
     from railcosim.analysis.schemes.choice import choice_of, maker_of, usual_step
+    from railcosim.analysis.schemes.usual import ASIDE, USUAL
     from railcosim.master.course import Course, count_steps
 
-    chosen, owner = choice_of(options.scheme, contact, owners(*fmus))
+    usual = ASIDE if aside else USUAL
+    chosen, owner = choice_of(options.scheme, contact, owners(*fmus), usual)
     make_scheme = maker_of(chosen, options.inputs, options.first)
     if options.first not in {None, Owner.VEHICLE, Owner.TRACK}:
         raise UsageError(f"--first {options.first}: must be {Owner.VEHICLE} or {Owner.TRACK}")

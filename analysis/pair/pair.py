@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from railcosim.master.component import FloatArray, Variable
-from railcosim.master.connections import CouplingError
+from railcosim.master.connections import Connection, CouplingError
 from railcosim.master.course import ALL_TIME, Told
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
@@ -137,6 +137,9 @@ def open_pair(
         law = [] if owned else [kind.law(first, layout, nominal, journey.speed)]
         components = [irregularity, cars, *law, rails]
         connections = wired(irregularity, cars, law, rails, layout)
+        if journey.held and not _stands(journey, layout, cars):
+            places, connections = _held(connections, layout, place)
+            components.append(places)
         settle = partial(settled, components, connections, layout, cars, rails)
         rest = settle()
         complete = first
@@ -166,13 +169,25 @@ def _set_speed(journey: Journey, layout: Layout, cars: LoadedFmu, rails: LoadedF
         rails.set_parameters({SPEED: journey.speed})
     if SPEED not in cars.description.parameters:
         return
+    cars.set_parameters({SPEED: 0.0 if _stands(journey, layout, cars) else journey.speed})
+
+
+def _stands(journey: Journey, layout: Layout, cars: LoadedFmu) -> bool:
+    """Whether a vehicle is told that it stands: its own wheels that roll creep all the same."""
     owns = any(v.name == layout.names(FORCE)[0] for v in cars.outputs)
-    if owns and journey.held and layout.dimension != layout.down.dimension:
-        raise CouplingError(
-            f"{cars.description.path}: its wheels creep at its speed, at which it rolls on, too: "
-            "wheels can be held (--held) where the track or the master owns the contact"
-        )
-    cars.set_parameters({SPEED: 0.0 if journey.held else journey.speed})
+    return journey.held and not (owns and layout.dimension != layout.down.dimension)
+
+
+def _held(
+    connections: Sequence[Connection], layout: Layout, place: FloatArray
+) -> tuple[Signal, tuple[Connection, ...]]:
+    """The track under wheels that stay in their places, whatever the vehicle says of them."""
+    names = layout.of_axles("position")
+    places = Signal("places", [Variable(name=n, unit="m") for n in names], lambda t: place)
+    return places, tuple(
+        replace(c, source=places.name) if c.output in names and c.input in names else c
+        for c in connections
+    )
 
 
 def _variables(fmu: LoadedFmu) -> list[Variable]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.schemes.catalogue import owners_of
@@ -13,11 +13,14 @@ from railcosim.master.schemes.family import Family
 from railcosim.master.suggest import suggest
 from railcosim.parameters import ArgumentError
 
-from .usual import SOLVED, STEPS, USUAL
+from .usual import AGREED, ASIDE, SOLVED, STEPS, USUAL
 
 
 def choice_of(
-    scheme: str | None, contact: Owner | None, possible: Sequence[Owner] = tuple(Owner)
+    scheme: str | None,
+    contact: Owner | None,
+    possible: Sequence[Owner] = tuple(Owner),
+    usual: Mapping[Owner, str] = USUAL,
 ) -> tuple[str, Owner]:
     """Scheme and owner of the contact, from options of which each may decide the other.
 
@@ -29,6 +32,8 @@ def choice_of(
         As chosen.
     possible : sequence of Owner
         Owners with the FMUs that are given.
+    usual : mapping of Owner to str, optional
+        Schemes where none is chosen, `USUAL` or `ASIDE`.
 
     Raises
     ------
@@ -42,7 +47,7 @@ def choice_of(
     if scheme is not None:
         family_of(scheme)
     else:
-        scheme = USUAL[next(owner for owner in USUAL if owner in wanted)]
+        scheme = usual[next(owner for owner in usual if owner in wanted)]
     suiting = [owner for owner in owners_of(CATALOGUE[scheme]) if owner in wanted]
     if not suiting:
         must = " or ".join(owners_of(CATALOGUE[scheme]))
@@ -105,4 +110,6 @@ def family_of(name: str) -> Family:
 
 def usual_step(name: str, owner: Owner) -> float:
     """The step (s) where the user gives none."""
-    return SOLVED if family_of(name).solves_law else STEPS[owner]
+    if family_of(name).solves_law:
+        return SOLVED
+    return AGREED if (owner, name) == (Owner.VEHICLE, ASIDE[Owner.VEHICLE]) else STEPS[owner]

@@ -1,0 +1,163 @@
+"""Pairs in space: largest stable steps and orders, predicted and by runs of the FMUs."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from railcosim.analysis.pair.export_pair import export_pair
+from railcosim.analysis.pair.linear_contact import LinearLaw
+from railcosim.analysis.pair.linear_pair import linear_parts
+from railcosim.analysis.pair.owner import FMUS, Owner
+from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.analysis.pair.static_load import static_stiffness
+from railcosim.analysis.schemes.catalogue import members
+from railcosim.analysis.schemes.force_error import ForceError, excitation
+from railcosim.analysis.schemes.growth import Bench, Disturbance
+from railcosim.analysis.schemes.motion import fastest_motion
+from railcosim.analysis.schemes.stability import FAST, Coupling, SprungPair
+from railcosim.analysis.schemes.study_point import ContactCase, Point, measure, reference
+from railcosim.master.cosimulation import cosimulate
+from railcosim.mechanics.ports import FORCE
+from railcosim.track.irregularity import synthesise
+from railcosim.track.irregularity.synthesis import spectra_of
+from railcosim.track.parameters import Mesh, Track
+from railcosim.vehicle.parameters import Vehicle
+
+pytestmark = [
+    pytest.mark.slow,  # linear models of a pair in space, and hundreds of steps of its FMUs
+    pytest.mark.filterwarnings("ignore:.*a ring of"),  # as short as it can be
+]
+TINY = Track(mesh=Mesh(cells=6, elements_per_bay=2, highest_slab_frequency=200,
+                       highest_frequency=400))  # fmt: skip
+SPEED = 30.0  # m/s: this vehicle hunts from 40 on
+HERTZ = {"contact.nonlinear": True}
+
+
+@pytest.fixture(scope="module")
+def spatial(tmp_path_factory):
+    return export_pair(Vehicle(), TINY, tmp_path_factory.mktemp("spatial"), dimension="spatial")
+
+
+@pytest.fixture(scope="module")
+def parts(spatial):
+    return linear_parts(spatial["Vehicle"], spatial["Track"], lambda done, total: None)
+
+
+def tangents(spatial, speed=SPEED):
+    return static_stiffness(spatial["Vehicle"], spatial["Track"], HERTZ, None, speed)
+
+
+def files(spatial, owner):
+    return [spatial[name] for name in FMUS[owner]]
+
+
+def limit(coupling, low=1e-4, high=3e-3):
+    """Step at which something begins to grow by 1/s, between one that is stable and one not."""
+    while high > 1.0002 * low:
+        middle = np.sqrt(low * high)
+        low, high = (middle, high) if coupling.growth(middle) <= FAST else (low, middle)
+    return low
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("jacobi-constant", 0.818),
+        ("jacobi-linear", 0.612),
+        ("gauss-seidel-linear-vehicle-first", 0.932),
+        ("gauss-seidel-linear-track-first", 1.077),
+    ],
+)
+def test_a_motion_grows_beyond_the_limit_as_predicted(spatial, parts, name, expected) -> None:
+    """Real FMUs, with Hertz and bounded creep, the contact in the track.
+
+    Per cent of the step growth rises by 9 to 16 1/s, so 5 % of that are 0.05 % of the limit.
+    """
+    scheme = members()[name].scheme
+    coupling = Coupling(SprungPair(parts, Owner.TRACK, tangents(spatial)), scheme)
+    found = limit(coupling)
+    assert 1e3 * found == pytest.approx(expected, rel=0.01)  # ms: those of this short ring
+    disturbance = Disturbance()
+    journey = Journey(speed=SPEED, held=True, profile=disturbance)
+    with open_pair(*files(spatial, Owner.TRACK), HERTZ, journey) as pair:
+        motion = fastest_motion(coupling, 1.01 * found)
+        grown = Bench(pair, disturbance).growth(scheme, 1.01 * found, motion)
+    assert motion.rate.real > 5 * FAST
+    assert grown == pytest.approx(motion.rate.real, rel=0.05)
+
+
+def test_a_law_solved_in_the_master_adds_nothing(spatial, parts) -> None:
+    """At any step; and growth of the slowest motions is that of the pair coupled exactly."""
+    contact = tangents(spatial)
+    pair = SprungPair(parts, Owner.MASTER, contact)
+    coupling = Coupling(pair, members()["interface-jacobian"].scheme)
+    exact = max(LinearLaw(part, contact).growth() for part in parts)
+    assert pair.exact == 0.0
+    for h in (1e-5, 1e-4, 1e-3, 5e-3):
+        assert coupling.is_stable(h)
+    assert coupling.growth(1e-4) == pytest.approx(exact, rel=1e-3)
+
+
+def test_a_vehicle_that_hunts_grows_whatever_the_step(spatial, parts) -> None:
+    """Half above the critical speed of 146 km/h, which is that of rails that lie still."""
+    contact = tangents(spatial, 60.0)
+    growth = max(LinearLaw(part, contact).growth() for part in parts)
+    assert growth > 0.5
+    coupling = Coupling(SprungPair(parts, Owner.TRACK, contact), members()["jacobi-linear"].scheme)
+    assert coupling.growth(2e-5) == pytest.approx(growth, rel=1e-3)
+    assert coupling.is_stable(2e-5)  # it adds nothing to that
+
+
+def test_rates_that_come_late_need_a_scheme_that_makes_them_agree(spatial, parts) -> None:
+    """The contact in the vehicle: what creep answers to a rail, times what that yields, is above 1.
+
+    So nothing that exchanges once is stable; quasi-Newton steps give the forces of other owners.
+    """
+    coupling = Coupling(
+        SprungPair(parts, Owner.VEHICLE, tangents(spatial)), members()["jacobi-linear"].scheme
+    )
+    assert not any(coupling.is_stable(h) for h in (2e-6, 1e-5, 1e-4, 1e-3))
+    profile, found = synthesise("german-low", 3.0, quantities=("all",)), {}
+    for owner, name in (
+        (Owner.VEHICLE, "iqn-ils-linear"), (Owner.TRACK, "gauss-seidel-linear-vehicle-first"),
+    ):  # fmt: skip
+        journey = Journey(speed=SPEED, held=True, profile=profile)
+        with open_pair(*files(spatial, owner), HERTZ, journey) as pair:
+            told = [n.partition(".")[2] for n in pair.system.names]
+            at = [told.index(n) for n in pair.layout.surface.names(FORCE)]
+            points = cosimulate(pair.system, members()[name].scheme, 1e-4, 0.01)
+            found[owner] = np.array([p.outputs[at] for p in points])
+    swing = np.abs(found[Owner.TRACK] - found[Owner.TRACK][0]).max()
+    assert swing > 20.0
+    assert np.abs(found[Owner.VEHICLE] - found[Owner.TRACK]).max() < 0.02 * swing
+
+
+def test_orders_predicted_and_by_runs(spatial, parts) -> None:
+    """Second: against the exact response, and against the monolithic solution of the FMUs."""
+    contact, profile = tangents(spatial), synthesise("german-low", 3.0, quantities=("all",))
+    positions = np.array([20.6, 18.1, 2.5, 0.0])
+    error = ForceError(parts, contact, excitation(spectra_of("german-low"), SPEED, positions))
+    journey, case = (
+        Journey(speed=SPEED, held=True, profile=profile),
+        ContactCase(label="hertz", parameters=HERTZ),
+    )
+    bodies = {name: path.read_bytes() for name, path in spatial.items()}
+    exact = reference(journey, 2e-3, case, *(bodies[name] for name in FMUS[Owner.MASTER]))
+    for owner, name in (
+        (Owner.MASTER, "interface-jacobian"), (Owner.TRACK, "jacobi-linear"),
+    ):  # fmt: skip
+        scheme = members()[name].scheme
+        coupling = Coupling(SprungPair(parts, owner, contact), scheme)
+        foretold = [error.of(coupling, h) for h in (2e-4, 1e-4)]
+        assert np.log2(foretold[0] / foretold[1]) == pytest.approx(2.0, abs=0.1)
+        measured = [
+            measure(
+                journey, 2e-3,
+                Point(name=name, scheme=scheme, owner=owner, contact=case, step=h),
+                *(bodies[n] for n in FMUS[owner]), exact,
+            ).error
+            for h in (1e-4, 5e-5)
+        ]  # fmt: skip
+        for coarse, fine in itertools.pairwise(measured):
+            assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.15)
