@@ -16,6 +16,8 @@ from railcosim.analysis.pair.owner import Owner
 from .fmus import FreshOption, made
 from .irregularity_options import IrregularityOptions
 from .options import (
+    DimensionName,
+    DimensionOption,
     PlotFile,
     PositionOption,
     SchedulerOption,
@@ -64,6 +66,7 @@ def study(
     position: PositionOption = None,
     rough: IrregularityOptions,
     given: PairOptions,
+    dimension: DimensionOption = DimensionName.VERTICAL,
     fresh: FreshOption = False,
     out: Annotated[
         Path, typer.Option("--out", help="Folder for what is finished.", metavar="DIR")
@@ -75,7 +78,8 @@ def study(
 
     Runs every scheme with every owner of the contact it allows, every contact and every step, with
     held wheels and a moving irregularity. What is finished is kept in the folder: the same command
-    goes on after an interruption, and one with more schemes or steps runs only those.
+    goes on after an interruption, and one with more schemes or steps runs only those. Of pairs in
+    space, any stiffness is that at the static load.
     """
     from railcosim.analysis.schemes.grid_run import NoDaskError
     from railcosim.analysis.schemes.grid_run import study as studied
@@ -85,19 +89,25 @@ def study(
     PICTURES.check(plot)
     folder_of("--out", out)
     v = speed_of(speed)
-    profile = rough.profile(v * positive("--time", time, "s"))
+    aside = dimension is DimensionName.SPATIAL
+    profile = rough.profile(v * positive("--time", time, "s"), spatial=aside)
+    laws = _parts("--contact-stiffness", contact_stiffness)
+    at_rest = "hertz:" if aside else ""  # rolling wheels have no other
     asked = (
         _parts("--schemes", schemes),
         _parts("--owners", owners),
         [
-            ContactCase(label=text, parameters=contact_parameters(text))
-            for text in _parts("--contact-stiffness", contact_stiffness)
+            ContactCase(
+                label=text,
+                parameters=contact_parameters(text if "hertz" in text else at_rest + text),
+            )
+            for text in laws
         ],
         [_step(text) for text in _parts("--steps", steps)],
     )
     grid = Grid.of(*asked)
     grid.check(time)
-    with made(*given.pair(), fresh=fresh) as fmus:
+    with made(*given.pair(), dimension=dimension, fresh=fresh) as fmus:
         try:
             with progress("running points") as update:
                 found = studied(
