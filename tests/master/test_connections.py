@@ -215,9 +215,12 @@ def test_what_is_not_stated_counts_where_it_closes_no_loop():
 def test_what_a_description_states(tmp_path):
     """A list that is empty says something, none says nothing."""
     known = describe_file(make_fmu(tmp_path / "a.fmu"))
-    assert (known.feedthrough.tolist(), known.states_dependence.all()) == ([[False], [True]], True)
+    # Of x, z and count on u and mode: z on u alone.
+    expected = [[False, False], [True, False], [False, False]]
+    assert (known.feedthrough.tolist(), known.states_dependence.all()) == (expected, True)
     silent = describe_file(make_fmu(tmp_path / "b.fmu", stated=False))
-    assert (silent.feedthrough.all(), silent.states_dependence.any()) == (True, False)
+    assert silent.feedthrough.tolist() == [[True, True], [True, True], [False, False]]
+    assert silent.states_dependence.tolist() == [False, False, True]
 
 
 def test_a_stated_dependence_in_a_loop_stays():
