@@ -27,7 +27,7 @@ GRID = np.array([
 """Distances in bays (clause 6.7, Figure 2)."""
 OF_SUM = 4.343
 """dB: 10 log10(e), as the standard prints it."""
-NEPER = 20 * np.log10(np.e)
+NEPER = 20 * math.log10(math.e)
 """dB."""
 BLOCK = 128  # frequencies at once
 
