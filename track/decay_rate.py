@@ -8,6 +8,8 @@ For one wave, |A| ~ exp(-beta x), the sum is 1 / (2 beta), the rate 8.686 beta =
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
