@@ -216,7 +216,7 @@ def test_a_response_that_is_not_known_is_refused(railcosim, files, tmp_path):
 
 
 def test_exhausted_memory_is_one_line_and_status_1(railcosim, monkeypatch):
-    def exhausted(*arguments):
+    def exhausted(*_args, **_named):
         raise MemoryError("Unable to allocate 3 PiB")
 
     monkeypatch.setattr("railcosim.analysis.response.receptance.direct_receptance", exhausted)
