@@ -39,14 +39,14 @@ def declared(fmi):
 
 
 def test_plain_c_will_do(tiny, tmp_path, compile_driver, start_driver, use):
-    """Compilers that are not GNU's get sums without vectors; here GCC poses as one."""
+    """Compilers that are not GNU's get sums without vectors; here GCC does as they do."""
     # The sums are the same code whatever version of FMI is around them.
     gcc, fmu, runs, fmi = program("gcc", "gcc"), tiny["TrackWithContact"], [], 2
     compile_driver([gcc, "-rdynamic"], fmi, tmp_path / "driver")
     include = sorted({f"-I{path.parent}" for path in headers(fmi)})
     kernels, plain = tmp_path / "kernels.o", tmp_path / "plain.so"
     common = [gcc, "-std=c99", "-O1", "-fPIC", *include]
-    output(*common, "-U__GNUC__", "-c", "-o", str(kernels), str(SOURCES / "kernels.c"))
+    output(*common, "-DRAILCOSIM_PLAIN_C", "-c", "-o", str(kernels), str(SOURCES / "kernels.c"))
     others = [str(path) for path in sources(fmi) if path.name != "kernels.c"]
     output(*common, "-shared", "-o", str(plain), str(kernels), *others, "-lm")
     for library in (build(fmi)[local_platform()], plain):

@@ -3,8 +3,12 @@
 #include <math.h>
 
 /* A few numbers as one, for sums, whose order a compiler may not change by itself. GCC and Clang
-   both know this; where the processor has shorter vectors they take several. Others get plain C. */
-#ifdef __GNUC__
+   both know this; where the processor has shorter vectors they take several. Others get plain C,
+   and so does who defines RAILCOSIM_PLAIN_C. */
+#if defined(__GNUC__) && !defined(RAILCOSIM_PLAIN_C)
+#define HAS_VECTORS
+#endif
+#ifdef HAS_VECTORS
 enum { LANES = 4 };
 typedef double Lanes __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
 #define LANE(lanes, l) ((lanes)[l])
@@ -24,7 +28,7 @@ typedef double Lanes;
 #define TARGET
 #include "kernels_body.h"
 
-#if (defined(__x86_64__) || defined(_M_X64)) && defined(__GNUC__)
+#if (defined(__x86_64__) || defined(_M_X64)) && defined(HAS_VECTORS)
 #define HAS_AVX2
 #include <immintrin.h>
 #undef WIDE /* GCC makes a dozen instructions of the other one */
