@@ -28,7 +28,8 @@ from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
-from exudyn_vehicle import SPEED, Explicit, Implicit, Times, differences, exudyn_run, our_run
+from exudyn_track import Times
+from exudyn_vehicle import SPEED, Explicit, Implicit, differences, exudyn_run, our_run
 
 STOP = 1.0  # s
 SAMPLE = 1e-4  # s; where a step does not fit into it, the next multiple in which it does
@@ -42,7 +43,7 @@ class VehicleFirst(Implicit):
 
     def before(self, t: float, h: float) -> None:
         """Extrapolate the rail's place to t, the END of the step."""
-        last = self.track.rail_z()
+        last = self.track.answers()
         moved = 0.0 if self.before_last is None else last - self.before_last
         self.vehicle.put_rails(last + moved + self.irregularity(t), np.zeros(8))
         self.before_last = last
@@ -72,7 +73,7 @@ def errors(columns: dict[str, Column], reference: np.ndarray, p: Vehicle) -> Tab
         for step in its_steps:
             every = lcm(round(1e6 * SAMPLE), round(1e3 * step)) // round(1e6 * SAMPLE)
             found = run(Times(1e-3 * step, STOP, every * SAMPLE))
-            rms, _ = differences(found, reference[::every], p)["contact forces"]
+            rms, _ = differences(found, reference[::every], p)[0]  # of contact forces
             opens = found[:, :8].min() <= 0  # forces of the reference stay above 50 kN
             cells[name, step] = "hammers" if opens else f"{rms:.2f}"
     table = Table(title="Dynamic contact forces: RMS error in %, by coupling and input_hold")

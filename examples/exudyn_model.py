@@ -164,29 +164,33 @@ class ExudynVehicle:
         )
         return -acceleration[1], -moved[1], turned[-1]
 
-    def settle(self) -> None:
-        """Come to rest under gravity."""
-        settings = exudyn.SimulationSettings()
-        settings.solution.file.write = False
-        newton = settings.staticSolver.newton
-        newton.absoluteTolerance, newton.relativeTolerance = BALANCE, TINY
-        self.mbs.SolveStatic(settings, updateInitialValues=True)
 
-    def roll(
-        self,
-        step: float,
-        stop: float,
-        before: Callable[[float], None],
-        after: Callable[[float], None],
-    ) -> None:
-        """Step by the trapezoidal rule; `before` and `after` each step get the time at its END."""
-        settings = exudyn.SimulationSettings()
-        settings.solution.file.write = False
-        integration = settings.timeIntegration
-        integration.endTime, integration.numberOfSteps = stop, round(stop / step)
-        integration.adaptiveStep = False  # a step taken twice would move the track twice
-        newton = integration.newton
-        newton.absoluteTolerance, newton.relativeTolerance = BALANCE, TINY
-        self.mbs.SetPreStepUserFunction(lambda mbs, t: before(t) is None)
-        self.mbs.SetPostStepUserFunction(lambda mbs, t: after(t) is None)
-        self.mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.TrapezoidalIndex2)
+def roll(
+    mbs: exudyn.MainSystem,
+    step: float,
+    stop: float,
+    before: Callable[[float], None],
+    after: Callable[[float], None],
+    balance: float = BALANCE,
+) -> None:
+    """Step by the trapezoidal rule; `before` and `after` each step get the time at its END."""
+    settings = exudyn.SimulationSettings()
+    settings.solution.file.write = False
+    integration = settings.timeIntegration
+    integration.endTime, integration.numberOfSteps = stop, round(stop / step)
+    integration.adaptiveStep = False  # a step taken twice would move the track twice
+    newton = integration.newton
+    newton.useModifiedNewton = True
+    newton.absoluteTolerance, newton.relativeTolerance = balance, TINY
+    mbs.SetPreStepUserFunction(lambda mbs, t: before(t) is None)
+    mbs.SetPostStepUserFunction(lambda mbs, t: after(t) is None)
+    mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.TrapezoidalIndex2)
+
+
+def settle(mbs: exudyn.MainSystem, balance: float = BALANCE) -> None:
+    """Come to rest under gravity, and begin from there."""
+    settings = exudyn.SimulationSettings()
+    settings.solution.file.write = False
+    newton = settings.staticSolver.newton
+    newton.absoluteTolerance, newton.relativeTolerance = balance, TINY
+    mbs.SolveStatic(settings, updateInitialValues=True)

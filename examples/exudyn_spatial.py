@@ -9,31 +9,32 @@ bend. Takes some minutes.
     python examples/exudyn_spatial.py [PICTURE] [--fmus FOLDER] [--time SECONDS]
 """
 
-import argparse
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from exudyn_vehicle import WHEELS, Times, TrackFmu
+from exudyn_track import (
+    WHEELS,
+    Times,
+    TrackFmu,
+    masters_run,
+    print_row,
+    run_example,
+    save_comparison,
+)
 
 from railcosim.analysis.pair.pair import Journey
-from railcosim.analysis.pair.time_run import run_pair
 from railcosim.cli.options import progress
-from railcosim.fmus.export import export
-from railcosim.master.course import Course
-from railcosim.master.schemes.jacobi import jacobi
 from railcosim.mechanics.ports import Layout, Y, Z
-from railcosim.plots.chart import Chart, Curve, Panel
-from railcosim.plots.picture import save_picture
 from railcosim.track.irregularity import Profile
-from railcosim.track.parameters import Track
 from railcosim.vehicle.multibody import SPATIAL, build_multibody
 from railcosim.vehicle.on_rails import cones_of
 from railcosim.vehicle.parameters import Vehicle
 
 try:
-    from exudyn_spatial_model import ExudynSpatialVehicle, Wheels
+    from exudyn_model import roll
+    from exudyn_spatial_model import BALANCE, ExudynSpatialVehicle, Wheels
 except ModuleNotFoundError as missing:
     sys.exit(f"{missing}; exudyn is a multibody code: pip install exudyn")
 
@@ -134,7 +135,7 @@ def wheels_of(p: Vehicle) -> Wheels:
 def exudyn_run(path: Path, p: Vehicle, profile: Profile, times: Times) -> np.ndarray:
     """Roll exudyn's vehicle over Track.fmu; samples as `QUANTITIES` has them."""
     with TemporaryDirectory() as unpacked, progress(f"exudyn, {1e3 * times.step:g} ms") as update:
-        track = TrackFmu(path, unpacked, GIVEN, MOVED + RATES, SPEED)
+        track = TrackFmu(path, unpacked, SPEED, GIVEN, MOVED + RATES)
         vehicle = ExudynSpatialVehicle(p, wheels_of(p))
         surface = profile.under(track.start, SPEED, (Z, Y))
 
@@ -154,22 +155,15 @@ def exudyn_run(path: Path, p: Vehicle, profile: Profile, times: Times) -> np.nda
                 samples.append(np.concatenate([y, yaw, *forces]))
                 update(t, times.stop)
 
-        vehicle.roll(times.step, times.stop, lambda t: coupled.before(t, times.step), after)
+        step = times.step
+        roll(vehicle.mbs, step, times.stop, lambda t: coupled.before(t, step), after, BALANCE)
         track.close()
     return np.array(samples)
 
 
 def our_run(fmus: Path, p: Vehicle, profile: Profile, times: Times) -> np.ndarray:
     """Our vehicle on a track that owns the contact: as `QUANTITIES` has it, shape (n, 24)."""
-    parameters = {"internal_step": times.step}
-    journey = Journey(speed=SPEED, held=False, profile=profile)
-    course = Course(scheme=jacobi(degree=1), step=times.step, stop=times.stop)
-    with progress(f"railcosim, {1e3 * times.step:g} ms") as update:
-        run, stopped = run_pair(
-            fmus / "Vehicle.fmu", fmus / "TrackWithContact.fmu", parameters, journey, course, update
-        )
-    if stopped is not None:
-        raise stopped
+    run = masters_run(fmus, Journey(speed=SPEED, held=False, profile=profile), times, {})
     wheels, radius = [f"{axle}.left" for axle in Layout().axles], p.wheelset.radius
     y = [run[f"{w}.wheel_y"] + radius * run[f"{w}.wheel_roll"] for w in wheels]  # of the axle
     yaw = [run[f"{w}.wheel_yaw"] for w in wheels]
@@ -177,71 +171,35 @@ def our_run(fmus: Path, p: Vehicle, profile: Profile, times: Times) -> np.ndarra
     return np.stack([*y, *yaw, *forces], axis=1)[:: times.every]
 
 
-def print_row(name: str, theirs: np.ndarray, ours: np.ndarray) -> None:
+def differences(theirs: np.ndarray, ours: np.ndarray) -> list[tuple[float, float]]:
     """RMS and largest difference of each quantity over those of its change, in percent."""
-    cells = ""
+    found = []
     for columns in QUANTITIES.values():
         error, change = (theirs - ours)[:, columns], (ours - ours[0])[:, columns]
         rms = np.sqrt(np.mean(error**2) / np.mean(change**2))
         largest = np.abs(error).max() / np.abs(change).max()
-        cells += f"{100 * rms:10.3f} {100 * largest:7.3f}"
-    print(f"{name:20}{cells}")
-
-
-def save_comparison(theirs: np.ndarray, ours: np.ndarray, path: Path) -> None:
-    """Draw how the first wheelset goes aside, and what its wheels push the rails aside."""
-    t = SAMPLE * np.arange(len(ours))
-
-    def row(label: str, scale: float, column: int) -> tuple[Panel]:
-        curves = (
-            Curve(name="railcosim", x=t, y=scale * ours[:, column]),
-            Curve(name="exudyn", x=t, y=scale * theirs[:, column], dashed=True),
-        )
-        return (Panel(x_label="time (s)", y_label=label, curves=curves, x_range=(0.0, t[-1])),)
-
-    rows = (
-        row("wheelset 1 to the right (mm)", 1e3, 0),
-        row("its yaw (mrad)", 1e3, 4),
-        row("left wheel on its rail, to the right (kN)", 1e-3, 8),
-    )
-    title = "Vehicles of railcosim and exudyn where the same rails bend, 120 km/h"
-    save_picture(Chart(title=title, rows=rows, share_x=True), path)
+        found.append((100 * float(rms), 100 * float(largest)))
+    return found
 
 
 def compare(fmus: Path, stop: float, picture: Path) -> None:
     """Run both vehicles, print how far they are apart and draw them."""
-    for name in ("Track", "Vehicle", "TrackWithContact"):
-        if not (fmus / f"{name}.fmu").is_file():
-            sys.exit(
-                f"{fmus / name}.fmu: no such file; make it by: railcosim export "
-                f"--dimension spatial --out {fmus}"
-            )
     p, profile = Vehicle(), out_of_line(SPEED * stop)
     coarse, ours = (our_run(fmus, p, profile, Times(h, stop, SAMPLE)) for h in OUR_STEPS)
     print("difference to railcosim with 0.025 ms: RMS and largest, % of the change")
     print(f"{'':20}" + "".join(f"{quantity:>18}" for quantity in QUANTITIES))
-    print_row("railcosim, 0.05 ms", coarse, ours)
+    print_row("railcosim, 0.05 ms", 20, differences(coarse, ours))
     for step in THEIR_STEPS:
         theirs = exudyn_run(fmus / "Track.fmu", p, profile, Times(step, stop, SAMPLE))
-        print_row(f"exudyn, {1e3 * step:g} ms", theirs, ours)
-    save_comparison(theirs, ours, picture)
-
-
-def main() -> None:
-    """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("picture", nargs="?", type=Path, default=Path("exudyn-space.png"))
-    parser.add_argument("--fmus", type=Path, help="folder of spatial FMUs; made if not given")
-    parser.add_argument("--time", type=float, default=1.0, help="how long, s")
-    options = parser.parse_args()
-    if not SAMPLE <= options.time < np.inf:
-        parser.error(f"--time {options.time:g}: must be at least {SAMPLE:g} s")
-    with TemporaryDirectory() as made:
-        if options.fmus is None:
-            options.fmus = Path(made)
-            export(Vehicle(), Track(), options.fmus, dimension="spatial")
-        compare(options.fmus, options.time, options.picture)
+        print_row(f"exudyn, {1e3 * step:g} ms", 20, differences(theirs, ours))
+    shown = {
+        "wheelset 1 to the right (mm)": (1e3 * ours[:, 0], 1e3 * theirs[:, 0]),
+        "its yaw (mrad)": (1e3 * ours[:, 4], 1e3 * theirs[:, 4]),
+        "left wheel on its rail, to the right (kN)": (1e-3 * ours[:, 8], 1e-3 * theirs[:, 8]),
+    }
+    title = "Vehicles of railcosim and exudyn where the same rails bend, 120 km/h"
+    save_comparison(title, SAMPLE * np.arange(len(ours)), shown, picture)
 
 
 if __name__ == "__main__":
-    main()
+    run_example(compare, __doc__.splitlines()[0], "exudyn-space.png", SAMPLE, "spatial")

@@ -5,7 +5,6 @@ that roll. It has the numbers of our vehicle and nothing else of ours. x forward
 z down; heights from the secondary suspension.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import exudyn
@@ -22,13 +21,14 @@ from exudyn.itemInterface import (
     ObjectGenericODE2,
     RigidBody,
 )
+from exudyn_model import settle
 
 from railcosim.vehicle.parameters import PrimarySuspension, SecondarySuspension, Vehicle
 
 SIDE = np.repeat([-1.0, 1.0], 4)  # of the contacts: left 1..4, right 1..4
 MOVES = 5  # of a wheelset: y, z, roll, yaw, and the spin beyond its rolling
 NUDGE_Q, NUDGE_V = 1e-9, 1e-5  # m and m/s, rad and rad/s: differences find the tangents
-BALANCE, TINY = 1e-2, 1e-14  # N, of some 1e4 that forces vary by; so that this one counts
+BALANCE = 1e-2  # N, of some 1e4 that forces vary by
 PRESSED_IN = 2e-4  # m, where the search for rest begins
 SETTLED = 1e-6  # N, of what rails and wheels do to each other
 
@@ -302,30 +302,6 @@ class ExudynSpatialVehicle:
         for hold in self.held:
             self.mbs.SetObjectParameter(hold, "activeConnector", True)
         self.mbs.Assemble()
-        settings = exudyn.SimulationSettings()
-        settings.solution.file.write = False
-        newton = settings.staticSolver.newton
-        newton.absoluteTolerance, newton.relativeTolerance = BALANCE, TINY
-        self.mbs.SolveStatic(settings, updateInitialValues=True)
+        settle(self.mbs, BALANCE)
         for hold in self.held:
             self.mbs.SetObjectParameter(hold, "activeConnector", False)
-
-    def roll(
-        self,
-        step: float,
-        stop: float,
-        before: Callable[[float], None],
-        after: Callable[[float], None],
-    ) -> None:
-        """Step by the trapezoidal rule; `before` and `after` each step get the time at its END."""
-        settings = exudyn.SimulationSettings()
-        settings.solution.file.write = False
-        integration = settings.timeIntegration
-        integration.endTime, integration.numberOfSteps = stop, round(stop / step)
-        integration.adaptiveStep = False  # a step taken twice would move the track twice
-        newton = integration.newton
-        newton.useModifiedNewton = True
-        newton.absoluteTolerance, newton.relativeTolerance = BALANCE, TINY
-        self.mbs.SetPreStepUserFunction(lambda mbs, t: before(t) is None)
-        self.mbs.SetPostStepUserFunction(lambda mbs, t: after(t) is None)
-        self.mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.TrapezoidalIndex2)

@@ -20,7 +20,9 @@ SAYS = {  # what the paper and the other tests say as well
 }
 MORE = {"two_mass_oscillator": ["5"]}  # a picture of 25 points instead of 169
 # They need exudyn: test_exudyn_example.py.
-ELSEWHERE = {"exudyn_vehicle", "exudyn_model", "exudyn_spatial", "exudyn_spatial_model"}
+ELSEWHERE = {
+    "exudyn_vehicle", "exudyn_model", "exudyn_track", "exudyn_spatial", "exudyn_spatial_model",
+}  # fmt: skip
 
 
 def test_all_examples_are_tested() -> None:
