@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 
 from railcosim.parameters import ParameterError
-from railcosim.track.cell import EVEN, ODD, independent
+from railcosim.track.cell import EVEN, ODD
 from railcosim.track.named_modes import NamedMode, named_modes
 from railcosim.track.parameters import Track
+from railcosim.track.reduced import independent
 from railcosim.track.section import SPATIAL, VERTICAL
 from railcosim.track.stack import check_directions
 
