@@ -129,9 +129,8 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
     passes straight through, and no algebraic loop closes over a stiff contact. With it the model is
     passive: at no frequency do wheels draw power from the track, however stiff their contacts.
     Where fastenings all but clamp the rail, with dampers of 2.5e6 N s/m, 100 times the default,
-    that costs accuracy: 3 % of the little that a railseat gives.
-
-    Rails that move aside are passive whatever they lie on: see `attached` and `local_flexibility`.
+    that costs accuracy: 3 % of the little that a railseat gives. Rails that move aside are passive
+    with up to 8 elements a bay; with 16, wheels over railseats draw power near 4.6 kHz.
 
     Parameters
     ----------
