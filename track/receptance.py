@@ -245,19 +245,17 @@ def _periodic(
 ) -> ComplexArray:
     out = np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
     on_rail = [p.x % track.cell_length for p in (*loads, *observed) if p.on_rail]
-    directions = directions_for(
-        (p.direction for p in (*loads, *observed)), coupled=track.slab.tilts_rails
-    )
+    groups = _apart(track, [*loads, *observed])
     cells = [
         (cell.made_viscous() if viscous else cell, group)
-        for group in independent(track, directions)
+        for group in groups
         for cell in (build_cell(track, parity, np.array(on_rail), group) for parity in (EVEN, ODD))
     ]
     for start in range(0, omega.size, BLOCK):
         part = slice(start, start + BLOCK)
         for cell, group in cells:
-            rows = np.array([_concerns(p, group) for p in observed])
-            columns = np.array([_concerns(p, group) for p in loads])
+            rows = np.array([p.direction in group for p in observed])
+            columns = np.array([p.direction in group for p in loads])
             if any(rows) and any(columns):
                 some = list(compress(loads, columns)), list(compress(observed, rows))
                 # A load on one rail is half an even and half an odd one.
@@ -268,9 +266,15 @@ def _periodic(
     return out
 
 
-def _concerns(place: Place, group: tuple[Direction, ...]) -> bool:
-    """Whether a group of directions has a part in it: beside the head's middle all have."""
-    return place.direction in group or (isinstance(place, Point) and bool(place.offset))
+def _apart(track: Track, points: Sequence[Place]) -> list[tuple[Direction, ...]]:
+    """Directions in groups that know nothing of each other: but all do beside the head's middle."""
+    asked = (p.direction for p in points)
+    directions = directions_for(asked, coupled=track.slab.tilts_rails)
+    return (
+        [directions]
+        if any(p.offset for p in points if isinstance(p, Point))
+        else independent(track, directions)
+    )
 
 
 def _one_parity(
