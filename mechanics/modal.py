@@ -81,8 +81,7 @@ class ModalBody:
         """The body as it is met by wheelsets at positions, shape (wheelsets,), m."""
         rows = self.layout.wheelsets * len(self.layout.directions)
         out, into, local = self.shapes.at(position, rows)
-        there = [self.layout.both_sides(part) if part.size else part for part in local]
-        return Met(self, out, into, *there)
+        return Met(self, out, into, self.layout.both_sides(local) if local.size else local)
 
     # --- of a free vehicle ----------------------------------------------------------------------
 
@@ -181,15 +180,14 @@ class Met:
         Whose.
     out, into : array, shape (rows, n)
         As displacements, and as forces receive them.
-    local, local_into : array, shape (contacts, directions, directions)
-        Shapes of each contact's own oscillators, likewise; empty without any.
+    local : array, shape (contacts, directions, directions)
+        Shapes of each contact's own oscillators; empty without any.
     """
 
     body: ModalBody
     out: ComplexArray
     into: ComplexArray
     local: ComplexArray
-    local_into: ComplexArray
 
     def drive(self, force: FloatArray) -> Drive:
         """Generalised forces of contact forces beyond the preload, shape (ports,)."""
@@ -198,7 +196,7 @@ class Met:
         driven = [even @ self.into[:, :n], odd @ self.into[:, n:]]
         if self.local.size:
             loads = force.reshape(-1, 1, self.local.shape[1])
-            driven.append((loads @ self.local_into).ravel())
+            driven.append((loads @ self.local).ravel())
         n, into = self.body.even_rigid, self.body.rigid_into
         return Drive(
             np.concatenate(driven), np.concatenate([even @ into[:, :n], odd @ into[:, n:]])
@@ -249,7 +247,7 @@ class Met:
         if self.local.size:
             k = self.local.shape[1]
             weights = weight[shared:].reshape(-1, 1, k)
-            own = ((self.local * weights) @ np.swapaxes(self.local_into, 1, 2)).real
+            own = ((self.local * weights) @ np.swapaxes(self.local, 1, 2)).real
             contact = np.arange(len(own))
             G.reshape(len(own), k, len(own), k)[contact, :, contact] += own
         return G

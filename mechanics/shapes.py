@@ -32,9 +32,8 @@ class Shapes(Protocol):
         -------
         out, into : array, shape (rows, n)
             As displacements, and as forces receive them; a row is a wheelset in a direction.
-        local : array, shape (2, wheelsets, directions, directions)
-            Of the local oscillators on the left, as displacements and as forces receive them; empty
-            without any.
+        local : array, shape (wheelsets, directions, directions)
+            Of the local oscillators on the left; empty without any.
         """
 
 
@@ -44,24 +43,16 @@ class AlongRing:
 
     Attributes
     ----------
-    table : array, shape (n_rows, 2 x directions, n)
+    table : array, shape (n_nodes, 2 x directions, n)
         Of each direction the displacement and its slope, at all nodes of a cell but its last, which
-        is the first of the next; numbers of single precision. A node with a kink is two rows.
+        is the first of the next; numbers of single precision.
     mu : array, shape (n,)
         Phase of a mode from cell to cell, rad.
     partner : array of int, shape (n,)
         Mode whose shape receives the force.
-    local_table : array, shape (n_rows x parts, directions, directions)
+    local_table : array, shape (n_nodes, directions, directions)
         Shapes of the local oscillators under each contact: motion in a direction by the oscillator
-        of a direction, of the left rail; from row to row at `shares` of the way.
-    local_scale : array, shape (n_rows x parts, directions)
-        By which their shapes move more than they receive. A shape that goes with its scale, as far
-        as it changes along the track, gives an oscillator the same push everywhere: rolling along
-        does not make it ring.
-    elements : array of int, shape (n_elements,)
-        Row at which each element of a cell begins; elements are equally long.
-    shares : array, shape (parts + 1,)
-        Rising from 0 to 1.
+        of a direction, of the left rail.
     cell_length : float
         m.
     cells : int
@@ -72,9 +63,6 @@ class AlongRing:
     mu: FloatArray
     partner: NDArray[np.intp]
     local_table: ComplexArray
-    local_scale: FloatArray
-    elements: NDArray[np.intp]
-    shares: FloatArray
     cell_length: float
     cells: int
 
@@ -89,16 +77,15 @@ class AlongRing:
         return self.cell_length * self.cells
 
     @cached_property
-    def _closed(self) -> tuple[ComplexArray, ComplexArray, FloatArray]:
-        """Tables with the last node, not rounded by itself: a wheel must not feel the joint.
+    def _closed(self) -> tuple[ComplexArray, ComplexArray]:
+        """Both tables with the last node, not rounded by itself: a wheel must not feel the joint.
 
         Contiguous, for `at` reads neighbours as one block.
         """
         table: ComplexArray = self.table.astype(complex)
         closing = table[:1] * np.exp(1j * self.mu)
         local = np.concatenate([self.local_table, self.local_table[:1]])
-        scale = np.concatenate([self.local_scale, self.local_scale[:1]])[:, None]
-        return np.ascontiguousarray(np.concatenate([table, closing])), local, scale
+        return np.ascontiguousarray(np.concatenate([table, closing])), local
 
     @cached_property
     def _phase(self) -> ComplexArray:
@@ -107,12 +94,11 @@ class AlongRing:
 
     def at(self, position: FloatArray, rows: int) -> Shaped:
         """See `Shapes`: between nodes displacements are Hermite's cubics."""
-        table, local_table, scales = self._closed
-        element = self.cell_length / self.elements.size
+        table, local_table = self._closed
+        element = self.cell_length / (table.shape[0] - 1)
         cell, inside = np.divmod(position % self.length, self.cell_length)
-        first = np.minimum((inside / element).astype(int), self.elements.size - 1)
+        first = np.minimum((inside / element).astype(int), table.shape[0] - 2)
         xi = inside / element - first
-        first = self.elements[first]
         weights, _ = shape_functions(xi, element, 0.0)
         k = rows // position.size
         out = np.empty((position.size, k, self.mu.size), dtype=complex)
@@ -122,14 +108,10 @@ class AlongRing:
                 block = table[node : node + 2, 2 * d : 2 * d + 2].reshape(4, -1).view(float)
                 out[i, d] = (weights[i] @ block).view(complex)
         out *= self._phase[cell.astype(int), None]
-        shares, parts = self.shares, self.shares.size - 1
-        part = np.clip(np.searchsorted(shares, xi, side="right") - 1, 0, parts - 1)
-        first = first * parts + part
-        xi = ((xi - shares[part]) / (shares[part + 1] - shares[part]))[:, None, None]
+        xi = xi[:, None, None]
         local = (1 - xi) * local_table[first] + xi * local_table[first + 1]
-        scale = scales[first] + xi * (scales[first + 1] - scales[first])
         shaped: ComplexArray = out.reshape(rows, -1)
-        return shaped, shaped[:, self.partner], np.stack([local * scale, local / scale])
+        return shaped, shaped[:, self.partner], local
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,4 +135,4 @@ class Everywhere:
     def at(self, position: FloatArray, rows: int) -> Shaped:
         """See `Shapes`."""
         del position, rows
-        return self.out, self.into, np.empty((2, 0, 0, 0), complex)
+        return self.out, self.into, np.empty((0, 0, 0), complex)

@@ -25,7 +25,6 @@ from .slab import SlabModes, free_plate_modes, no_plate_modes
 from .stack import add_crossings, check_directions, railseats, stack_of
 
 EVEN, ODD = 1, -1
-FINER = 4  # times as many elements where rails twist: bars are straight, and torsion's waves short
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,15 +129,6 @@ class Cell:
         return row
 
 
-def independent(track: Track, directions: Collection[Direction]) -> list[tuple[Direction, ...]]:
-    """Directions in groups that know nothing of each other: upright rails go down by themselves."""
-    down = tuple(d for d in directions if d is Z)
-    aside = tuple(d for d in directions if d is not Z)
-    together = track.slab.present and track.slab.tilts_rails
-    groups = [tuple(directions)] if together else [down, aside]
-    return [group for group in groups if group]
-
-
 def build_cell(
     track: Track,
     parity: int,
@@ -165,7 +155,7 @@ def build_cell(
     Cell
     """
     check_directions(track, directions)
-    nodes = _nodes(track, points, directions)
+    nodes = _nodes(track, points)
     section = with_lines(section_of(track.rail, directions), track.layers, track.fastening.spacing)
     slab = _slab(track, parity, directions) if track.slab.present else None
     stack = stack_of(track, parity, section, nodes, slab)
@@ -207,21 +197,9 @@ def _slab(track: Track, parity: int, directions: Collection[Direction]) -> SlabM
     )  # fmt: skip
 
 
-def elements_per_bay(track: Track, directions: Collection[Direction]) -> int:
-    """How many elements a rail that moves in directions has between two railseats."""
-    return track.mesh.elements_per_bay * (FINER if moves_aside(directions) else 1)
-
-
-def regular_nodes(track: Track, a_bay: int) -> FloatArray:
-    """Ends of so many equal parts of every bay along a cell, m, shape (bays * a_bay + 1,)."""
-    return np.linspace(0, track.cell_length, track.bays * a_bay + 1)
-
-
-def _nodes(
-    track: Track, points: FloatArray | None, directions: Collection[Direction]
-) -> FloatArray:
+def _nodes(track: Track, points: FloatArray | None) -> FloatArray:
     """Regular nodes, railseats among them, and the extra points."""
-    regular = regular_nodes(track, elements_per_bay(track, directions))
+    regular = np.linspace(0, track.cell_length, track.bays * track.mesh.elements_per_bay + 1)
     if points is None:
         return regular
     extra = [x for x in np.unique(points) if np.min(np.abs(regular - x)) > NODE_TOLERANCE]

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import compress
 from typing import Protocol
 
 import numpy as np
@@ -16,7 +15,7 @@ from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.ports import Direction, Z
 from railcosim.parameters import ParameterError
 
-from .cell import EVEN, ODD, Cell, build_cell, independent
+from .cell import EVEN, ODD, Cell, build_cell
 from .condensation import CondensedCell, condense
 from .local import MASS, LocalChange, SpringPlace, changed_by, springs_at
 from .parameters import Track
@@ -245,36 +244,20 @@ def _periodic(
 ) -> ComplexArray:
     out = np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
     on_rail = [p.x % track.cell_length for p in (*loads, *observed) if p.on_rail]
-    groups = _apart(track, [*loads, *observed])
-    cells = [
-        (cell.made_viscous() if viscous else cell, group)
-        for group in groups
-        for cell in (build_cell(track, parity, np.array(on_rail), group) for parity in (EVEN, ODD))
-    ]
+    directions = directions_for(
+        (p.direction for p in (*loads, *observed)), coupled=track.slab.tilts_rails
+    )
+    cells = [build_cell(track, parity, np.array(on_rail), directions) for parity in (EVEN, ODD)]
+    if viscous:
+        cells = [cell.made_viscous() for cell in cells]
     for start in range(0, omega.size, BLOCK):
         part = slice(start, start + BLOCK)
-        for cell, group in cells:
-            rows = np.array([p.direction in group for p in observed])
-            columns = np.array([p.direction in group for p in loads])
-            if any(rows) and any(columns):
-                some = list(compress(loads, columns)), list(compress(observed, rows))
-                # A load on one rail is half an even and half an odd one.
-                half = 0.5 * _one_parity(cell, omega[part], *some, join)
-                out[np.ix_(np.arange(omega.size)[part], rows, columns)] += half
+        for cell in cells:
+            # A load on one rail is half an even and half an odd one.
+            out[part] += 0.5 * _one_parity(cell, omega[part], loads, observed, join)
         if progress:
             progress(min(start + BLOCK, omega.size), omega.size)
     return out
-
-
-def _apart(track: Track, points: Sequence[Place]) -> list[tuple[Direction, ...]]:
-    """Directions in groups that know nothing of each other: but all do beside the head's middle."""
-    asked = (p.direction for p in points)
-    directions = directions_for(asked, coupled=track.slab.tilts_rails)
-    return (
-        [directions]
-        if any(p.offset for p in points if isinstance(p, Point))
-        else independent(track, directions)
-    )
 
 
 def _one_parity(

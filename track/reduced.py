@@ -13,23 +13,19 @@ from numpy.typing import NDArray
 
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.modal import ModalBody
-from railcosim.mechanics.ports import RAIL, Direction, Layout
+from railcosim.mechanics.ports import RAIL, Direction, Layout, Z
 from railcosim.mechanics.shapes import AlongRing
 from railcosim.parameters import ParameterError
 
-from .along import Rows, kinked_rows, smooth_rows
-from .attached import fading
-from .cell import EVEN, FINER, ODD, Cell, build_cell, independent
-from .flexibility import kinked_shapes, local_flexibility
+from .cell import EVEN, ODD, build_cell
 from .parameters import Track
 from .residual import head_shapes, residual
-from .ring import RingModes, passive_modes, ring_modes
+from .ring import RingModes, ring_modes
 from .section import VERTICAL, moves_aside
 from .stack import check_directions
 
 SHORTEST_WAVES = 0.8  # of the highest frequency kept: what a mesh must have, if at its least
-TWISTS_TO = 0.85  # of it: where modes end of rails that twist, which attached shapes go beyond
-PARTS = 48  # of an element: the flexibility that attached shapes leave has a notch at railseats
+FADE_FROM = 0.6  # of the highest frequency kept; modes below count in full
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,22 +44,17 @@ class ReducedTrack:
         Mode whose shape receives the force, see `RingModes`.
     parity : array, shape (n,)
         1 where both rails are mirror images of each other, -1 where opposite to that.
-    elements : array of int, shape (n_elements,)
-        Row of the table at which each element of a cell begins; it ends at the next one.
-    table : array, shape (n_rows, 2 k, n)
-        Motion of the LEFT rail's head at nodes along the cell and its slope along the rail,
-        direction by direction, for a unit force on one rail; numbers of single precision. Both ends
-        are included, and a node where shapes have a kink is two rows. Between nodes a motion is
-        Hermite's cubic.
+    nodes : array, shape (n_nodes,)
+        Along the cell, both ends included, m.
+    table : array, shape (n_nodes, 2 k, n)
+        Motion of the LEFT rail's head at the nodes and its slope along the rail, direction by
+        direction, for a unit force on one rail; numbers of single precision. Between nodes a motion
+        is Hermite's cubic.
     residual_poles : array, shape (k,)
         Poles of the local flexibility of the modes left out, rad/s.
-    shares : array, shape (p + 1,)
-        Of the way from a row to the next, 0 to 1: where the shapes of the residual are told.
-    residual_shapes : array, shape ((n_rows - 1) p + 1, k, k)
-        U there: ds/dt = pole s + (U / c)' f, motion Re(U c s), for the forces f on the same rail at
+    residual_shapes : array, shape (n_nodes, k, k)
+        U at the nodes: ds/dt = pole s + U' f, motion Re(U s), for the forces f on the same rail at
         the same place.
-    residual_scale : array, shape (.., k)
-        c, see `AlongRing`.
     cell_length, length : float
         Of a cell and of the ring, m.
     """
@@ -73,12 +64,10 @@ class ReducedTrack:
     mu: FloatArray
     partner: NDArray[np.intp]
     parity: FloatArray
-    elements: NDArray[np.intp]
+    nodes: FloatArray
     table: ComplexArray
-    shares: FloatArray
     residual_poles: ComplexArray
     residual_shapes: ComplexArray
-    residual_scale: FloatArray
     cell_length: float
     length: float
 
@@ -106,9 +95,6 @@ class ReducedTrack:
                 mu=self.mu,
                 partner=self.partner,
                 local_table=self.residual_shapes[:-1],
-                local_scale=self.residual_scale[:-1],
-                elements=self.elements,
-                shares=self.shares,
                 cell_length=self.cell_length,
                 cells=round(self.length / self.cell_length),
             ),
@@ -153,18 +139,16 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
     check_mesh(track, directions)
     groups = independent(track, directions)
     parts = [_group(track, group) for group in groups]
-    rows, k = max((part.rows for part in parts), key=lambda rows: rows.node.size), len(directions)
-    poles, shapes = np.empty(k, complex), np.zeros((rows.places[0].size, k, k), complex)
+    nodes, k = parts[0].nodes, len(directions)
+    poles, shapes = np.empty(k, complex), np.zeros((nodes.size, k, k), complex)
     tables: list[list[ComplexArray]] = [[], []]
-    scale = np.ones((len(shapes), k))
-    for group, part in zip(groups, [part.on(rows) for part in parts], strict=True):
+    for group, part in zip(groups, parts, strict=True):
         own = np.array([directions.index(d) for d in group])
         poles[own], shapes[:, own[:, None], own] = part.pole, part.shape
-        scale[:, own] = part.scale
-        values = np.stack([2 * own, 2 * own + 1], axis=1).ravel()
+        rows = np.stack([2 * own, 2 * own + 1], axis=1).ravel()
         for parity, table in zip(tables, part.tables, strict=True):
-            whole = np.zeros((rows.node.size, 2 * k, table.shape[2]), complex)
-            whole[:, values] = table
+            whole = np.zeros((nodes.size, 2 * k, table.shape[2]), complex)
+            whole[:, rows] = table
             parity.append(whole)
     modes = [part.modes[parity] for parity in (0, 1) for part in parts]
     joined, count = RingModes.joined(modes), [sum(t.shape[2] for t in some) for some in tables]
@@ -178,12 +162,10 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
         mu=joined.mu,
         partner=joined.partner,
         parity=np.repeat([1.0, -1.0], count),
-        elements=rows.elements,
+        nodes=nodes,
         table=table.astype(np.complex64).astype(complex),
-        shares=rows.shares,
         residual_poles=poles,
         residual_shapes=shapes,
-        residual_scale=scale,
         cell_length=track.cell_length,
         length=track.length,
     )
@@ -193,52 +175,25 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
 class _Group:
     """What is reduced by itself: modes (without shapes) and tables, even and odd; a residual."""
 
-    rows: Rows
+    nodes: FloatArray
     modes: list[RingModes]
     tables: list[ComplexArray]
     pole: ComplexArray
     shape: ComplexArray
-    scale: FloatArray | float = 1.0
-
-    def on(self, rows: Rows) -> _Group:
-        """The same in a table of more rows, which says no more of it."""
-        if rows.node.size == self.rows.node.size:
-            return self
-        tables = [table[rows.node] for table in self.tables]
-        return replace(self, rows=rows, tables=tables, shape=rows.spread(self.shape))
 
 
 def _group(track: Track, directions: tuple[Direction, ...]) -> _Group:
     top = track.mesh.highest_frequency
     cells = [build_cell(track, parity, directions=directions) for parity in (EVEN, ODD)]
-    if moves_aside(directions):
-        return _kinked_group(track, cells, directions, top * TWISTS_TO)
     modes = [_faded(ring_modes(cell, top), 2 * np.pi * top) for cell in cells]
     pole, shape = residual(track, cells, modes, directions)
     pairs = zip(cells, modes, strict=True)
     return _Group(
-        rows=smooth_rows(track),
+        nodes=cells[0].nodes,
         modes=[replace(ring, shapes=ring.shapes[:0]) for ring in modes],
         tables=[head_shapes(cell, ring, directions) for cell, ring in pairs],
         pole=pole,
         shape=shape,
-    )
-
-
-def _kinked_group(
-    track: Track, cells: list[Cell], directions: tuple[Direction, ...], top: float
-) -> _Group:
-    modes, rows = [passive_modes(cell, top) for cell in cells], kinked_rows(track, PARTS)
-    pairs = zip(cells, modes, strict=True)
-    tables = [kinked_shapes(cell, ring, directions) for cell, ring in pairs]
-    pole, shape, scale = local_flexibility(track, rows, tables, modes, directions, 2 * np.pi * top)
-    return _Group(
-        rows=rows,
-        modes=[replace(ring, shapes=ring.shapes[:0]) for ring in modes],
-        tables=tables,
-        pole=pole,
-        shape=shape,
-        scale=scale,
     )
 
 
@@ -247,10 +202,9 @@ def check_mesh(track: Track, directions: Collection[Direction]) -> None:
     rail, mesh = track.rail, track.mesh
     speed = np.sqrt(rail.torsional_rigidity / rail.polar_inertia)
     shortest = np.sqrt(6) * speed / (2 * np.pi * track.fastening.spacing)  # of a bay as one element
-    ends = shortest * mesh.elements_per_bay * FINER
+    ends = shortest * mesh.elements_per_bay
     if moves_aside(directions) and ends < SHORTEST_WAVES * mesh.highest_frequency:
-        highest = SHORTEST_WAVES * mesh.highest_frequency
-        needed = 2 * int(np.ceil(highest / FINER / shortest / 2))
+        needed = 2 * int(np.ceil(SHORTEST_WAVES * mesh.highest_frequency / shortest / 2))
         raise ParameterError(
             f"[mesh] elements_per_bay = {mesh.elements_per_bay}: torsion of this mesh ends at "
             f"{ends:.0f} Hz, too far below highest_frequency = {mesh.highest_frequency:g} Hz; take "
@@ -258,6 +212,16 @@ def check_mesh(track: Track, directions: Collection[Direction]) -> None:
         )
 
 
+def independent(track: Track, directions: Collection[Direction]) -> list[tuple[Direction, ...]]:
+    """Directions in groups that know nothing of each other: upright rails go down by themselves."""
+    down = tuple(d for d in directions if d is Z)
+    aside = tuple(d for d in directions if d is not Z)
+    together = track.slab.present and track.slab.tilts_rails
+    groups = [tuple(directions)] if together else [down, aside]
+    return [group for group in groups if group]
+
+
 def _faded(modes: RingModes, top: float) -> RingModes:
-    """Weigh modes by how near they are to the highest frequency, rad/s."""
-    return modes.weighted(fading(np.abs(modes.poles) / top))
+    """Weigh modes by cos^2 falling from 1 at `FADE_FROM * top` (rad/s) to 0 at `top`."""
+    part = np.clip((np.abs(modes.poles) / top - FADE_FROM) / (1 - FADE_FROM), 0, 1)
+    return modes.weighted(np.cos(0.5 * np.pi * part) ** 2)

@@ -82,17 +82,14 @@ def residual(
     """
     top = 2 * np.pi * track.mesh.highest_frequency
     omega = np.concatenate([[0.0], np.linspace(FIT_FROM, FIT_TO, 8) * top])
-    motions = [
-        head_shapes(c, ring, directions)[:, ::2] for c, ring in zip(cells, modes, strict=True)
-    ]
-    left_out, whole = left_out_by(track, cells[0].nodes, motions, modes, directions, omega)
-    apart = Apart.of(left_out[0].real, whole)
+    left_out, whole = _left_out(track, cells, modes, directions, omega)
+    apart = _Apart.of(left_out[0].real, whole)
     N, w, k = apart.seen(left_out), omega[1:, None], len(directions)
     static = np.diagonal(apart.static, axis1=1, axis2=2)
     missing = _missing_jumps(track, cells, modes, directions, apart)
     poles, slope = np.empty(k, complex), np.zeros_like(apart.static)  # of the imaginary part
     for j in range(k):
-        omega_r = natural(N[:, :, j, j], apart.known[:, j], w, top)
+        omega_r = _natural(N[:, :, j, j], apart.known[:, j], w, top)
         falls = 1 - (w / omega_r) ** 2
         loss = np.max(-N[1:, :, j, j].imag / w * falls, axis=0)
         needed = missing[:, :, j, j].max(axis=0) / omega_r**2
@@ -125,7 +122,7 @@ def _at_least(J: FloatArray, least: FloatArray, size: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Apart:
+class _Apart:
     """Coordinates in which the directions' flexibilities are apart on average: R0 = U static U'.
 
     A rail's head is moved sideways by its twist, most of all; what its own bending adds is damped
@@ -146,8 +143,7 @@ class Apart:
     known: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, R0: FloatArray, whole: FloatArray) -> Apart:
-        """Of what is left out at rest and of all, (n_nodes, k, k)."""
+    def of(cls, R0: FloatArray, whole: FloatArray) -> _Apart:
         rest = R0.mean(axis=0)
         U = np.eye(len(rest))
         for j in reversed(range(len(rest))):
@@ -174,7 +170,7 @@ class Apart:
         return np.linalg.inv(self.U).astype(float)
 
 
-def natural(N: ComplexArray, known: NDArray[np.bool_], w: FloatArray, top: float) -> float:
+def _natural(N: ComplexArray, known: NDArray[np.bool_], w: FloatArray, top: float) -> float:
     """Natural frequency of an oscillator like this flexibility, static first; rad/s.
 
     Told by the nodes where damping does not decide.
@@ -234,20 +230,18 @@ def _carried(shape: ComplexArray) -> ComplexArray:
     return shape[:, :, None] * shape[:, None, :]
 
 
-def left_out_by(
+def _left_out(
     track: Track,
-    nodes: FloatArray,
-    motions: list[ComplexArray],
+    cells: list[Cell],
     modes: list[RingModes],
     directions: Directions,
     omega: FloatArray,
 ) -> tuple[ComplexArray, FloatArray]:
     """Finite elements less modes, at every node for forces there, (n_omega, n_nodes, k, k).
 
-    And the finite elements at rest, (n_nodes, k, k). `motions` are those of the modes, of either
-    parity (n_nodes, k, n).
+    And the finite elements at rest, (n_nodes, k, k).
     """
-    k = len(directions)
+    nodes, k = cells[0].nodes, len(directions)
     points = [Point(x=float(x), direction=d) for x in nodes for d in directions]
     total = direct_receptance(track, omega, points, points, viscous=True)
     same = np.arange(nodes.size)
@@ -255,7 +249,8 @@ def left_out_by(
     left_out: ComplexArray = np.moveaxis(total[:, same, :, same], 0, 1).copy()
     whole = left_out[0].real.copy()
     s = 1j * omega[:, None]
-    for w, ring in zip(motions, modes, strict=True):
+    for cell, ring in zip(cells, modes, strict=True):
+        w = head_shapes(cell, ring, directions)[:, ::2]
         for i in range(k):
             for j in range(k):
                 residue = w[:, i] * w[:, j][:, ring.partner]
@@ -269,7 +264,7 @@ def _missing_jumps(
     cells: list[Cell],
     modes: list[RingModes],
     directions: Directions,
-    apart: Apart,
+    apart: _Apart,
 ) -> FloatArray:
     """What the residual must jump by at least after an impulse, m/(N s), (6, n_nodes, k, k).
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eig
+from scipy.linalg import eig, eigh
 
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
 
-from .attached import attached
 from .cell import Cell
-from .waves_of_cell import WavesOfCell, all_waves
 
 REAL_POLE = 1e-9  # |Im| / |lambda| below which a pole counts as real (overdamped)
 SAME_SHAPE = 1e-6  # relative difference below which two shapes count as one; rounding gives 1e-9
@@ -84,42 +82,26 @@ def ring_modes(cell: Cell, highest_frequency: float) -> RingModes:
     ----------
     Tisseur, F. & Meerbergen, K. (2001), The quadratic eigenvalue problem, SIAM Rev. 43(2).
     """
-    return _ring(cell, lambda mu: all_waves(cell, mu), highest_frequency)
-
-
-def passive_modes(cell: Cell, highest_frequency: float) -> RingModes:
-    """Complex modes of a ring that moves in `attached` shapes only, all of them.
-
-    As nothing is left out of that ring, it gives no power, whatever its dampers are.
-
-    Parameters
-    ----------
-    cell : Cell
-        One parity of the cell.
-    highest_frequency : float
-        Of the undamped modes, which fade out towards it, Hz.
-
-    Returns
-    -------
-    RingModes
-    """
-    return _ring(cell, lambda mu: attached(cell, mu, highest_frequency), np.inf)
-
-
-def _ring(cell: Cell, waves: Callable[[float], WavesOfCell], highest: float) -> RingModes:
     N = cell.track.mesh.cells
     parts = [
-        _damped(waves(2 * np.pi * q / N), highest, standing=q in (0, N // 2), cells=N)
+        _wave(cell, 2 * np.pi * q / N, highest_frequency, standing=q in (0, N // 2), cells=N)
         for q in range(N // 2 + 1)
     ]
     return RingModes.joined(parts)
 
 
-def _damped(undamped: WavesOfCell, highest: float, *, standing: bool, cells: int) -> RingModes:
+def _wave(cell: Cell, mu: float, highest: float, *, standing: bool, cells: int) -> RingModes:
     """Modes of one wavenumber and its opposite."""
-    mu, T, basis = undamped.mu, undamped.turn, undamped.basis
-    squared, m = undamped.squared, undamped.squared.size
-    A = np.block([[np.zeros((m, m)), np.eye(m)], [-np.diag(squared), -undamped.damping]])
+    T = bloch(cell, mu)
+    M, C, K = (T.conj().T @ A @ T for A in (cell.M, cell.viscous_damping(), cell.K))
+    squared, basis = eigh(K, M)
+    m = squared.size
+    A = np.block(
+        [
+            [np.zeros((m, m)), np.eye(m)],
+            [-np.diag(squared), -basis.conj().T @ C @ basis],
+        ]
+    )
     poles, right = eig(A)
     left = np.linalg.inv(right)
     forward = T @ (basis @ right[:m])  # deflection of a wave e^{+i mu c}
@@ -154,3 +136,11 @@ def _damped(undamped: WavesOfCell, highest: float, *, standing: bool, cells: int
         partner=partner,
         shapes=np.concatenate([forward, backward[:, pair]], axis=1),
     )
+
+
+def bloch(cell: Cell, mu: float) -> ComplexArray:
+    """Open cell from closed one: the last rail node is the first one's, e^{i mu} further."""
+    size, n, d = cell.K.shape[0], cell.rail_size, cell.section.size
+    T = np.eye(size, dtype=complex)
+    T[np.arange(n - d, n), np.arange(d)] = np.exp(1j * mu)
+    return np.delete(T, np.arange(n - d, n), axis=1)

@@ -82,9 +82,6 @@ def _along(shapes: AlongRing, body: ModalBody) -> Sections:
         **_segments(shapes.partner, shapes.mu, body.even, _moved(shapes)),
         **_complex("table", shapes.table),
         **_complex("local", shapes.local_table),
-        "local_scale": shapes.local_scale,
-        "elements": shapes.elements.astype(np.int32),
-        "shares": shapes.shares,
         "geometry": np.array([shapes.cell_length]),
     }
 

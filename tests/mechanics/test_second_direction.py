@@ -59,7 +59,7 @@ def with_lateral(body: ModalBody) -> ModalBody:
         shapes=replace(
             shapes, table=np.concatenate([down, across], axis=1).astype(np.complex64),
             mu=grown(shapes.mu, [0.0, 0.0]), partner=back[partner],
-            local_table=quiet, local_scale=np.ones((len(quiet), 2)),
+            local_table=quiet,
         ),
         rigid_out=np.zeros((4, 0)), rigid_into=np.zeros((4, 0)), preload=np.zeros(8),
     )  # fmt: skip
@@ -79,15 +79,11 @@ def body(plain):
 @pytest.fixture(scope="module")
 def coupled(body):
     """With local oscillators of both directions, each of which moves the rail both ways."""
-    own = np.repeat(body.shapes.local_table[:, :1, :1], 2, axis=0)
+    own = body.shapes.local_table[:, :1, :1]
     table = own * np.array([[1.0, 0.3 + 0.2j], [-0.4 + 0.1j, 0.7]])
-    # Told twice an element, and giving more or less than they take.
-    scale = np.random.default_rng(3).uniform(0.5, 1.5, (len(table), 2))
     poles = body.poles.copy()
     poles[body.shared + 1 :: 2] *= 0.8
-    return replace(body, poles=poles, shapes=replace(
-        body.shapes, local_table=table, local_scale=scale, shares=np.array([0.0, 0.3, 1.0])
-    ))  # fmt: skip
+    return replace(body, poles=poles, shapes=replace(body.shapes, local_table=table))
 
 
 def native(body, folder):

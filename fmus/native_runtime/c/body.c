@@ -35,8 +35,6 @@ static void lay_out(Body *body, Arrays *arrays)
         set[k]->in_im = set[k]->out_im;
         set[k]->local_re = arrays_take(arrays, m->contacts * m->directions);
         set[k]->local_im = arrays_take(arrays, m->contacts * m->directions);
-        set[k]->local_in_re = arrays_take(arrays, m->contacts * m->directions);
-        set[k]->local_in_im = arrays_take(arrays, m->contacts * m->directions);
     }
     /* Of a vehicle the shapes that receive forces. */
     body->receiving = arrays_take(arrays, m->nodes > 0 ? 0 : 2 * all);
@@ -162,8 +160,8 @@ void body_drive_rest(const Body *body, const Shapes *shapes, const double *force
     for (size_t k = 0; k < m->local; k++) {
         double re = 0, im = 0;
         for (size_t j = k - k % D; j < k - k % D + D; j++) { /* ports of the same contact */
-            re += shapes->local_in_re[j * D + k % D] * force[j];
-            im += shapes->local_in_im[j * D + k % D] * force[j];
+            re += shapes->local_re[j * D + k % D] * force[j];
+            im += shapes->local_im[j * D + k % D] * force[j];
         }
         g[m->width + k] = re;
         g[m->drives + m->width + k] = im;

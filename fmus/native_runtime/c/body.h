@@ -22,7 +22,7 @@ typedef struct {
 typedef struct {
     double *out_re, *out_im;       /* as displacements */
     const double *in_re, *in_im;   /* as forces receive them, before the segments' exchange */
-    double *local_re, *local_im, *local_in_re, *local_in_im;
+    double *local_re, *local_im;
     Place *place; /* of each wheelset, what they are for */
 } Shapes;
 

@@ -70,8 +70,7 @@ static void between(const Body *body, const Shapes *shapes, size_t count,
                                       m->rigid_in[other * m->rigid + q];
         for (size_t q = 0; q < D && local && first < m->local; q++) {
             const double re = shapes->local_re[k * D + q], im = shapes->local_im[k * D + q];
-            const double to_re = shapes->local_in_re[j * D + q];
-            const double to_im = shapes->local_in_im[j * D + q];
+            const double to_re = shapes->local_re[j * D + q], to_im = shapes->local_im[j * D + q];
             own += (re * to_re - im * to_im) * weight[i][m->ring + first + q] -
                    (re * to_im + im * to_re) * weight[i][m->modes + m->ring + first + q];
         }

@@ -180,32 +180,6 @@ static const float *floats(Reader *reader, const char *name)
     return data;
 }
 
-/* Where elements begin, and what is between their nodes of the local modes. */
-static void read_local(Reader *reader)
-{
-    Model *m = reader->model;
-    m->elements = resource_length(&m->resource, "elements");
-    m->begins = section(reader, "elements", TYPE_INT32, m->elements, 0, 0);
-    demand(reader, m->elements >= 1 && m->elements <= m->nodes, "the number of elements");
-    for (size_t k = 0; reader->good && k < m->elements; k++)
-        demand(reader, m->begins[k] >= (k ? m->begins[k - 1] + 1 : 0) &&
-               (size_t)m->begins[k] < m->nodes, "where an element begins");
-    const size_t places = resource_length(&m->resource, "shares");
-    m->shares = doubles(reader, "shares", places, 0, 0);
-    demand(reader, places >= 2 && places <= MOST_PARTS + 1, "the parts of an element");
-    demand(reader, m->shares != NULL && m->shares[0] == 0, "where the parts of an element begin");
-    for (size_t k = 1; reader->good && k < places; k++)
-        demand(reader, m->shares[k] - m->shares[k - 1] > 1e-9, "the parts of an element");
-    if (!reader->good)
-        return;
-    m->parts = places - 1;
-    const size_t rows = m->nodes * m->parts, D = m->directions;
-    m->local_shape = complexes(reader, "local", rows, D, D);
-    m->local_scale = doubles(reader, "local_scale", rows, D, 0);
-    for (size_t k = 0; reader->good && k < rows * D; k++)
-        demand(reader, m->local_scale[k] > 1e-12, "the scale of a local mode");
-}
-
 static void read_track(Reader *reader)
 {
     Model *m = reader->model;
@@ -214,7 +188,7 @@ static void read_track(Reader *reader)
     m->table = allocate(reader, reader->good ? m->chunk[m->chunks].table : 0, sizeof(float));
     if (reader->good)
         model_fill_table(m, re, im);
-    read_local(reader);
+    m->local_shape = complexes(reader, "local", m->nodes, m->directions, m->directions);
     const double *geometry = doubles(reader, "geometry", 1, 0, 0);
     demand(reader, m->local == m->contacts, "local modes must be one a contact");
     if (!reader->good)
@@ -222,7 +196,7 @@ static void read_track(Reader *reader)
     m->cell_length = geometry[0];
     demand(reader, m->cell_length > 1e-3 && m->cell_length < 1e6, "the geometry of the cell");
     m->length = m->cell_length * (double)m->cells;
-    m->element = m->cell_length / (double)m->elements;
+    m->element = m->cell_length / (double)m->nodes;
     m->phase = allocate(reader, 2 * m->cells * m->segments, sizeof(double));
     for (size_t c = 0; reader->good && c < m->cells; c++)
         for (size_t k = 0; k < m->segments; k++) {

@@ -20,9 +20,9 @@ static Place locate(const Model *m, double position)
         around += m->length;
     const double c = fmin(floor(around / m->cell_length), (double)(m->cells - 1));
     const double inside = fmax(around - c * m->cell_length, 0.0) / m->element;
-    const double e = fmin(floor(inside), (double)(m->elements - 1));
+    const double e = fmin(floor(inside), (double)(m->nodes - 1));
     place.cell = (size_t)c;
-    place.node = (size_t)m->begins[(size_t)e];
+    place.node = (size_t)e;
     place.xi = inside - e;
     return place;
 }
@@ -77,53 +77,27 @@ static void evaluate(const Body *body, const Place *place, const Chunk *chunk, c
                   body->spare + body->model->directions * body->model->width);
 }
 
-/* Shapes of the local modes of a wheelset, and how they change by `change` along the track, m.
-   Straight between places of their table is the shape, and the scale by which it moves more than it
-   takes. */
-static void local_shapes(const Model *m, size_t wheelset, const Place *place, const double *change,
-                         Shapes *to)
+/* Shapes of the local modes of a wheelset with given weights of the values at both nodes. */
+static void local_shapes(const Model *m, size_t wheelset, const Place *place,
+                         const double weight[2], double *to_re, double *to_im)
 {
     const double *re = m->local_shape.re, *im = m->local_shape.im;
-    const size_t D = m->directions;
-    size_t part = 0;
-    while (part + 1 < m->parts && place->xi >= m->shares[part + 1])
-        part++;
-    const double share = m->shares[part + 1] - m->shares[part];
-    const double xi = (place->xi - m->shares[part]) / share;
-    const double by = change != NULL ? *change / (m->element * share) : 0;
-    const double weight[2] = {change != NULL ? -by : 1 - xi, change != NULL ? by : xi};
-    const size_t at = place->node * m->parts + part, next = at + 1 == m->nodes * m->parts ? 0 : at + 1;
-    for (size_t k = 0; k < D * D; k++) {
-        const size_t here = at * D * D + k, there = next * D * D + k;
-        const double one = m->local_scale[at * D + k % D];
-        const double grows = m->local_scale[next * D + k % D] - one, scale = one + xi * grows;
-        double value[2] = {weight[0] * re[here] + weight[1] * re[there],
-                           weight[0] * im[here] + weight[1] * im[there]};
-        double out[2] = {value[0] * scale, value[1] * scale};
-        double in[2] = {value[0] / scale, value[1] / scale};
-        if (change != NULL && grows != 0) {
-            const double still[2] = {re[here] + xi * (re[there] - re[here]),
-                                     im[here] + xi * (im[there] - im[here])};
-            for (int z = 0; z < 2; z++) {
-                out[z] += still[z] * by * grows;
-                in[z] -= still[z] * by * grows / (scale * scale);
-            }
-        }
+    const size_t D = m->directions, next = place->node + 1 == m->nodes ? 0 : place->node + 1;
+    for (size_t k = 0; k < D * D; k++)
         for (size_t side = 0; side < m->sides; side++) {
-            const size_t j = (side * m->rows + wheelset * D) * D + k;
+            const size_t to = (side * m->rows + wheelset * D) * D + k;
+            const size_t here = place->node * D * D + k, there = next * D * D + k;
             const double sign = side > 0 ? m->mirror[k / D] : 1;
-            to->local_re[j] = sign * out[0];
-            to->local_im[j] = sign * out[1];
-            to->local_in_re[j] = sign * in[0];
-            to->local_in_im[j] = sign * in[1];
+            to_re[to] = sign * (weight[0] * re[here] + weight[1] * re[there]);
+            to_im[to] = sign * (weight[0] * im[here] + weight[1] * im[there]);
         }
-    }
 }
 
 /* Take note of where shapes of a wheelset now are. */
 static void arrive(const Model *m, Shapes *shapes, size_t wheelset, const Place *place)
 {
-    local_shapes(m, wheelset, place, NULL, shapes);
+    const double local[2] = {1 - place->xi, place->xi};
+    local_shapes(m, wheelset, place, local, shapes->local_re, shapes->local_im);
     shapes->place[wheelset] = *place;
 }
 
@@ -237,7 +211,8 @@ const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change)
         for (int j = 0; j < 4; j++)
             dw[j] *= change[k];
         evaluate_all(body, &body->slope, k, place, dw);
-        local_shapes(m, k, place, &change[k], &body->slope);
+        const double local[2] = {-change[k] / m->element, change[k] / m->element};
+        local_shapes(m, k, place, local, body->slope.local_re, body->slope.local_im);
     }
     return &body->slope;
 }
