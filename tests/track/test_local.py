@@ -34,9 +34,9 @@ SLEEPERS = bays(Layer(name="sleeper", kind="sleeper", unsupported=0.4))
 def brute_force(track, change):
     """All points for a load at the first, with the ring's matrices changed by hand."""
     ring = build_ring(track, (Z,), X)
-    heads, (chain,) = ring.heads(X).toarray(), ring.chains
+    heads = ring.heads(X).toarray()
     one = np.zeros((ring.K.shape[0], 2))  # the third railseat's blocks, or its sleeper's z and roll
-    one[2 * chain.section.size * chain.nodes.size + 2 * 2 + np.arange(2), np.arange(2)] = 1
+    one[2 * ring.section.size * ring.nodes.size + 2 * 2 + np.arange(2), np.arange(2)] = 1
     dK, dC, dM = change(track, heads, one)
     found = []
     for w in OMEGA:

@@ -239,12 +239,8 @@ def test_order_of_the_track_contact(track, rolled, order):
 @CREEP
 @pytest.mark.parametrize("speed", [1.0, 70.0])
 def test_force_at_an_instant(track, creep, speed):
-    """It agrees with the rates that it makes, by which it would change more than by itself.
-
-    Our rails do not yield at once aside; these do, by oscillators of their own that are damped.
-    """
-    law, met, damped = rolling(RAIL, creep, speed), track.at(PLACE), np.exp(-0.75j)
-    met = replace(met, local=met.local * damped, local_into=met.local_into * damped)
+    """It agrees with the rates that it makes, by which it would change more than by itself."""
+    law, met = rolling(RAIL, creep, speed), track.at(PLACE)
     own, given = OwnContact(law), pressing(y=0.0)
     given[:, 8:] = 0.0
     state = met.rest(own.rest(met, given.ravel()))
@@ -256,7 +252,7 @@ def test_force_at_an_instant(track, creep, speed):
     assert np.abs(v[:, 1]).max() > 1e-4
     by_v, through = law.tangents(q, v, given)[1], met.through
     gain = np.abs(np.linalg.eigvals(by_v[0] @ through[:3, :3])).max()
-    assert gain * speed > 10  # at 1 m/s, iterating would multiply an error by so much
+    assert gain > 50 / speed
 
 
 def test_track_rests_under_a_wheelset(track):
