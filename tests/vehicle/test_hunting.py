@@ -212,8 +212,9 @@ def test_cooperriders_bogie_up_and_down():
     bogie, speeds = Bogie(), np.array([66.5, 66.8, 68.0, 70.0])
     critical = critical_speed(bogie.poles, np.arange(20.0, 120.0, 1.0))
     sweep = Sweep(bogie, speeds, critical, 120.0, lambda done, total: None)
-    up = sweep.up()
-    down = sweep.down(up)
+    sweep.up()
+    sweep.down()
+    up, down = sweep.branches["up"], sweep.branches["down"]
     assert up.settled.all()
     assert down.settled.all()
     assert up.alive.tolist() == [False, False, False, True]
