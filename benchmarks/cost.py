@@ -82,13 +82,15 @@ class Hollow:
         """Make the FMUs hollow: what is left of the cost of a step is all but theirs."""
         libraries = []
         for instance in (fmu._instance for fmu in fmus):
-            libraries.append((instance._fmu, instance._fmu.dll))
-            instance._fmu.dll = self
+            libraries.append((instance._library, instance._library._dll))
+            instance._library._dll = self
+            for name in instance._functions:
+                instance._functions[name] = self._ok
             for call in instance._prepared.values():
                 call.function = self._ok
         yield
-        for fmu, library in libraries:
-            fmu.dll = library
+        for library, dll in libraries:  # which frees the instance
+            library._dll = dll
 
 
 def seconds(work: Callable[[], object], repeats: int = REPEATS) -> float:
