@@ -15,6 +15,7 @@ KINDS = {
     SLEEPER: "a beam across under every pair of railseats",
     CONTINUOUS: "a beam along under each rail",
 }
+MASS = "mass"  # on a rail, among places that differ: see `local`
 NONE = "no source: a file says where its numbers are from"
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
@@ -69,16 +70,17 @@ class Layer(ParameterSet):
 def check_layers(layers: Sequence[Layer], tables: Collection[str], distance: float) -> None:
     """Raise ParameterError if layers cannot lie on each other under rails so far apart, m."""
     names = [layer.name for layer in layers if layer.name]
+    taken = (*tables, MASS)
     for layer in layers:
         said = f"[[layers]] {layer.called}"
         if layer.kind not in KINDS:
             raise ParameterError(
                 f"{said}: kind = {layer.kind!r}: must be one of {', '.join(KINDS)}"
             )
-        if layer.name and (not NAME.fullmatch(layer.name) or layer.name in tables):
+        if layer.name and (not NAME.fullmatch(layer.name) or layer.name in taken):
             raise ParameterError(
                 f"{said}: name = {layer.name!r}: must be letters, digits and _, and none of "
-                f"{', '.join(tables)}"
+                f"{', '.join(taken)}"
             )
         if names.count(layer.name) > 1:
             raise ParameterError(f"{said}: name = {layer.name!r}: two have it")

@@ -27,11 +27,13 @@ from railcosim.parameters import ParameterError
 from .below import NODE_TOLERANCE, Joint
 from .cell import EVEN, Cell, build_cell
 from .fastenings import Support
+from .layers import MASS
 from .parameters import Track
-from .stack import stack_of
+from .stack import railseats, stack_of
 
-MASS, FASTENING = "mass", "fastening"
+FASTENING = "fastening"
 SIDES = (-1, 1)  # left, right
+ROUNDING = 1e-9  # of sums of parts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +48,8 @@ class LocalChange:
     x : float
         Along the track, m, from where a cell begins; of a railseat but for a mass.
     value : float
-        kg more, or how much of stiffness and damping is left: 0, it hangs.
+        kg more (>= 0), or how much of stiffness and damping is left (>= 0): 0, it hangs. Changes
+        of one spring add up.
     sides : tuple of int
         -1 left, 1 right.
     """
@@ -90,9 +93,16 @@ def springs_at(track: Track, change: LocalChange) -> tuple[list[SpringPlace], Su
     said = f"{change.what}@{change.x:g}"
     if change.what not in names:
         raise ParameterError(f"{said}: must be one of {', '.join([MASS, *names])}")
+    if names.count(change.what) > 1:
+        raise ParameterError(
+            f"{said}: {names.count(change.what)} layers are called so; give it a name"
+        )
     number = names.index(change.what)
-    spacing = track.fastening.spacing
-    seat = (np.floor(change.x / spacing) + 0.5) * spacing
+    spacing, seats = track.fastening.spacing, railseats(track)
+    # By its number in its cell: a spacing that is rounded leaves no seat that is a multiple of it.
+    cell = np.floor(change.x / track.cell_length)
+    own = min(int((change.x - cell * track.cell_length) / spacing), track.bays - 1)
+    seat = cell * track.cell_length + seats[own]
     if abs(seat - change.x) > 1e-3:
         raise ParameterError(
             f"{said}: there is no railseat; the nearest is at {seat:g} m, all {spacing:g} m apart"
@@ -102,7 +112,9 @@ def springs_at(track: Track, change: LocalChange) -> tuple[list[SpringPlace], Su
     joint = _joints(build_cell(track, EVEN))[number]
     if joint.points.all_along:
         raise ParameterError(f"{said}: is continuous; only what is at railseats changes at one")
-    here = np.flatnonzero(np.abs(joint.points.x - seat % track.cell_length) < NODE_TOLERANCE)
+    here = np.flatnonzero(np.abs(joint.points.x - seats[own]) < NODE_TOLERANCE)
+    if not here.size:
+        raise ParameterError(f"{said}: nothing is at that railseat")
     spring = joint.springs[0]
     loss = joint.loss_factor * spring.stiffness
     places = [
@@ -110,6 +122,47 @@ def springs_at(track: Track, change: LocalChange) -> tuple[list[SpringPlace], Su
         for side in change.sides for k in here
     ]  # fmt: skip
     return places, Support(np.empty((0, 0)), spring.stiffness, spring.damping, loss)
+
+
+def masses_at(change: LocalChange) -> float:
+    """Of a change on a rail, kg.
+
+    Raises
+    ------
+    ParameterError
+        If it is negative: a rail that is lighter than nothing is no rail.
+    """
+    if change.value < 0:
+        raise ParameterError(
+            f"{change.what}@{change.x:g} = {change.value:g} kg: must be >= 0, what is added"
+        )
+    return change.value
+
+
+def check_left(
+    track: Track, changed: Sequence[tuple[LocalChange, SpringPlace]], cells: int | None
+) -> None:
+    """Raise ParameterError if changes of one spring add up to less than nothing.
+
+    Parameters
+    ----------
+    track : Track
+        Parameters.
+    changed : sequence of (LocalChange, SpringPlace)
+        Every spring of every change.
+    cells : int or None
+        Of the ring, where a place comes again; None: without end.
+    """
+    left: dict[tuple[int, int, int, int], float] = {}
+    for change, place in changed:
+        cell = int(place.x // track.cell_length)
+        key = (place.joint, place.number, place.side, cell % cells if cells else cell)
+        left[key] = left.get(key, 1.0) + change.value - 1
+        if left[key] < -ROUNDING:
+            raise ParameterError(
+                f"{change}: changes of one railseat add up, and {left[key]:g} of it would be left; "
+                "must be >= 0"
+            )
 
 
 def changed_by(H: ComplexArray, D: ComplexArray, n_observed: int, n_loads: int) -> ComplexArray:

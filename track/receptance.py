@@ -17,7 +17,8 @@ from railcosim.parameters import ParameterError
 
 from .cell import EVEN, ODD, Cell, build_cell
 from .condensation import CondensedCell, condense
-from .local import MASS, LocalChange, SpringPlace, changed_by, springs_at
+from .layers import MASS
+from .local import LocalChange, SpringPlace, changed_by, check_left, masses_at, springs_at
 from .parameters import Track
 from .section import directions_for
 from .waves import waves
@@ -159,8 +160,9 @@ def direct_receptance(
         return ring(cell, track.mesh.cells)
 
     return _receptance(
-        track, omega, loads, observed, join, progress, viscous=viscous, changes=changes
-    )
+        track, omega, loads, observed, join, progress, viscous=viscous, changes=changes,
+        cells=track.mesh.cells,
+    )  # fmt: skip
 
 
 def infinite_receptance(
@@ -204,22 +206,26 @@ def _receptance(
     *,
     viscous: bool,
     changes: Sequence[LocalChange],
+    cells: int | None = None,
 ) -> ComplexArray:
     omega = np.atleast_1d(np.asarray(omega, dtype=float))
     places: list[Place] = []
     added: list[ComplexArray] = []
+    changed: list[tuple[LocalChange, SpringPlace]] = []
     for change in changes:
         if change.what == MASS:
             here: list[Place] = [Point(x=change.x, side=side) for side in change.sides]
-            D: ComplexArray = (-change.value * omega**2).astype(complex)
+            D: ComplexArray = (-masses_at(change) * omega**2).astype(complex)
         else:
             springs, one = springs_at(track, change)
             here = list(springs)
+            changed += [(change, spring) for spring in springs]
             if viscous:
                 one = one.made_viscous(2 * np.pi * track.mesh.loss_factor_frequency)
             D = (change.value - 1) * one.dynamic_stiffness(omega)
         places += here
         added += [D] * len(here)
+    check_left(track, changed, cells)
     of, at = [*loads, *places], [*observed, *places]
     if places and (track.slab.tilts_rails or any(p.direction is not Z for p in (*of, *at))):
         raise ParameterError(

@@ -178,7 +178,7 @@ def track_receptance(
     worst = int(np.argmax(error))
     about = {
         "motion": f"{seen.name} for {loaded.name}",
-        "at": f"{x:g} m from the beginning of a cell ({position})",
+        "at": f"{x:g} m along the track, from where a cell begins ({position})",
         "load": "both" if both_rails else "single",
         "track": f"{ring_of(track)}" if ring else "endless",
         **({"changed": ", ".join(map(str, changes))} if changes else {}),
@@ -194,7 +194,7 @@ def track_receptance(
 def change_of(track: Track, text: str) -> LocalChange:
     """Read ``WHAT[.left|.right]@PLACE=VALUE``; see `LocalChange`.
 
-    A place is in m from the beginning of the load's cell, or ``railseat`` or ``midspan``, with
+    A place is in m along the track, as the load's position is, or ``railseat`` or ``midspan``, with
     ``+2`` or ``-1`` so many bays further.
 
     Raises
@@ -240,7 +240,7 @@ def ring_of(track: Track) -> str:
 
 
 def place_of(track: Track, position: str | float) -> float:
-    """A position as m from the beginning of a cell; ArgumentError if it is none."""
+    """A position as m along the track, from where a cell begins; ArgumentError if it is none."""
     seat = float(railseats(track)[track.bays // 2])
     named = {"railseat": seat, "midspan": seat + track.fastening.spacing / 2}
     if position in named:
@@ -254,7 +254,7 @@ def place_of(track: Track, position: str | float) -> float:
             "position", position,
             f"must be railseat, midspan, or from -{FARTHEST:g} to {FARTHEST:g} m",
         )  # fmt: skip
-    return float(x % track.cell_length)
+    return x
 
 
 def _dataset(

@@ -250,6 +250,7 @@ LINE, BLOCK = Layer(kind="continuous"), Layer(kind="block")
 REFUSED = {
     r"kind = 'mat': must be one of block, sleeper, continuous": {"layers": (Layer(kind="mat"),)},
     "name = 'rail': must be": {"layers": (Layer(name="rail"),)},
+    "name = 'mass': must be": {"layers": (Layer(name="mass"),)},
     "name = 'a': two have it": {"layers": (Layer(name="a"), Layer(name="a"))},
     "continuous and lies on block": {"layers": (LINE, BLOCK)},
     "a sleeper on a sleeper": {"layers": (Layer(**SLEEPER), Layer(**SLEEPER))},

@@ -1,11 +1,13 @@
 """Single places that are different: against the whole ring in finite elements, changed there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
-from railcosim.analysis.response.receptance import change_of
+from railcosim.analysis.response.receptance import change_of, track_receptance
 from railcosim.mechanics.ports import Z
 from railcosim.parameters import ArgumentError, ParameterError
 from railcosim.reference.ring import build_ring
@@ -128,12 +130,64 @@ def test_far_away_it_does_not_matter():
     ("what", "x", "value", "said"),
     [("ballast", THIRD, 0.0, "must be one of mass, fastening, block"),
      ("fastening", 1.4, 0.0, "there is no railseat; the nearest is at 1.5 m, all 0.6 m apart"),
-     ("block", THIRD, -1.0, "must be >= 0")],
+     ("block", THIRD, -1.0, "must be >= 0"),
+     ("mass", 1.95, -5.0, "mass@1.95 = -5 kg: must be >= 0")],
 )  # fmt: skip
 def test_refuses(what, x, value, said):
     change = LocalChange(what=what, x=x, value=value)
     with pytest.raises(ParameterError, match=said):
         direct_receptance(BLOCKS, OMEGA, POINTS[:1], POINTS[:1], changes=[change])
+
+
+@pytest.mark.parametrize("receptance", [direct_receptance, infinite_receptance])
+def test_a_spacing_that_is_rounded_changes_far_seats_as_near_ones(receptance):
+    """Seat 120 of 6 a cell is 4e-6 m from where it is counted to be; alone with the load there."""
+    track = Track(
+        slab=Slab(length=3.75, joint=0.05, young_modulus=1e11),
+        fastening=Fastening(spacing=0.6333333), mesh=Mesh(cells=44, elements_per_bay=2),
+    )  # fmt: skip
+    found = []
+    for cell in (0, 20):
+        x = (6 * cell + 0.5) * track.fastening.spacing
+        change = LocalChange(what="fastening", x=x, value=0.0)
+        here = [Point(x=cell * track.cell_length + 0.5 * track.fastening.spacing)]
+        found.append(receptance(track, OMEGA, here, here, changes=[change]))
+    equal = receptance(track, OMEGA, here, here)
+    assert np.abs(found[0] / equal - 1).max() > 0.01
+    assert found[1] == pytest.approx(found[0], rel=1e-9)
+
+
+def test_nothing_is_left_but_never_less():
+    """Twice is once too often; on a ring once around is the same railseat."""
+    once = LocalChange(what="fastening", x=THIRD, value=0.0)
+    around = LocalChange(what="fastening", x=THIRD + BLOCKS.length, value=0.5, sides=(1,))
+    other = LocalChange(what="fastening", x=THIRD + D, value=0.0)
+    at = (BLOCKS, OMEGA, POINTS[:1], POINTS[:1])
+    with pytest.raises(ParameterError, match="add up, and -1 of it would be left; must be >= 0"):
+        infinite_receptance(*at, changes=[once, once])
+    with pytest.raises(ParameterError, match=r"add up, and -0\.5 of it would be left"):
+        direct_receptance(*at, changes=[once, around])
+    infinite_receptance(*at, changes=[once, around, other])
+
+
+def test_a_name_that_is_none_of_one_layer_is_refused():
+    blocks = replace(BLOCKS, layers=(Layer(), Layer(mass=50.0)))
+    change = LocalChange(what="block", x=THIRD, value=0.0)
+    with pytest.raises(ParameterError, match="2 layers are called so; give it a name"):
+        direct_receptance(blocks, OMEGA, POINTS[:1], POINTS[:1], changes=[change])
+
+
+@pytest.mark.parametrize("ring", [False, True])
+def test_places_of_load_and_change_are_counted_from_one_beginning(ring):
+    """A cell farther both are what they are in the first."""
+    track, f = Track(mesh=Mesh(elements_per_bay=2, highest_slab_frequency=500)), np.array([300.0])
+    found = [
+        track_receptance(
+            track, f, position=str(x), ring=ring, changes=[change_of(track, f"mass@{x}=30")]
+        )["receptance"].values
+        for x in (2.3, 7.3)
+    ]
+    assert found[1] == pytest.approx(found[0], rel=1e-9)
 
 
 def test_how_it_is_written():
