@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from railcosim.track.dispersion import TRAVELS
+
 from .chart import Chart, Curve, FloatArray, Mark, Panel
 
 LEAST, MOST = 1e-2, 1e3  # dB/m that are drawn
-RUNS = 0.3  # imaginary by real part: a wave that has died after its length is none that runs
 MARKED = 3  # stop bands: the widest
 APART = 0.04  # of the axis, words beside edges
 RATES = (0.01, 100.0)  # dB/m: EN 15461, clause 9.2
@@ -28,7 +29,7 @@ def dispersion_chart(waves: xr.Dataset, speed: float | None = None) -> Chart:
     names = [str(name) for name in waves.data_vars if str(name).endswith(".wavenumber")]
     titles = [str(waves[name].attrs["long_name"]) for name in names]
     kappa = [np.asarray(waves[name]) for name in names]
-    runs = [np.where(-k.imag < RUNS * np.abs(k.real), np.abs(k.real), np.nan) for k in kappa]
+    runs = [np.where(-k.imag < TRAVELS * np.abs(k.real), np.abs(k.real), np.nan) for k in kappa]
     curves = [Curve(name=t, x=f, y=k) for t, k in zip(titles, runs, strict=True)]
     top = 1.05 * max(float(np.max(y, where=~np.isnan(y), initial=0.1)) for y in runs)
     if speed is not None:

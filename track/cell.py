@@ -185,7 +185,7 @@ def build_cell(
 
 
 def _slab(track: Track, parity: int, directions: Collection[Direction]) -> SlabModes:
-    bends = Z in directions or track.slab.tilts_rails
+    bends = Z in directions or track.rails_tilt
     plate = (
         free_plate_modes(track.slab, parity, track.mesh.highest_slab_frequency)
         if bends

@@ -78,7 +78,7 @@ def slowest(track: Track, omega: FloatArray, direction: Direction) -> FloatArray
     In phase on both rails or opposite.
     """
     track = shortest(fine_enough(track, float(omega.max()) / (2 * np.pi), direction))
-    directions = directions_for([direction], coupled=track.slab.tilts_rails)
+    directions = directions_for([direction], coupled=track.rails_tilt)
     cells = [build_cell(track, parity, directions=directions) for parity in (EVEN, ODD)]
     least = np.empty(omega.size)
     for start in range(0, omega.size, BLOCK):

@@ -17,6 +17,7 @@ from scipy.optimize import linear_sum_assignment
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.ports import Direction
 
+from .below import with_lines
 from .cell import Cell, build_cell
 from .condensation import CondensedCell, condense
 from .parameters import Track
@@ -33,6 +34,7 @@ BLOCK = 64  # frequencies at once
 PHASES = 9  # from 0 to pi, at which the bands of a track without damping are found
 NARROW = 2e-3  # of its frequency: narrower stop bands are left out
 TRAVELLING = 1e-6  # 1 - |lambda| below which a wave travels
+TRAVELS = 0.2  # imaginary by real part of a wavenumber below which a wave outlasts its length
 HALVINGS = 12  # of a tenth of a gap
 
 
@@ -59,9 +61,9 @@ def fine_enough(track: Track, highest: float, direction: Direction) -> Track:
 
     Never fewer than it has. What is between supports costs next to nothing in an endless track.
     """
-    directions = directions_for([direction], coupled=track.slab.tilts_rails)
-    members = section_of(track.rail, directions).members
-    k = max(member.wavenumber(2 * np.pi * highest) for member in members)
+    directions = directions_for([direction], coupled=track.rails_tilt)
+    section = with_lines(section_of(track.rail, directions), track.layers, track.fastening.spacing)
+    k = max(member.wavenumber(2 * np.pi * highest) for member in section.members)
     needed = 4 * int(np.ceil(ELEMENTS * k * track.fastening.spacing / (8 * np.pi)))  # quarters
     elements = max(track.mesh.elements_per_bay, min(needed, FINEST))
     return replace(track, mesh=replace(track.mesh, elements_per_bay=elements))
@@ -101,7 +103,7 @@ def dispersion(
     """
     track = shortest(track)
     cell = build_cell(
-        track, parity, directions=directions_for([direction], coupled=track.slab.tilts_rails)
+        track, parity, directions=directions_for([direction], coupled=track.rails_tilt)
     )
     samples = _samples(cell, float(omega.max()))
     rows = _rows(cell, samples)
@@ -215,7 +217,7 @@ def stop_bands(
     their waves decay, and edges halved. Bands narrower than `NARROW` of their frequency are left
     out. Direction and parity as of `dispersion`.
     """
-    directions = directions_for([direction], coupled=track.slab.tilts_rails)
+    directions = directions_for([direction], coupled=track.rails_tilt)
     cell = _undamped(build_cell(shortest(track), parity, directions=directions))
     frequency, gaps, top = bands(cell), [], 0.0
     for low, high in zip(frequency.min(axis=0), frequency.max(axis=0), strict=True):

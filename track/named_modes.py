@@ -71,6 +71,8 @@ def named_modes(track: Track, directions: Collection[Direction], parity: int) ->
 
 def _named(cell: Cell, phase: float, motions: dict[str, FloatArray]) -> list[NamedMode]:
     """Modes of one phase from cell to cell that are most like motions, each like one."""
+    if not motions:
+        return []
     T = bloch(cell, phase)
     M, C, K, K_loss = (T.conj().T @ A @ T for A in (cell.M, cell.C, cell.K, cell.K_loss))
     squared, shapes = eigh(K, M)
@@ -133,7 +135,9 @@ def _of_slab(cell: Cell) -> dict[str, FloatArray]:
 
 
 def _between_seats(cell: Cell) -> dict[str, FloatArray]:
-    """Half waves of each member of the rail, with nodes at railseats."""
+    """Half waves of each member of the rail, with nodes at railseats, if there are any."""
+    if cell.track.fastening.continuous:
+        return {}
     first, spacing = float(railseats(cell.track)[0]), cell.track.fastening.spacing
     wave = np.sin(np.pi * (cell.nodes - first) / spacing)
     names = {"w": "pinned-pinned, vertical", "v": "pinned-pinned, lateral",

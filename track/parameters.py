@@ -90,6 +90,11 @@ class Track:
             raise ParameterError(
                 "[foundation] stiffness = 0 N/m3 and mounts = 0: a slab must lie on something"
             )
+        if self.slab.present and not self.foundation.stiffness and self.foundation.mounts == 1:
+            raise ParameterError(
+                "[foundation] stiffness = 0 N/m3 and mounts = 1: a slab on one pair tips; at least "
+                "2"
+            )
         across = [(layer.called, layer.length) for layer in self.layers if layer.kind == SLEEPER]
         if self.foundation.mounts:
             across.append(("[foundation] mount_distance", self.foundation.mount_distance))
@@ -104,6 +109,11 @@ class Track:
     def called(self) -> str:
         """What it is, in a word or two."""
         return "Slab track" if self.slab.present else "Track"
+
+    @property
+    def rails_tilt(self) -> bool:
+        """Whether rails roll with slabs that bend, so that down and aside know of each other."""
+        return self.slab.present and self.slab.tilts_rails
 
     @property
     def cell_length(self) -> float:

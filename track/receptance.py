@@ -227,7 +227,7 @@ def _receptance(
         added += [D] * len(here)
     check_left(track, changed, cells)
     of, at = [*loads, *places], [*observed, *places]
-    if places and (track.slab.tilts_rails or any(p.direction is not Z for p in (*of, *at))):
+    if places and (track.rails_tilt or any(p.direction is not Z for p in (*of, *at))):
         raise ParameterError(
             f"{changes[0].what}@{changes[0].x:g}: single places change in the vertical model only, "
             "for loads and motions down, with [slab] tilts_rails = false"
@@ -251,7 +251,7 @@ def _periodic(
     out = np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
     on_rail = [p.x % track.cell_length for p in (*loads, *observed) if p.on_rail]
     directions = directions_for(
-        (p.direction for p in (*loads, *observed)), coupled=track.slab.tilts_rails
+        (p.direction for p in (*loads, *observed)), coupled=track.rails_tilt
     )
     cells = [build_cell(track, parity, np.array(on_rail), directions) for parity in (EVEN, ODD)]
     if viscous:

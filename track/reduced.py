@@ -216,8 +216,7 @@ def independent(track: Track, directions: Collection[Direction]) -> list[tuple[D
     """Directions in groups that know nothing of each other: upright rails go down by themselves."""
     down = tuple(d for d in directions if d is Z)
     aside = tuple(d for d in directions if d is not Z)
-    together = track.slab.present and track.slab.tilts_rails
-    groups = [tuple(directions)] if together else [down, aside]
+    groups = [tuple(directions)] if track.rails_tilt else [down, aside]
     return [group for group in groups if group]
 
 

@@ -130,6 +130,8 @@ def check_directions(track: Track, directions: Collection[Direction]) -> None:
     """Raise ParameterError where a track is to move aside, and no lateral stiffness is known."""
     what = [f"[[layers]] {layer.called}" for layer in track.layers]
     what += ["[fastening] continuous"] * track.fastening.continuous
+    on_mounts = track.slab.present and track.foundation.mounts and not track.foundation.stiffness
+    what += ["[foundation] mounts alone"] * bool(on_mounts)
     if what and moves_aside(directions):
         raise ParameterError(
             f"{what[0]}: has no lateral stiffness; such a track is vertical only, for loads and "

@@ -10,14 +10,13 @@ from railcosim.master.progress import Progress, unheard
 from railcosim.parameters import ArgumentError
 from railcosim.track.cell import EVEN
 from railcosim.track.decay_rate import NEPER
-from railcosim.track.dispersion import dispersion, fine_enough, stop_bands
+from railcosim.track.dispersion import TRAVELS, dispersion, fine_enough, stop_bands
 from railcosim.track.parameters import Track
 
 from .choices import Rails
 from .receptance import direction_of
 
 MOTIONS = {"w": "vertical bending", "v": "lateral bending", "phi": "torsion"}
-TRAVELS = 0.2  # imaginary by real part of the wavenumber below which a wave is one that travels
 KMH = 3.6
 
 

@@ -4,14 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from numpy.polynomial import polynomial
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+from railcosim.analysis.response.dispersion import _slowest
 from railcosim.mechanics.ports import ROLL, Y, Z
+from railcosim.plots.waves import dispersion_chart
 from railcosim.track.cell import EVEN, ODD, build_cell
 from railcosim.track.dispersion import bands, dispersion, fine_enough, stop_bands
+from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Fastening, Mesh, Rail, Slab, Track
+from railcosim.track.receptance import Point, infinite_receptance
 
 K, C, SPACING = 4e7, 4e4, 0.05  # of a foundation per length, N/m2 and N s/m2
 OMEGA = 2 * np.pi * np.array([20.0, 90.0, 129.0, 140.0, 400.0, 1200.0])
@@ -152,11 +157,40 @@ def test_wavenumbers_are_not_folded():
             assert kappa.real == pytest.approx(free, rel=0.02)  # 2 pi / 5 m would be 20 %
 
 
+def test_no_slab_tilts_no_rails():
+    tilts, upright = (
+        replace(RIGID, slab=Slab(present=False, tilts_rails=t)) for t in (True, False)
+    )
+    omega = 2 * np.pi * np.array([200.0, 700.0])
+    found = [dispersion(track, omega, Y, ODD) for track in (tilts, upright)]
+    assert [b.motion for b in found[0]] == [b.motion for b in found[1]]
+    here = [Point(x=0.3125, direction=Z)]
+    change = LocalChange(what="fastening", x=0.3125, value=0.0)
+    infinite_receptance(tilts, omega, here, here, changes=[change])  # is not refused
+
+
+def test_a_wave_that_travels_is_one_in_chart_and_table():
+    """Of waves that decay by 0.19 and 0.21 of their wavenumber the first is drawn and told."""
+    f = np.array([100.0, 200.0])
+    axis = ("frequency", f)
+    kappa = [np.array([1.0, 2.0]) * (1 - part * 1j) for part in (0.19, 0.21)]
+    waves = xr.Dataset({"frequency": axis}, attrs={"stop_bands": np.empty(0), "title": ""})
+    for i, k in enumerate(kappa):
+        waves[f"wave[{i}].wavenumber"] = "frequency", k, {"long_name": str(i)}
+        waves[f"wave[{i}].decay"] = "frequency", -k.imag
+    drawn = [np.isfinite(c.y).all() for c in dispersion_chart(waves).rows[0][0].curves]
+    assert drawn == [True, False]
+    assert [bool(_slowest(f, k[None])) for k in kappa] == [True, False]
+
+
 def test_fine_enough():
     """Twelve elements to the shortest wave, of torsion if asked for; no fewer than given."""
     assert fine_enough(Track(), 500.0, Z).mesh.elements_per_bay == 8
     at = fine_enough(Track(), 3000.0, Y)
     k = 2 * np.pi * 3000 * np.sqrt(at.rail.polar_inertia / at.rail.torsional_rigidity)
     length = at.fastening.spacing / at.mesh.elements_per_bay
+    for direction in (Z, Y):  # what is told is what there is
+        nodes = build_cell(at, EVEN, directions=(direction,)).nodes
+        assert np.diff(nodes) == pytest.approx(length, rel=1e-9)
     assert 2 * np.pi / k / length == pytest.approx(12, rel=0.1)
     assert fine_enough(Track(mesh=Mesh(elements_per_bay=64)), 10.0, Z).mesh.elements_per_bay == 64

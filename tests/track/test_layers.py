@@ -258,6 +258,7 @@ REFUSED = {
     r"must be > \[rail\] lateral_distance": {"layers": (Layer(kind="sleeper", length=1.4),)},
     "cannot lie on block": {"layers": (BLOCK,), "fastening": Fastening(continuous=True)},
     "must lie on something": {"foundation": Foundation(stiffness=0.0)},
+    "a slab on one pair tips; at least 2": {"foundation": Foundation(stiffness=0.0, mounts=1)},
     r"must be within slab\.width": {"layers": (Layer(kind="sleeper", length=2.6),)},
 }
 
@@ -271,3 +272,5 @@ def test_refuses_layers_that_cannot_be(said):
 def test_is_vertical_only():
     with pytest.raises(ParameterError, match=r"sleeper: has no lateral stiffness"):
         reduce_track(read_track("ballasted"), SPATIAL)
+    with pytest.raises(ParameterError, match=r"mounts alone: has no lateral stiffness"):
+        reduce_track(read_track("floating"), SPATIAL)

@@ -83,3 +83,15 @@ def test_a_slab_joins_the_rails():
     names = set(track_modes(replace(track))["name"].values)
     assert "slab on its foundation, lateral (rails alike)" in names
     assert "slab on its foundation, rolling (rails opposite)" in names
+
+
+def test_what_is_continuous_has_no_railseats_to_swing_between():
+    found = named_modes(read_track("embedded"), (Z,), EVEN)
+    assert found
+    assert not any("pinned" in mode.name or "between" in mode.name for mode in found)
+
+
+def test_on_mounts_alone_down_only():
+    names = track_modes(read_track("floating"))["name"].values
+    assert any("vertical" in name for name in names)
+    assert not any("lateral" in name or "torsion" in name for name in names)
