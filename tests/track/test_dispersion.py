@@ -14,6 +14,7 @@ from railcosim.mechanics.ports import ROLL, Y, Z
 from railcosim.plots.waves import dispersion_chart
 from railcosim.track.cell import EVEN, ODD, build_cell
 from railcosim.track.dispersion import bands, dispersion, fine_enough, stop_bands
+from railcosim.track.layers import Layer
 from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Fastening, Mesh, Rail, Slab, Track
 from railcosim.track.receptance import Point, infinite_receptance
@@ -181,6 +182,14 @@ def test_a_wave_that_travels_is_one_in_chart_and_table():
     drawn = [np.isfinite(c.y).all() for c in dispersion_chart(waves).rows[0][0].curves]
     assert drawn == [True, False]
     assert [bool(_slowest(f, k[None])) for k in kappa] == [True, False]
+
+
+def test_fine_enough_for_a_layer_that_bends_more_than_the_rail():
+    limp = Layer(kind="continuous", mass=200.0, bending_stiffness=1e4)
+    k = (limp.mass / SPACING_OF_BAYS * (2 * np.pi * 500) ** 2 / limp.bending_stiffness) ** 0.25
+    at = fine_enough(replace(RIGID, layers=(limp,)), 500.0, Z)
+    least = 12 * k * SPACING_OF_BAYS / (2 * np.pi)
+    assert 16 < least <= at.mesh.elements_per_bay < least + 4
 
 
 def test_fine_enough():
