@@ -72,6 +72,8 @@ def critical_speed_command(
             "--rigid-track, --track, --track-fmu: rails that do not move have no track, and an FMU "
             "is one; give one of them"
         )
+    if vehicle_fmu is not None:
+        given.check_wheels()
     told = vehicle_fmu is not None and not given.tells_vehicle  # of its wheels, by the FMU
     stock = None if told else given.stock()
     parameters = given.rails() if given.tells_track else None

@@ -67,14 +67,14 @@ def map_command(
     where the wavelength suits the distance of the bogies and speed over wavelength a resonance.
     In space every speed is solved for by itself, for wheels roll at it.
     """
-    from railcosim.analysis.response.excitation import check_excitation
+    from railcosim.analysis.response.excitation import check_irregularity
     from railcosim.analysis.response.map import names_of, response_map
 
     FILES.check(out)
     PICTURES.check(plot)
     arguments = pair.arguments()
     wavelength, speed = _plane(wavelengths, speeds)
-    check_excitation(irregularity, in_space=pair.in_space)
+    check_irregularity(irregularity, in_space=pair.in_space)
     names, shown = names_of(in_space=pair.in_space), show or _moved(irregularity)
     if shown not in names:
         raise UsageError(f"--show {shown}: must be one of {', '.join(names)}")

@@ -68,6 +68,14 @@ class MeetingOptions(FmuOptions):
 
     @contextmanager
     def files(self) -> Iterator[tuple[tuple[Path, ...], Path]]:
-        """FMUs of vehicles and of the track; parameters say how those of others roll in space."""
+        """FMUs of vehicles and of the track; parameters say how those of others roll in space.
+
+        Raises
+        ------
+        UsageError
+            If they are the paper's, changed, or there is nothing that they say.
+        """
+        if self.vehicle_fmu and self.in_space:
+            self.check_wheels()
         with self.fmus(dimension=self.dimension, told=self.in_space) as found:
             yield found

@@ -84,6 +84,14 @@ class VehicleOptions:
             return "--vehicle"
         return "--vehicles" if self.vehicles != 1 else _first(self._changes[VEHICLE])
 
+    def check_wheels(self) -> None:
+        """Refuse to say something of the wheels of a vehicle FMU, and not which vehicle it is."""
+        if self.vehicle is None and self.tells_vehicle:
+            raise UsageError(
+                f"{self.tells_vehicle}: would change the paper's vehicle, not --vehicle-fmu; give "
+                "the parameters of that with --vehicle as well, or leave it away"
+            )
+
 
 @dataclass(frozen=True, kw_only=True)
 class TrackOptions:

@@ -103,10 +103,10 @@ def _names(track: Track) -> dict[str, Direction]:
 
 def _bands(lowest: float, highest: float) -> FloatArray:
     """Numbers n of the bands 10^(n / 10) Hz from one frequency to another."""
-    ends = [round(10 * np.log10(f)) if f > 0 else -1 for f in (lowest, highest)]
+    ends = [round(10 * np.log10(f)) if 0 < f < np.inf else -1 for f in (lowest, highest)]
     if not FIRST <= ends[0] <= ends[1] <= LAST:
         raise ArgumentError(
-            "frequencies", f"{lowest:g}:{highest:g}",
+            "bands", f"{lowest:g}:{highest:g}",
             f"needs {10 ** (FIRST / 10):g} <= lowest <= highest <= {10 ** (LAST / 10):g} Hz",
         )  # fmt: skip
     return np.arange(ends[0], ends[1] + 1, dtype=np.float64)

@@ -39,6 +39,14 @@ def check_excitation(
         )
 
 
+def check_irregularity(name: str, *, in_space: bool) -> None:
+    """Raise CouplingError if it is nothing that all wheels meet, one after the other."""
+    known = [one for one in IRREGULARITIES if in_space or one in VERTICAL]
+    if name not in known:
+        more = "" if in_space else "; vehicle and track in space know more (--dimension spatial)"
+        raise CouplingError(f"irregularity {name}: must be one of {', '.join(known)}{more}")
+
+
 def is_irregularity(excitation: str) -> bool:
     """Whether an excitation is in m, not in N."""
     return excitation.rpartition(".")[2] in IRREGULARITIES

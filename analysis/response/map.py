@@ -25,7 +25,7 @@ from railcosim.track.irregularity.quantities import QUANTITIES
 from railcosim.vehicle.bodies import TURNS
 
 from .critical import Critical, critical_points
-from .excitation import IRREGULARITIES, check_excitation, is_mirrored
+from .excitation import IRREGULARITIES, check_irregularity, is_mirrored
 from .frequency import Contact, coupled, on_rigid_track
 from .meeting import Meeting, Stock, in_space, meeting_of, wheels_of
 from .models import Models, linear_models
@@ -156,7 +156,7 @@ def response_map(
     """
     rails, cars = Path(track), files_of(vehicle)
     wheels = wheels_of(cars, contact_stiffness)
-    check_excitation(irregularity, in_space=in_space(wheels))
+    check_irregularity(irregularity, in_space=in_space(wheels))
     outputs = outputs_of(in_space=in_space(wheels))
     afford_map(wavelength.size, speed.size, in_space=in_space(wheels))
     models = linear_models(cars, rails, partial(_share, progress, 0.0), position)

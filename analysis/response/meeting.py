@@ -121,14 +121,15 @@ class Rolled:
         if pole is None:
             return False
         critical = self.pair.critical()
-        found = (
-            f"from {3.6 * critical.speed:.1f} km/h on"
-            if critical.speed > 0
-            else f"at {3.6 * SPEEDS[0]:g} km/h already"
-        )
+        if np.isnan(critical.speed):  # faster than where it is looked for
+            found = f", and not up to {3.6 * SPEEDS[-1]:.0f} km/h"
+        elif critical.speed > 0:
+            found = f"; it does from {3.6 * critical.speed:.1f} km/h on"
+        else:
+            found = f"; it does at {3.6 * SPEEDS[0]:g} km/h already"
         text = (
             f"at {3.6 * speed:g} km/h the vehicle hunts, by {pole.real:.3g} 1/s at "
-            f"{abs(pole.imag) / (2 * np.pi):.3g} Hz; it does {found}"
+            f"{abs(pole.imag) / (2 * np.pi):.3g} Hz{found}"
         )
         if not believe:
             raise ArithmeticError(

@@ -3,6 +3,7 @@
 import warnings
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,8 @@ from railcosim.analysis.response.meeting import Rolled
 from railcosim.analysis.response.models import Models
 from railcosim.analysis.response.rolling import ON_RAIL, ON_WHEEL
 from railcosim.analysis.response.rolling_pair import rolling_of
+from railcosim.cli.meeting_options import MeetingOptions
+from railcosim.cli.options import UsageError
 from railcosim.master.connections import CouplingError
 from railcosim.mechanics.ports import FORCE, RAIL, Layout
 from railcosim.reference.contacts import LinearRolling
@@ -52,6 +55,27 @@ def alone(vehicle):
 
 def contacts_of(model, stock=None):
     return rolling_of(stock or Vehicle(), [Path("Vehicle.fmu")], model)
+
+
+@pytest.mark.parametrize(
+    ("critical", "said"),
+    [(np.nan, "Hz, and not up to 1000 km/h"), (0.0, "it does at 5 km/h already"),
+     (50.0, "it does from 180.0 km/h on")],
+)  # fmt: skip
+def test_says_from_where_on_it_hunts(alone, monkeypatch, critical, said):
+    pair = SimpleNamespace(
+        growing=lambda speed: 0.1 + 5j, critical=lambda: SimpleNamespace(speed=critical)
+    )
+    monkeypatch.setattr(Rolled, "pair", pair)
+    with pytest.raises(ArithmeticError, match=said):
+        Rolled(contacts_of(alone.vehicle), alone).check(1100 / 3.6, believe=False)
+
+
+def test_numbers_of_the_papers_vehicle_are_refused_for_an_fmu_in_space():
+    given = MeetingOptions(vehicle_fmu=[Path("V.fmu")], set_=["carbody.mass=2e4"])
+    given.__dict__["in_space"] = True
+    with pytest.raises(UsageError, match="with --vehicle as well"), given.files():
+        pass
 
 
 def test_a_vehicle_that_hunts_is_refused_with_its_critical_speed(alone):

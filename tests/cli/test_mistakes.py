@@ -151,6 +151,9 @@ MISTAKES = {
     f"{FRF} --input wheelset[5].force_z": "or one of wheelset[1] to wheelset[4] with .force_z",
     f"{FRF} {PARTS} --input wheelset[5].force_z": "or one of wheelset[1] to wheelset[4] with",
     f"{FRF} --input wheelset[1].rail_force_z --rigid-track": "has no effect with --rigid-track",
+    "map --out m.nc --input wheelset[4].force_z": "must be one of irregularity_z, vertical",
+    "decay-rate --bands 100:inf": "--bands 100:inf: needs 10 <= lowest",
+    f"critical-speed --vehicle-fmu {V} --set carbody.mass=2e4": "with --vehicle as well",
     f"{FRF} --input irregularity_z --uncoupled": "has no effect with --uncoupled",
     # Classes of track.
     "irregularity --class none --out p.csv": "'none': there are german-low",

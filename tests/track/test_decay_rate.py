@@ -98,7 +98,8 @@ def test_a_track_without_lateral_stiffness_has_vertical_rates():
     assert float(result["vertical"][0]) > 0
 
 
-@pytest.mark.parametrize("ends", [(0.0, 100.0), (200.0, 100.0), (5.0, 100.0), (100.0, 2e4)])
+@pytest.mark.parametrize("ends", [(0.0, 100.0), (200.0, 100.0), (5.0, 100.0), (100.0, 2e4),
+                                  (100.0, np.inf)])  # fmt: skip
 def test_bands_that_are_none(ends):
-    with pytest.raises(ArgumentError, match="lowest <= highest"):
+    with pytest.raises(ArgumentError, match=r"^bands .* lowest <= highest"):
         track_decay_rate(RIGID, *ends)
