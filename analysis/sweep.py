@@ -163,12 +163,20 @@ class _Folder:
     def __init__(self, path: Path, names: list[str], about: Mapping[str, Any]) -> None:
         self.path, self._names = path, names
         self._about = {"railcosim": version("railcosim"), **about}
+        self._contents: dict[str, str] = {}  # of words that name files, as they are now
         path.mkdir(parents=True, exist_ok=True)
 
     def file(self, point: Point) -> Path:
-        what = [self._about, sorted(zip(self._names, point, strict=True))]
+        contents = [self._content(word) for word in point if isinstance(word, str)]
+        what = [self._about, sorted(zip(self._names, point, strict=True)), sorted(contents)]
         digest = hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()
         return self.path / f"{digest[:24]}.nc"
+
+    def _content(self, word: str) -> str:
+        if word not in self._contents:
+            content = Path(word).read_bytes() if Path(word).is_file() else b""
+            self._contents[word] = hashlib.sha256(content).hexdigest()
+        return self._contents[word]
 
 
 def _joined(axes: Mapping[str, Sequence[Value]], found: Mapping[Point, xr.Dataset]) -> xr.Dataset:

@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from railcosim.parameters import value_of
-
 from .commands import COMMANDS, loaded
 from .options import PlotFile, SchedulerOption, UsageError, console, errors, progress
 from .results import PICTURES, Suffixes, folder_of, keep
@@ -78,7 +76,8 @@ def sweep(
         raise UsageError(f"--set: give at least one axis, KEY= and {FORM}")
     arguments += arguments_of(command, same)
     _check(command, [*arguments, *arguments_of(command, {k: v[0] for k, v in axes.items()})])
-    files = {one: Path(one).read_bytes() for one in arguments if Path(one).is_file()}
+    words = [word for one in arguments for word in (one, one.partition("=")[2])]  # --track=a.toml
+    files = {one: Path(one).read_bytes() for one in words if Path(one).is_file()}
     points = folder_of("--out", out.with_name(f"{out.name}.points"))
     about: dict[str, Any] = {
         "command": command,
@@ -129,17 +128,26 @@ def _axes(command: str, texts: Sequence[str]) -> dict[str, list[Value]]:
             raise UsageError(f"--set {text}: must be KEY= and {FORM}")
         if key not in options and ("." not in key or "set" not in options):
             raise UsageError(f"--set {text}: {command} has no option --{key}, nor such a number")
+        if key in axes:
+            raise UsageError(f"--set {text}: {key} is given twice; give all its values at once")
         axes[key] = _values(text, values)
     return axes
+
+
+def _value(word: str) -> Value:
+    """A number, or a word as it is written."""
+    try:
+        return float(word)
+    except ValueError:
+        return word
 
 
 def _values(text: str, values: str) -> list[Value]:
     import numpy as np
 
     parts = values.removesuffix("@log").split(":")
-    if len(parts) == 1:
-        found = [value_of(one.strip()) for one in values.split(",")]
-        return [float(x) if type(x) in {int, float} else str(x) for x in found]  # type: ignore[arg-type]
+    if len(parts) == 1 or isinstance(_value(parts[0]), str) or "," in values:  # hertz:1e9
+        return [_value(one.strip()) for one in values.split(",")]
     try:
         start, stop = float(parts[0]), float(parts[1])
         count = int(parts[2])

@@ -72,7 +72,10 @@ def measured(
             place = brought / str(k) / Path(name).name
             place.parent.mkdir(parents=True)
             place.write_bytes(content)
-            arguments = [str(place) if one == name else one for one in arguments]
+            arguments = [
+                f"{one.removesuffix(name)}{place}" if f"={one}".endswith(f"={name}") else one
+                for one in arguments
+            ]
         whole = [*arguments, *arguments_of(command, values), "--out", str(out)]
         with (
             warnings.catch_warnings(),

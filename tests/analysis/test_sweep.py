@@ -62,6 +62,23 @@ def test_goes_on_with_what_is_missing(tmp_path):
     assert len(called) == 4
 
 
+def test_takes_no_point_of_a_file_that_has_changed(tmp_path):
+    file = tmp_path / "a.toml"
+    for content, count in (("1", 2), ("1", 0), ("2", 1)):
+        file.write_text(content)
+        called.clear()
+        sweep(measure, {"stiffness": [2.0], "kind": [str(file), "stiff"]}, tmp_path / "points")
+        assert len(called) == count
+
+
+def test_words_are_kept_as_written():
+    axes = _axes("frf", ["slab.present=true,false", "contact-stiffness=hertz:1e9,hertz:8e9"])
+    assert list(axes.values()) == [["true", "false"], ["hertz:1e9", "hertz:8e9"]]
+    assert _axes("frf", ["contact-stiffness=hertz:1e9"])["contact-stiffness"] == ["hertz:1e9"]
+    with pytest.raises(UsageError, match="given twice"):
+        _axes("frf", ["speed=1,2", "speed=3,4"])
+
+
 def test_refuses_axes_that_are_none(tmp_path):
     with pytest.raises(ArgumentError, match="has a value twice"):
         sweep(measure, {"stiffness": [1.0, 1.0]}, tmp_path)
