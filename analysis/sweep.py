@@ -14,15 +14,13 @@ from typing import Any, TypeAlias
 import numpy as np
 import xarray as xr
 
+from railcosim.analysis.joined import Point, Value, joined, said
 from railcosim.analysis.schemes.grid_run import connected
 from railcosim.master.files import load, save
-from railcosim.master.memory import afford
 from railcosim.master.parallel import Task, Workers
 from railcosim.master.progress import Progress, unheard
 from railcosim.parameters import ArgumentError
 
-Value: TypeAlias = float | str
-Point: TypeAlias = tuple[Value, ...]
 Measure: TypeAlias = Callable[..., xr.Dataset]
 MOST = 100_000  # points
 
@@ -50,6 +48,7 @@ def sweep(
     folder: str | Path,
     *,
     about: Mapping[str, Any] | None = None,
+    only: Sequence[str] = (),
     scheduler: str | None = None,
     progress: Progress = unheard,
     tell: Callable[[str], None] = lambda text: None,
@@ -68,17 +67,22 @@ def sweep(
     about : mapping, optional
         What JSON can hold and points depend on besides their values: points of a folder with
         another are not taken.
+    only : sequence of str
+        Variables that are kept when points are joined; all if empty.
     scheduler : str, optional
         Address of a dask scheduler; the cores of this machine if not given.
     progress : callable
         Told the number of points done and of all.
     tell : callable
-        Told what was finished before, also when the sweep is interrupted.
+        Told what was finished before, also when the sweep is interrupted, and what is left out.
 
     Raises
     ------
     ArgumentError
-        If an axis has no values, or one twice, or there are too many points.
+        If an axis has no values, or one twice, or there are too many points, or none of them has a
+        variable that is to be kept.
+    JoinError
+        If points do not fit together; each is kept.
     NoDaskError, ClusterError, WorkerLostError
         If there is a scheduler and no dask or nobody there, or a process was killed.
     """
@@ -93,8 +97,7 @@ def sweep(
             if isinstance(result, xr.Dataset):
                 save(result, kept.file(point))
             else:
-                values = ", ".join(f"{n} = {_text(v)}" for n, v in zip(axes, point, strict=True))
-                failed.append(f"{values}: {' '.join(str(result).split())}")
+                failed.append(f"{said(axes, point)}: {' '.join(str(result).split())}")
     except (KeyboardInterrupt, OSError):
         finished = sum(kept.file(point).exists() for point in points)
         if finished:
@@ -104,7 +107,7 @@ def sweep(
             )
         raise
     found = {p: load(kept.file(p)) for p in points if kept.file(p).exists()}
-    return Swept(_joined(axes, found) if found else None, failed)
+    return Swept(joined(axes, found, only, tell) if found else None, failed)
 
 
 def _points(axes: Mapping[str, Sequence[Value]]) -> list[Point]:
@@ -177,33 +180,3 @@ class _Folder:
             content = Path(word).read_bytes() if Path(word).is_file() else b""
             self._contents[word] = hashlib.sha256(content).hexdigest()
         return self._contents[word]
-
-
-def _joined(axes: Mapping[str, Sequence[Value]], found: Mapping[Point, xr.Dataset]) -> xr.Dataset:
-    """Datasets of points as one; their own coordinates are all that any of them has."""
-    aligned = xr.align(*found.values(), join="outer")
-    one = aligned[0]
-    shape = tuple(len(values) for values in axes.values())
-    at = {point: k for k, point in enumerate(itertools.product(*axes.values()))}
-    names = {name: f"{name} swept" if name in one.variables else name for name in axes}
-    afford(16 * int(np.prod(shape)) * sum(v.size for v in one.data_vars.values()),
-           f"{len(at)} points of {one.nbytes / 1e6:.3g} MB", "keep fewer variables")  # fmt: skip
-    variables = {}
-    for name, variable in one.data_vars.items():
-        if variable.dtype.kind not in "biufc":
-            continue  # words are not of the kind that is swept
-        kind = np.result_type(variable.dtype, np.float64)
-        whole = np.full((len(at), *variable.shape), np.nan, dtype=kind)
-        for point, dataset in zip(found, aligned, strict=True):
-            if name in dataset and dataset[name].dims == variable.dims:
-                whole[at[point]] = dataset[name].values
-        dims = (*names.values(), *variable.dims)
-        variables[name] = (dims, whole.reshape(*shape, *variable.shape), variable.attrs)
-    coords = {names[axis]: (names[axis], list(values)) for axis, values in axes.items()}
-    attrs = {k: v for k, v in one.attrs.items()
-             if all(k in d.attrs and np.array_equal(v, d.attrs[k]) for d in aligned)}  # fmt: skip
-    return xr.Dataset(variables, {**one.coords, **coords}, attrs)
-
-
-def _text(value: Value) -> str:
-    return value if isinstance(value, str) else f"{value:g}"

@@ -17,7 +17,7 @@ from .results import PICTURES, Suffixes, folder_of, keep
 from .sweep_point import arguments_of, measured, options_of
 
 if TYPE_CHECKING:
-    from railcosim.analysis.sweep import Value
+    from railcosim.analysis.joined import Value
 
 NETCDF = Suffixes("--out", (".nc",))
 MOST = 10_000  # values of one axis
@@ -82,19 +82,18 @@ def sweep(
     about: dict[str, Any] = {
         "command": command,
         "arguments": arguments,
-        "only": only,
         "files": [hashlib.sha256(content).hexdigest() for content in files.values()],
     }
     names = [name.strip() for name in only.split(",")] if only else []
     pairs = math.prod(len(v) for key, v in axes.items() if key in PARAMETERS or "." in key)
     measure = partial(
-        measured, command, arguments, files if scheduler else {}, names, kept=pairs <= MOST_KEPT
+        measured, command, arguments, files if scheduler else {}, kept=pairs <= MOST_KEPT
     )
     with progress("sweeping") as update:
         try:
             found = swept(
-                measure, axes, points, about=about, scheduler=scheduler, progress=update,
-                tell=console.print,
+                measure, axes, points, about=about, only=names, scheduler=scheduler,
+                progress=update, tell=console.print,
             )  # fmt: skip
         except NoDaskError as error:
             raise UsageError(str(error)) from error

@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 from railcosim.analysis import sweep as module
+from railcosim.analysis.joined import JoinError
 from railcosim.analysis.sweep import sweep
 from railcosim.cli.options import UsageError
 from railcosim.cli.sweep_command import _axes
@@ -60,6 +61,36 @@ def test_goes_on_with_what_is_missing(tmp_path):
     called.clear()
     sweep(measure, AXES, tmp_path, about={"arguments": ["other"]})  # nothing is taken for it
     assert len(called) == 4
+
+
+def told_by_each(stiffness):
+    z = xr.Variable("t", np.ones(2), {"units": "m", "deviation": stiffness})
+    more = {"late": 1j} if stiffness > 1 else {}
+    return xr.Dataset({"z": z, **more}, attrs={"critical": 3 * stiffness, "of": f"{stiffness}"})
+
+
+def test_a_number_that_differs_is_a_variable(tmp_path):
+    told, axes = [], {"stiffness": [1.0, 2.0]}
+    found = sweep(told_by_each, axes, tmp_path, tell=told.append).dataset
+    assert found["z"].attrs == {"units": "m"}
+    assert list(found["z.deviation"].values) == [1.0, 2.0]
+    assert list(found["critical"].values) == [3.0, 6.0]
+    assert np.isnan(found["late"][0])
+    assert found["late"][1] == 1j
+    assert told[-1].endswith(": of")
+    with pytest.raises(ArgumentError, match="only none: must be one of z"):
+        sweep(told_by_each, axes, tmp_path, only=["none"])  # all are kept
+    chosen = sweep(told_by_each, axes, tmp_path, only=["z"]).dataset
+    assert list(chosen.data_vars) == ["z", "z.deviation"]
+
+
+def uneven(n):
+    return xr.Dataset({"z": ("k", np.ones(int(n)))})
+
+
+def test_points_that_do_not_fit_are_told(tmp_path):
+    with pytest.raises(JoinError, match=r"dimension k has no coordinates.* 2 at n = 2, 3 at n = 3"):
+        sweep(uneven, {"n": [2.0, 3.0]}, tmp_path)
 
 
 def test_takes_no_point_of_a_file_that_has_changed(tmp_path):
