@@ -8,7 +8,7 @@ from __future__ import annotations
 from railcosim.fmus.native_runtime.compile import CacheRefused, CompilationFailed, CompilerMissing
 from railcosim.fmus.native_runtime.platforms import UnknownPlatform
 from railcosim.master.checkpoint import CheckpointError
-from railcosim.master.component import ComponentError
+from railcosim.master.component import ComponentError, RunEnded
 from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import Divergence
 from railcosim.master.fmi.archive import FmuError
@@ -23,8 +23,8 @@ BAD_INPUTS = (
     UsageError,
 )  # fmt: skip
 FAILURES = (
-    Divergence, ComponentError, CompilationFailed, CompilerMissing, CacheRefused, ArithmeticError,
-    OSError,
+    Divergence, ComponentError, RunEnded, CompilationFailed, CompilerMissing, CacheRefused,
+    ArithmeticError, OSError,
 )  # fmt: skip
 
 

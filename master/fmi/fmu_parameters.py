@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,7 @@ _KINDS = {
     "Boolean": _Kind("fmi2SetBoolean", ctypes.c_int, bool),
     "String": _Kind("fmi2SetString", ctypes.c_char_p, str),
 }
+_LARGEST = {ctypes.c_double: sys.float_info.max, ctypes.c_int: 2**31 - 1}
 Scalar = float | int | bool | str
 """A value of a parameter: of an enumeration its number, or its name."""
 
@@ -106,6 +108,8 @@ def _fits(kind: _Kind, value: Scalar) -> bool:
         return False
     if isinstance(value, str) != (kind.convert is str):
         return False
+    if not isinstance(value, str) and not abs(value) <= _LARGEST[kind.c_type]:
+        return False  # beyond what the FMU can be given; no number never is
     try:
         return bool(kind.convert(value) == value)
     except (TypeError, ValueError, OverflowError):

@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.master.component import Component, Hold
+from railcosim.master.component import Component, Hold, Type
 from railcosim.master.fmi.description import FmuDescription
 from railcosim.master.fmi.fmu_parameters import Scalar
 
@@ -58,8 +58,9 @@ class LoadedFmu(Component):
 
     @property
     def max_input_derivative(self) -> int:  # type: ignore[override]
-        """2 if the FMU can interpolate its inputs (FMI names no order), else 0."""
-        return 2 if self.description.can_interpolate_inputs else 0
+        """2 if the FMU can interpolate its inputs (FMI names no order), else 0, as without Reals."""
+        reals = any(v.type is Type.REAL for v in self.description.inputs)
+        return 2 if reals and self.description.can_interpolate_inputs else 0
 
     @property
     def holds(self) -> frozenset[Hold]:  # type: ignore[override]

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from railcosim.master.component import ComponentError, FloatArray
+from railcosim.master.component import ComponentError, FloatArray, RunEnded
 from railcosim.master.fmi.description import FmuDescription
 from railcosim.master.fmi.fmu_parameters import Scalar
 from railcosim.master.fmi.isolation import IsolatedComponent, IsolatedState
@@ -80,7 +80,7 @@ def _try(
             fmu.exit_initialization()
             fmu.keep_past()
             return _differs(fmu, inputs, start, step)
-    except (ComponentError, ValueError) as error:  # FmuError is a ValueError
+    except (ComponentError, RunEnded, ValueError) as error:  # FmuError is a ValueError
         return str(error)
 
 

@@ -17,7 +17,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.master.component import FloatArray
+from railcosim.master.component import FloatArray, Type
 from railcosim.master.continuation import NAMES, History
 from railcosim.master.polynomials import lagrange
 from railcosim.master.schemes import (
@@ -155,6 +155,9 @@ class IteratedStepper:
         self._acceleration = scheme.method.start()
         self._past: History = ()
         self._nominal = np.array([abs(system.variables[i].nominal) for i in self._guessed])
+        self._jumping = np.array(
+            [system.variables[i].type is not Type.REAL for i in self._guessed], bool
+        )
 
     @property
     def memory(self) -> tuple[History, Any]:
@@ -170,7 +173,7 @@ class IteratedStepper:
         system, until = self._system, self._scheme.until
         now = system.outputs[self._guessed]
         self._past = (*self._past[1 - _GUESS_POINTS :], (t, now))
-        x = _extrapolate(self._past, t + h)
+        x = np.where(self._jumping, now, _extrapolate(self._past, t + h))
         state = system.save_state()
         self._acceleration.begin(h)
         for evaluations in range(1, until.max_evaluations + 1):

@@ -59,9 +59,12 @@ class NepceStepper:
         for k, u, area in zip(self._fed, before, missed, strict=True):
             system.step_along(k, t, h, (u + area / h)[None])
         system.exchange()
-        self.memory = tuple(
+        areas = [
             (system.components[k].u - u) * (h / 2) for k, u in zip(self._fed, before, strict=True)
-        )
+        ]
+        for k, area in zip(self._fed, areas, strict=True):
+            area[system.components[k].jumping] = 0.0  # whole numbers are never corrected
+        self.memory = tuple(areas)
         return ONE_EVALUATION
 
 
