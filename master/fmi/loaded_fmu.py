@@ -58,7 +58,7 @@ class LoadedFmu(Component):
 
     @property
     def max_input_derivative(self) -> int:  # type: ignore[override]
-        """2 if the FMU can interpolate its inputs (FMI names no order), else 0, as without Reals."""
+        """2 if the FMU can interpolate its Real inputs (FMI names no order), else 0."""
         reals = any(v.type is Type.REAL for v in self.description.inputs)
         return 2 if reals and self.description.can_interpolate_inputs else 0
 
