@@ -32,7 +32,7 @@ def on_track(
     track: Track,
     progress: Progress = unheard,
 ) -> Oscillations:
-    """Modes of a vehicle whose rails give way in all directions, the last wheelset in mid-span.
+    """Modes of a vehicle whose rails give way in all directions, the last wheelset at a railseat.
 
     They begin on the track's static flexibility. Its dynamics are brought in by stages, and each
     mode follows by Newton's method to where vehicle and track swing freely together.

@@ -39,7 +39,7 @@ STRAIGHT = {ROLLING[Role.FRICTION]: 0.0, ROLLING[Role.FLANGE_STIFFNESS]: 0.0}
 def rails_of(track: Track, wheelset_x: FloatArray, frequency: float) -> ComplexArray:
     """Compliance of the rails at the ports of an endless track's contacts.
 
-    The last wheelset stands in the middle between two railseats.
+    The last wheelset stands at a railseat, half a bay from the end of a cell.
     """
     x = wheelset_x - wheelset_x[-1] + track.fastening.spacing / 2
     points = [

@@ -43,7 +43,7 @@ def vehicle_modes(
     wheels : Wheels
         FIXED: wheelsets are held. CONTACT: wheels stand on their contact springs on rigid rails.
         RAILS: on rails that give way down, across and in roll as the track does at the mode's own
-        frequency, the last wheelset between two railseats.
+        frequency, the last wheelset at a railseat.
     speed, conicity : float, optional
         m/s and the tangent of the cone's angle: wheels creep, by Kalker's linear theory. Both or
         none; not for wheels that are held.
