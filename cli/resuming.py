@@ -14,7 +14,9 @@ from railcosim.storage.whole import write_whole
 
 from .options import errors
 
-FREE = ("out", "plot", "time", "checkpoint", "every", "resume", "isolate", "believe", "fresh")
+FREE = (
+    "out", "plot", "time", "limit", "checkpoint", "every", "resume", "isolate", "believe", "fresh",
+)  # fmt: skip
 """Parameters that may differ when a run is resumed: they do not decide its numbers."""
 Kept: TypeAlias = Path | tuple[Path, ...]
 BY_CONTENT = ("system", "vehicle_fmu", "track_fmu")

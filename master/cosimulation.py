@@ -159,7 +159,8 @@ class Cosimulation(Iterator[CommunicationPoint]):
             f"diverged at t = {t:.9g} s: {self.system.names[worst]} = {outputs[worst]:.6g} "
             f"{variable.unit} (allowed: {self._limits[worst]:.3g}; {self.context}). "
             "Try a shorter step; the scheme interface-jacobian; the contact in another component; "
-            "or, if the value is right, a larger nominal value of the variable, or --limit"
+            "or, if the value is right, a larger nominal value of the variable, or a larger "
+            "limit where one can be given (--limit of run and run-system)"
         )
 
 

@@ -50,7 +50,7 @@ class Counted:
         self._rounded = np.empty(len(values))
 
     def to_integers(self) -> None:
-        """Before they are set. Guesses of an iteration lie between integers.
+        """Before they are set; guesses of the interface Jacobian lie between integers.
 
         Raises
         ------

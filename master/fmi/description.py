@@ -191,6 +191,17 @@ def describe_file(path: Path) -> FmuDescription:
 
 def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
     """What FMPy has read, for one kind of FMU: ``raw.coSimulation`` or ``raw.modelExchange``."""
+    try:
+        return _describe(path, raw, kind)
+    except FmuError:
+        raise
+    except ValueError as error:  # a number that is none, in a flawed description
+        wrong = f"modelDescription.xml is not valid FMI 2.0: {error}"
+        raise FmuError(f"{path}: {wrong}") from None
+
+
+def _describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
+    """As `describe`; ValueError for numbers that are none."""
     inputs, outputs = (_exchanged(raw.modelVariables, way) for way in ("input", "output"))
     feedthrough, stated = _feedthrough(raw.outputs, inputs, outputs)
     return FmuDescription(
@@ -240,8 +251,11 @@ def _is_initial(variable: Any) -> bool:
 
 def _default(experiment: Any, name: str) -> float | None:
     """Step or tolerance that a default experiment names, if it is one."""
-    value = getattr(experiment, name, None)
-    return float(value) if value is not None and 0.0 < float(value) < np.inf else None
+    text = getattr(experiment, name, None)
+    if text is None:
+        return None
+    value = _read(text, f"{name} of the default experiment")
+    return value if 0.0 < value < np.inf else None
 
 
 def _feedthrough(
@@ -274,7 +288,7 @@ def _declared(variable: Any, attribute: str) -> str | None:
 def coupling_variable(variable: Any) -> Variable:
     """Real input or output of a model description as FMPy reads it, as a `Variable`."""
     # The schema asks for a start value of every input; 0 is for outputs, where it is not used.
-    nominal = abs(float(_declared(variable, "nominal") or 0.0))
+    nominal = abs(_read(_declared(variable, "nominal") or 0.0, f"nominal of {variable.name}"))
     kind = Type(variable.type)
     return Variable(
         name=variable.name,
@@ -282,16 +296,28 @@ def coupling_variable(variable: Any) -> Variable:
         description=variable.description or "",
         nominal=nominal or 1.0,
         has_nominal=bool(nominal),
-        start=_number(variable.start),
+        start=_number(variable),
         type=kind,
         items=_items(variable),
     )
 
 
-def _number(start: str | None) -> float:
+def _number(variable: Any) -> float:
     """A start value as written, as a number."""
-    words = {"true": 1.0, "false": 0.0}
-    return words[start] if start in words else float(start or 0.0)
+    words, start = {"true": 1.0, "false": 0.0}, variable.start
+    if start in words:
+        return words[start]
+    whole = variable.type in {"Integer", "Enumeration"}
+    return _read(start or 0.0, f"start of {variable.name}", int if whole else float)
+
+
+def _read(text: str | float, what: str, kind: type[int] | type[float] = float) -> float:
+    """A number as written; ValueError, which says of what it is, if it is none."""
+    try:
+        return float(kind(text))
+    except ValueError:
+        number = "whole number" if kind is int else "number"
+        raise ValueError(f"{what} is {text!r}, which is no {number}") from None
 
 
 def _items(variable: Any) -> tuple[tuple[str, int], ...]:

@@ -66,25 +66,6 @@ class Modal:
         """A, B, C in real states, sqrt(2) times the real parts of q, then the imaginary ones."""
         return real_form(self.poles, self.B, self.C)
 
-    def sprung(
-        self, k: FloatArray, motions: tuple[Variable, ...], forces: tuple[Variable, ...]
-    ) -> Modal:
-        """The same body with a spring on every output: from the springs' other ends to forces.
-
-        Parameters
-        ----------
-        k : array, shape (n_inputs,)
-            Stiffness of the springs, N/m; each pushes on the input of its number.
-        motions : tuple of Variable, length n_inputs
-            The new inputs: motions of the springs' other ends, which compress them.
-        forces : tuple of Variable, length n_inputs
-            The new outputs.
-        """
-        A, B, C = self.real()
-        return modal(
-            self.name, A - (B * k) @ C, B * k, -k[:, None] * C, np.diag(k), motions, forces
-        )
-
     def condensed(self, tolerance: float) -> Modal:
         """Fewer modes with nearly the same transfer function, by balanced truncation of bands.
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from railcosim.master.component import Component, ComponentError, FloatArray, Variable
+from railcosim.master.component import Component, ComponentError, FloatArray, RunEnded, Variable
 from railcosim.master.linear.linear_form import alike
 
 FINER = 8
@@ -95,7 +95,10 @@ class Bench:
         component.read_outputs()
         record[0] = component.y[self.rows]
         for k in range(steps):
-            component.do_step(time + k * step, step)
+            try:
+                component.do_step(time + k * step, step)
+            except RunEnded as end:
+                raise ComponentError(f"{end} The response to a pulse takes longer") from end
             if k == held - 1:  # before the outputs are read: they may depend on the input at once
                 component.set_inputs(self.u)
             component.read_outputs()

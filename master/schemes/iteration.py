@@ -190,6 +190,8 @@ class IteratedStepper:
                 break
             if evaluations < until.max_evaluations:
                 x = self._acceleration.improve(x, residual, weight)
+                # Between two values of what is no Real there may be none.
+                x = np.where(self._jumping, answer, x)
         converged = size <= 1.0
         if not converged and not (until.accept and math.isfinite(size)):
             raise self._failure(t + h, evaluations, ratio, residual, weight)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from railcosim.master.mapped_inputs import MappedInputs
 from railcosim.master.ssp.structure import Start, Structure, Wire
 from railcosim.master.suggest import suggest
 from railcosim.master.units import IDENTITY, Linear, UnitError, Units, fmu_units
+
+_LARGEST = 2**31 - 1  # Integer
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,9 +194,17 @@ def _number(value: Scalar, variable: Variable) -> float:
         return float(items[value])
     if isinstance(value, str) or (isinstance(value, bool) and Type.BOOLEAN not in {kind}):
         raise ValueError(f"{value!r} is no {kind.value}")
-    if kind is not Type.REAL and not float(value).is_integer():
-        raise ValueError(f"{value!r} is no {kind.value}")
-    return float(value)
+    number = float(value)
+    fits = {
+        Type.REAL: math.isfinite(number),
+        Type.INTEGER: number.is_integer() and abs(number) <= _LARGEST,
+        Type.BOOLEAN: number in {0.0, 1.0},
+        Type.ENUMERATION: number.is_integer() and (not items or number in items.values()),
+    }
+    if not fits[kind]:
+        known = ", ".join(f"{name} = {of}" for name, of in items.items())
+        raise ValueError(f"{value!r} is no {kind.value}" + (f"; it has {known}" if known else ""))
+    return number
 
 
 def _seen(
@@ -207,7 +218,8 @@ def _seen(
     seen, linears = [], []
     for variable in fmu.inputs:
         connection = sources.get(variable.name)
-        start = _number(starts.get(variable.name, variable.start), variable)
+        given = starts.get(variable.name)
+        start = variable.start if given is None else _number(given, variable)
         if connection is None:
             seen.append(replace(variable, start=start))
             linears.append(IDENTITY)

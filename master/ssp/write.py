@@ -82,6 +82,8 @@ def _check(parts: Sequence[Part], connections: Iterable[Connection]) -> None:
                 raise CouplingError(
                     f"{part.name} has no parameter or input {name!r}{suggest(name, known)}"
                 )
+            if isinstance(part.starts[name], str) and part.types()[name] == "Real":
+                raise CouplingError(f"{part.name}.{name} is a Real; {part.starts[name]!r} is none")
 
 
 def _check_end(

@@ -243,17 +243,6 @@ def test_a_ring_under_many_wheels_is_condensed_to_a_stable_model() -> None:
     assert np.abs(fewer.response(1j * omega) - H).max() < 20 * 1e-6 * np.abs(H).max()
 
 
-def test_springs_on_the_outputs_are_those_of_the_frequency_domain() -> None:
-    A, B, C = beam()
-    modes = modal("rail", A, B, C, np.zeros((N, N)), tuple(FORCE), tuple(RAIL))
-    omega = np.geomspace(1.0, 3e3, 50)
-    G = modes.response(1j * omega)
-    k = np.array([K, 2 * K])
-    expected = np.linalg.inv(np.diag(1.0 / k) + G)  # force = (1/k + G)^-1 motion
-    found = modes.sprung(k, tuple(WHEEL), tuple(FORCE)).response(1j * omega)
-    assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()  # rounding
-
-
 def test_what_is_rounding_is_not_followed_for_ever() -> None:
     """Noise turns between points however many there are: memory would be full first."""
     rng = np.random.default_rng(1)

@@ -49,11 +49,25 @@ def test_told_once_and_run(tmp_path, flaw):
         (('start="0.5"', ""), "the input u has no start value"),
         (('<Unknown index="2"', '<Unknown index="20"'), "not valid FMI 2.0"),
         (("<Real ", '<Real declaredType="nobody" '), "not valid FMI 2.0"),
+        (('start="0.5"', 'start="0,5"'), "start of u is '0,5', which is no number"),
+        (('start="0.5"', 'start="1" nominal="0,1"'), "nominal of u is '0,1', which is no number"),
+        (
+            ("<ModelVariables>", '<DefaultExperiment stepSize="0,01"/><ModelVariables>'),
+            "stepSize of the default experiment is '0,01'",
+        ),
+        (("<ModelVariables>", '<DefaultExperiment tolerance="x"/><ModelVariables>'), "tolerance"),
     ],
 )
 def test_refused_where_a_value_would_be_a_guess(tmp_path, change, words):
     path = make_fmu(tmp_path / "A.fmu", text=description(variables="u x").replace(*change, 1))
     with pytest.raises(FmuError, match=words):
+        describe_file(path)
+
+
+def test_an_integer_that_is_none(tmp_path):
+    text = description(variables="n twice", n=('start="3"', 'start="2.5"'))
+    path = make_fmu(tmp_path / "A.fmu", text=text)
+    with pytest.raises(FmuError, match=r"start of n is '2\.5', which is no whole number"):
         describe_file(path)
 
 

@@ -6,16 +6,18 @@ import numpy as np
 import pytest
 
 from railcosim.master.checkpoint import CheckpointError, Checkpoints
-from railcosim.master.component import Variable
+from railcosim.master.component import ComponentError, Variable
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.isolation import IsolatedComponent
 from railcosim.master.fmi.rollback import rollback_fault
+from railcosim.master.linear.pulses import Bench
 from railcosim.master.recording import Recorder
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.schemes.picard import picard
 from railcosim.master.signals import Signal
 
+from . import anybody
 from .trouble import make_fmu, make_system
 
 LOADERS = [FmuComponent.load, IsolatedComponent.load]
@@ -116,3 +118,33 @@ def test_refused_where_needed_and_only_there(fmu, load, tmp_path):
 def test_components_that_are_no_fmus():
     signal = Signal("s", [Variable(name="y")], lambda t: [t])
     assert signal.rollback_fault is None
+
+
+@pytest.mark.parametrize(
+    ("able", "words"),
+    [
+        ('canHandleVariableCommunicationStepSize="true"', None),
+        ("", "ended the run after t = 0.25 s"),
+    ],
+)
+def test_one_that_ends_within_the_test(tmp_path, able, words):
+    """At 0.45 s: tried in shorter steps, if it takes them."""
+    able += ' canGetAndSetFMUstate="true" canSerializeFMUstate="true"'
+    path = anybody.make_fmu(tmp_path / "A.fmu", "ends", variables="u x", able=able)
+    with FmuComponent.load(path, name="a") as one:
+        one.expect_step(0.25)
+        one.enter_initialization(0.0)
+        one.exit_initialization()
+        fault = one.rollback_fault
+    assert fault is None if words is None else words in fault
+
+
+def test_one_that_ends_within_pulses(tmp_path):
+    able = 'canGetAndSetFMUstate="true" canHandleVariableCommunicationStepSize="true"'
+    path = anybody.make_fmu(tmp_path / "A.fmu", "ends", variables="u x", able=able)
+    with FmuComponent.load(path, name="a") as one:
+        one.enter_initialization(0.0)
+        one.exit_initialization()
+        bench = Bench(one, one.u.copy(), [0], 0.0, one.save_state(), 0.25, 4, 1, None)
+        with pytest.raises(ComponentError, match=r"ended the run .* pulse takes longer"):
+            bench.whole(np.ones(1))

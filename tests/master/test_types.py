@@ -12,7 +12,9 @@ from railcosim.master.cosimulation import cosimulate
 from railcosim.master.fmi.fmu import FmuComponent, FmuError
 from railcosim.master.fmi.isolation import IsolatedComponent
 from railcosim.master.recording import Recorder, record
+from railcosim.master.schemes.aitken import aitken
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
+from railcosim.master.schemes.iqn_ils import iqn_ils
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.schemes.nepce import nepce
 from railcosim.master.schemes.picard import picard
@@ -217,6 +219,10 @@ def test_values_of_all_types_in_an_ssp(tmp_path, fmu):
     [
         (one("choice", "Enumeration", "up"), r"a\.choice: has no item 'up'; it has low, mid, top"),
         (one("n", "Real", "2.5"), r"a\.n: 2\.5 is no Integer"),
+        (one("n", "Integer", str(2**32 + 5)), r"a\.n: 4294967301 is no Integer"),
+        (one("b", "Integer", "2"), r"a\.b: 2 is no Boolean"),
+        (one("choice", "Integer", "3"), r"a\.choice: 3 is no Enumeration; it has low = 1, mid"),
+        (one("u", "Real", "INF"), r"a\.u: inf is no Real"),
         (one("n", "String", "5"), r"a\.n: '5' is no Integer"),
         (one("x", "Real", "1"), r"a\.x cannot be set: only parameters, inputs .* causality output"),
         (one("k", "String", "1"), "k is a Real; '1' does not fit"),
@@ -244,6 +250,36 @@ def test_what_is_written_is_read(tmp_path, fmu):
     with open_ssp(path) as loaded:
         assert set(loaded.connections) == set(wires)
         assert loaded.starts["a"] == starts
+
+
+def test_no_text_for_a_real(tmp_path, fmu):
+    with FmuComponent.load(fmu) as known:
+        part = Part(name="a", description=known.description, starts={"k": "1"})
+    with pytest.raises(CouplingError, match=r"a\.k is a Real; '1' is none"):
+        write_ssp(tmp_path / "w.ssp", [part], [])
+
+
+@pytest.mark.parametrize("scheme", [picard(degree=0), aitken(degree=0), iqn_ils(degree=0)], ids=str)
+def test_guesses_are_values_there_are(tmp_path, monkeypatch, scheme):
+    """An enumeration in a loop goes 1, 1, 7: neither the first guess nor a later one is between."""
+    path = make_fmu(tmp_path / "A.fmu", able=STATES)
+    with FmuComponent.load(path, name="a") as a, FmuComponent.load(path, name="b") as b:
+        source = signal("gear", Type.INTEGER, lambda t: 7 if t >= 0.5 else 1)
+        wires = [("a", "chosen", "b", "choice"), ("b", "x", "a", "u"), ("a", "x", "b", "u")]
+        wires += [("b", "twice", "a", "n"), ("signal", "gear", "b", "n")]
+        system = System([source, a, b], [Connection(*wire) for wire in wires])
+        for one in (a, b):
+            one.enter_initialization(0.0)
+            one.exit_initialization()
+        stepper = scheme.start(system)
+        jumping = {system.names[i] for i in stepper._guessed[stepper._jumping]}
+        given, written = [], a.write_inputs
+        n = [v.name for v in a.inputs].index("n")
+        monkeypatch.setattr(a, "write_inputs", lambda: (given.append(a.u[n]), written()))
+        found = steps(system, scheme)
+    assert jumping == {"b.twice"}
+    assert set(given) <= {2.0, 14.0, 6.0}
+    assert found["a.twice"][1:] == [4, 28, 28, 28]
 
 
 def test_recorded_until_it_is_not_finite(tmp_path):
