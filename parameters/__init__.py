@@ -2,7 +2,7 @@
 
 from .change import changed, keys_of, value_of
 from .quantity import ArgumentError, ParameterError, ParameterSet, quantity, switch, word
-from .toml_file import doubts, from_tables, read_toml, tables_of, write_toml
+from .toml_file import doubts, from_tables, read_named, read_toml, tables_of, write_toml
 from .usual import UnusualWarning, Usual
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "from_tables",
     "keys_of",
     "quantity",
+    "read_named",
     "read_toml",
     "switch",
     "tables_of",

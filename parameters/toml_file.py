@@ -6,7 +6,7 @@ import difflib
 import tomllib
 import warnings
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
@@ -24,6 +24,33 @@ from .usual import UnusualWarning
 T = TypeVar("T")
 SI_UNITS = "# SI units. A key left out keeps the value printed here."
 SIZE_LIMIT = 1_000_000  # bytes; the files we write have a few thousand
+
+
+def read_named(kind: type[T], source: Path, names: Sequence[str], folder: Path) -> T:
+    """Read a file of parameters, or what is built in by name; see `read_toml`.
+
+    Parameters
+    ----------
+    kind : type
+        See `read_toml`; its name in small letters is what messages call it.
+    source : Path
+        A file, or one of the names.
+    names : sequence of str
+        Of what is built in: the first is all defaults, the others are files.
+    folder : Path
+        Where these are.
+    """
+    name = str(source)
+    if name == names[0]:
+        return kind()
+    if name in names:
+        return read_toml(kind, folder / f"{name}.toml")
+    if source.suffix == "" and not source.exists():
+        raise ParameterError(
+            f"{source}: no such file, and no built-in {kind.__name__.lower()}; these are "
+            f"{', '.join(names)}"
+        )
+    return read_toml(kind, source)
 
 
 def read_toml(kind: type[T], path: Path) -> T:

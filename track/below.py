@@ -20,13 +20,12 @@ from railcosim.mechanics.ports import Direction
 
 from .fastenings import Spring
 from .layers import CONTINUOUS, SLEEPER, Layer
-from .section import Bar, Beam, Section
+from .section import GAUSS, Bar, Beam, Section
 from .slab import SlabModes
 
 NODE_TOLERANCE = 1e-6  # m; a point this near to a node is that node
 DEGREE = 24
 """Highest degree of a deflection across: the push of a rail at a point is met to 1e-4."""
-GAUSS = np.polynomial.legendre.leggauss(4)  # deflections of elements squared have degree 6
 
 
 class Body(Protocol):

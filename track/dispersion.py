@@ -24,7 +24,7 @@ from .parameters import Track
 from .receptance import Progress, shortest
 from .ring import bloch
 from .section import directions_for, section_of
-from .waves import waves
+from .waves import TRAVELLING, waves
 
 LEAST = 1e-12  # a wave that decays to less from cell to cell is rounding: 240 dB
 AHEAD = 1.2  # harmonics of a standing wave are equal: so much is the one that runs ahead preferred
@@ -33,7 +33,6 @@ FINEST = 64  # elements a bay
 BLOCK = 64  # frequencies at once
 PHASES = 9  # from 0 to pi, at which the bands of a track without damping are found
 NARROW = 2e-3  # of its frequency: narrower stop bands are left out
-TRAVELLING = 1e-6  # 1 - |lambda| below which a wave travels
 TRAVELS = 0.2  # imaginary by real part of a wavenumber below which a wave outlasts its length
 HALVINGS = 12  # of a tenth of a gap
 

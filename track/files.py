@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from railcosim.parameters import ParameterError, read_toml, tables_of
+from railcosim.parameters import read_named, tables_of
 
-from .names import BUILT_IN, FOLDER, PAPER
+from .names import BUILT_IN, FOLDER
 from .parameters import Track
 
 
@@ -32,16 +32,7 @@ def read_track(source: str | Path) -> Track:
     UnusualWarning
         For every number of a file that is not a usual one.
     """
-    name, path = str(source), Path(source)
-    if name == PAPER:
-        return Track()
-    if name in BUILT_IN:
-        return read_toml(Track, FOLDER / f"{name}.toml")
-    if path.suffix == "" and not path.exists():
-        raise ParameterError(
-            f"{source}: no such file, and no built-in track; these are {', '.join(BUILT_IN)}"
-        )
-    return read_toml(Track, path)
+    return read_named(Track, Path(source), BUILT_IN, FOLDER)
 
 
 def tells_cells(source: str | Path) -> bool:

@@ -16,14 +16,14 @@ from railcosim.parameters import (
     doubts,
     from_tables,
     quantity,
-    read_toml,
+    read_named,
     switch,
     tables_of,
     word,
     write_toml,
 )
 
-from .names import BUILT_IN, FOLDER, PAPER
+from .names import BUILT_IN, FOLDER
 from .parameters import Coupler, Vehicle
 from .properties import FileName
 from .train import Train, TrainVehicle, train_of
@@ -82,16 +82,8 @@ def read_stock(source: str | Path, count: int = 1) -> Vehicle | Train:
 
 def read_vehicle(source: Path) -> Vehicle:
     """Read a single vehicle; see `read_stock`."""
-    name = str(source)
-    if name == PAPER:
-        return Vehicle()
-    if name in BUILT_IN:
-        return read_toml(Vehicle, FOLDER / f"{name}.toml")
-    if source.suffix == "" and not source.exists():
-        raise ParameterError(
-            f"{source}: no such file, and no built-in vehicle; these are {', '.join(BUILT_IN)}"
-        )
-    return _beside(read_toml(Vehicle, source), source)
+    vehicle = read_named(Vehicle, source, BUILT_IN, FOLDER)
+    return vehicle if str(source) in BUILT_IN else _beside(vehicle, source)
 
 
 def _beside(vehicle: Vehicle, source: Path) -> Vehicle:
