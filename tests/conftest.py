@@ -1,6 +1,7 @@
 """Models that take seconds to make, made once."""
 
 import os
+import signal
 from functools import cache
 
 # As the command line does, and before numpy is loaded: the matrices are small.
@@ -19,6 +20,11 @@ from railcosim.vehicle.parameters import Vehicle
 # The same examples each time, however slow the machine: what fails must fail again.
 settings.register_profile("always alike", derandomize=True, deadline=None)
 settings.load_profile("always alike")
+
+
+# A shell lets what it begins in the background ignore Ctrl-C, and that is inherited; tests send it.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
