@@ -136,6 +136,17 @@ COMMANDS = {
         "Call a command for all combinations of values, on all cores: one dataset, one picture.",
         passes_on=True,
     ),
+    "plot": Place(
+        "plot_command",
+        "plot",
+        "Draw variables of several results together: as they are, spectra, third octaves, "
+        "differences.",
+    ),
+    "view": Place(
+        "view_command",
+        "view",
+        "Write a page that plays a run: vehicle and rail from the side, contact forces.",
+    ),
     "irregularity": Place(
         "irregularity",
         "irregularity",

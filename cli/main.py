@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from importlib.metadata import version
 from itertools import pairwise
 from typing import Annotated, NoReturn
 
@@ -40,6 +39,8 @@ app = typer.Typer(
 
 def _show_version(wanted: bool) -> None:
     if wanted:
+        from importlib.metadata import version  # a tenth of the time that help takes
+
         console.print(f"railcosim {version('railcosim')}")
         raise typer.Exit
 

@@ -134,8 +134,10 @@ def _chart(result: xr.Dataset, show: str, critical: dict[str, list[Critical]]) -
 
     from railcosim.analysis.response.map import MODES
     from railcosim.plots.chart import Chart, Curve, Map, Mark
+    from railcosim.plots.names import words_of
 
     wavelength, speed = (np.asarray(result[axis]) for axis in ("wavelength", "speed"))
+    words = ", ".join(words_of(show) or (show,))
     modes = {name: mode for mode, name in MODES.items()}
     panels = []
     for kind, name in (("flexible", show), ("rigid", f"{show}.rigid")):
@@ -158,7 +160,7 @@ def _chart(result: xr.Dataset, show: str, critical: dict[str, list[Critical]]) -
                 z=np.abs(np.asarray(result[name])).T,
                 x_label="wavelength (m)",
                 y_label="speed (km/h)",
-                z_label=f"{show} ({result[name].attrs['units']})",
+                z_label=f"|{words}| ({result[name].attrs['units']})",
                 curves=tuple(curves),
                 marks=tuple(
                     Mark(label=f"n = {p.order}", x=p.wavelength, y=3.6 * p.speed)
@@ -170,4 +172,4 @@ def _chart(result: xr.Dataset, show: str, critical: dict[str, list[Critical]]) -
                 title=f"{kind} track",
             )
         )
-    return Chart(title=f"{show} per m of irregularity", rows=tuple((panel,) for panel in panels))
+    return Chart(title=f"{words}, per m of irregularity", rows=tuple((panel,) for panel in panels))

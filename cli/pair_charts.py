@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import xarray as xr
 
@@ -19,6 +21,7 @@ from railcosim.mechanics.ports import (
     wheelset_of,
 )
 from railcosim.plots.chart import Chart
+from railcosim.plots.names import place, words_of
 from railcosim.plots.results import Group, size_chart, time_chart
 
 MOST = 8
@@ -34,16 +37,14 @@ def run_chart(run: xr.Dataset) -> Chart:
     }
     (cars, others), (cars_aside, _) = _bodies(run, "az"), _bodies(run, "ay")
     groups = (
-        Group("contact force, left (kN)", _forces(run, ""), 1e-3),
+        Group("contact force (kN)", _placed(f"{w}.force_z" for w in _left(run)), 1e-3),
         Group(
-            "left wheel on rail, to the right (kN)",
-            {f"{w}.{aside}": w.removesuffix(".left") for w in _left(run)},
-            1e-3,
+            "wheel on rail, to the right (kN)", _placed(f"{w}.{aside}" for w in _left(run)), 1e-3
         ),
-        Group("down (mm)", {name: name for name in met[Z]}, 1e3),
-        Group("to the right (mm)", {name: name for name in met[Y]}, 1e3),
+        Group("down (mm)", _placed(met[Z]), 1e3),
+        Group("to the right (mm)", _placed(met[Y]), 1e3),
         Group("bogie acceleration (m/s²)", others),
-        Group("car body acceleration (m/s²)", cars | cars_aside),
+        Group("car body acceleration (m/s²)", _told_apart(cars | cars_aside)),
     )
     return time_chart(run, groups)
 
@@ -64,12 +65,10 @@ def _responses(frf: xr.Dataset, direction: Direction, per: str, where: str) -> t
     shown = Port(excited[0], SIDES[0]).wheel if excited else _left(frf)[-1]
     moved = [f"{shown}.{what.format(direction.name)}" for what in (WHEEL.motion, RAIL.motion)]
     cars, others = _bodies(frf, direction.name)
-    forces = {f"{w}.{FORCE.format(effort=direction.effort)}": w for w in _left(frf)}
+    forces = _placed(f"{w}.{FORCE.format(effort=direction.effort)}" for w in _left(frf))
     return (
-        Group(
-            f"displacement{where} (m/{per})", {**cars, **others, **{name: name for name in moved}}
-        ),
-        Group(f"contact force{where} (N/{per})", forces),
+        Group(f"|displacement{where}| (m/{per})", {**cars, **others, **_placed(moved)}),
+        Group(f"|contact force{where}| (N/{per})", forces),
     )
 
 
@@ -80,8 +79,16 @@ def _left(shown: xr.Dataset) -> list[str]:
     return _some([Port(i, SIDES[0]).wheel for i in numbers])
 
 
-def _forces(shown: xr.Dataset, side: str) -> dict[str, str]:
-    return {f"{w}.force_z": w.removesuffix(".left") + side for w in _left(shown)}
+def _told_apart(words: dict[str, str]) -> dict[str, str]:
+    """Say what of a body as well, where there is more than one of it."""
+    if len(set(words.values())) == len(words):
+        return words
+    return {name: ", ".join(words_of(name) or (name,)) for name in words}
+
+
+def _placed(names: Iterable[str]) -> dict[str, str]:
+    """Whose they are, by the variables' names."""
+    return {name: place(name) for name in names}
 
 
 def _bodies(shown: xr.Dataset, quantity: str) -> tuple[dict[str, str], dict[str, str]]:
@@ -93,7 +100,7 @@ def _bodies(shown: xr.Dataset, quantity: str) -> tuple[dict[str, str], dict[str,
     ]
     cars = [name for name in names if "carbody" in name]
     others = [name for name in names if name not in cars]
-    return {name: name for name in _some(cars)}, {name: name for name in _some(others)}
+    return _placed(_some(cars)), _placed(_some(others))
 
 
 def _some(names: list[str]) -> list[str]:

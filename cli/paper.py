@@ -77,11 +77,13 @@ def figures_of(text: str) -> list[int]:
 
 def _differences(findings: list[Finding]) -> Table:
     """What does not agree, and how much does."""
-    judged = [finding for finding in findings if finding.agrees is not None]
-    differing = [finding for finding in judged if not finding.agrees]
+    from railcosim.plots.page import counted
+
+    differing = [finding for finding in findings if finding.agrees is False]
+    n = counted(findings)
     table = Table(
-        title=f"{len(judged) - len(differing)} of {len(judged)} numbers agree; these do not "
-        "(reasons: report.html)"
+        title=f"{n['agrees']} numbers agree, {n['differs']} do not, {n['nothing to compare with']} "
+        "have none to compare with; these do not agree (reasons: report.html)"
     )
     table.add_column("figure")
     table.add_column("quantity")

@@ -98,6 +98,7 @@ def _chart(result: xr.Dataset, title: str) -> Chart:
     import numpy as np
 
     from railcosim.plots.chart import Chart, Curve, Panel
+    from railcosim.plots.names import words_of
 
     f = np.asarray(result["frequency"])
     rows = tuple(
@@ -105,7 +106,9 @@ def _chart(result: xr.Dataset, title: str) -> Chart:
             Panel(
                 x_label="frequency (Hz)", y_label=label, x_log=True, y_log=True,
                 curves=tuple(
-                    Curve(name=n, x=f, y=np.asarray(result[n])) for n in names if n in result
+                    Curve(name=", ".join(words_of(n) or (n,)), x=f, y=np.asarray(result[n]))
+                    for n in names
+                    if n in result
                 ),
                 x_range=(float(f[0]), float(f[-1])),
             ),

@@ -97,6 +97,7 @@ def chart_of(found: xr.Dataset) -> Chart:
     import numpy as np
 
     from railcosim.plots.chart import Chart, Curve, Panel
+    from railcosim.plots.names import owner
 
     x = np.asarray(found["distance"])
     rows = []
@@ -107,7 +108,9 @@ def chart_of(found: xr.Dataset) -> Chart:
         worst = max(names, key=lambda name: _size(found[name])).partition(".")[0]
         shown = [name for name in names if name.startswith(f"{worst}.")]
         curves = [
-            Curve(name=name.removesuffix(f".{kind}"), x=x, y=factor * np.asarray(found[name]))
+            Curve(
+                name=owner(name.removesuffix(f".{kind}")), x=x, y=factor * np.asarray(found[name])
+            )
             for name in shown
         ]
         if "limit" in found[shown[0]].attrs:

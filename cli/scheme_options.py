@@ -9,8 +9,7 @@ from typing import Annotated
 import typer
 
 from railcosim.analysis.pair.owner import Owner
-from railcosim.master.continuation import NAMES
-from railcosim.master.schemes.catalogue import CATALOGUE
+from railcosim.master.names import INPUTS, SCHEMES
 
 from .options import UsageError, positive
 
@@ -18,21 +17,21 @@ from .options import UsageError, positive
 class Inputs(StrEnum):
     """How inputs go on between communication points."""
 
-    CONSTANT = NAMES[0]
-    LINEAR = NAMES[1]
-    QUADRATIC = NAMES[2]
+    CONSTANT = INPUTS[0]
+    LINEAR = INPUTS[1]
+    QUADRATIC = INPUTS[2]
 
 
 def _scheme(text: str) -> str:
     """A name of a scheme."""
-    if text not in CATALOGUE:
-        raise typer.BadParameter(f"{text!r} is not one of {', '.join(map(repr, CATALOGUE))}.")
+    if text not in SCHEMES:
+        raise typer.BadParameter(f"{text!r} is not one of {', '.join(map(repr, SCHEMES))}.")
     return text
 
 
 def _completed(incomplete: str) -> list[str]:
     """Names that begin so, for the shell."""
-    return [name for name in CATALOGUE if name.startswith(incomplete)]
+    return [name for name in SCHEMES if name.startswith(incomplete)]
 
 
 SchemeOption = Annotated[
@@ -42,7 +41,7 @@ SchemeOption = Annotated[
         metavar="NAME",
         parser=_scheme,
         autocompletion=_completed,
-        help=f"Coupling scheme: {', '.join(CATALOGUE)}; if not given, gauss-seidel where the "
+        help=f"Coupling scheme: {', '.join(SCHEMES)}; if not given, gauss-seidel where the "
         "track owns the contact, jacobi where the vehicle does, interface-jacobian where the "
         "master does.",
     ),

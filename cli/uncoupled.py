@@ -71,18 +71,20 @@ def compare_uncoupled(
 
 def _section(part: str, found: list[Change], frequency: FloatArray) -> Section:
     from railcosim.plots.chart import Chart, Curve, Panel
+    from railcosim.plots.names import words_of
     from railcosim.plots.page import Row, Section
 
     rows = []
     for c in found:
         span = (float(frequency[0]), float(frequency[-1]))
+        named = ", ".join(words_of(c.output) or (c.output,))
         curves = (
             Curve(name="coupled", x=frequency, y=c.with_part),
             Curve(name=f"without {part}", x=frequency, y=c.without_part, dashed=True),
         )
         rows.append(
             (
-                Panel(x_label="frequency (Hz)", y_label=f"{c.output} ({c.unit})", curves=curves,
+                Panel(x_label="frequency (Hz)", y_label=f"|{named}| ({c.unit})", curves=curves,
                       x_log=True, y_log=True, x_range=span),
                 Panel(x_label="frequency (Hz)", y_label="change (dB)",
                       curves=(Curve(name="third octaves", x=c.centres, y=c.decibel),),

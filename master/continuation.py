@@ -11,11 +11,12 @@ from typing import Protocol
 import numpy as np
 
 from railcosim.master.component import Component, FloatArray, Hold
+from railcosim.master.names import INPUTS
 
 History = tuple[tuple[float, FloatArray], ...]
 """Time (s) and inputs at past communication points, latest last."""
 
-NAMES = ("constant", "linear", "quadratic")
+NAMES = INPUTS
 """Of polynomials, by degree."""
 
 

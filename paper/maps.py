@@ -199,7 +199,7 @@ def _map(
     )
     return Map(
         x=wavelength, y=3.6 * speed, z=size.T, x_label="wavelength (m)", y_label="speed (km/h)",
-        z_label=f"{name} ({unit} per N of k_H A)", curves=(line,),
+        z_label=f"|{name}| ({unit} per N of k_H A)", curves=(line,),
         marks=tuple(
             Mark(label=f"n = {p.order}", x=p.wavelength, y=3.6 * p.speed) for p in points
         ),
@@ -222,7 +222,7 @@ def _slice(
         rigid = _over(lab, output, np.array([wave]), speed, rigid=True)[0]
         curves.append(Curve(name="rigid track", x=3.6 * speed, y=rigid, dashed=True))
     return Panel(
-        x_label="speed (km/h)", y_label=f"{unit} per N of k_H A", curves=tuple(curves),
+        x_label="speed (km/h)", y_label=f"|response| ({unit} per N of k_H A)", curves=tuple(curves),
         marks=(Mark(label=f"{frequency:.2f} Hz", x=3.6 * wave * frequency),), y_log=True,
         x_range=(3.6 * SPEEDS[0], 3.6 * fastest),
         second_x=("speed over wavelength (Hz)", 1 / (3.6 * wave)), title=f"wavelength {wave:g} m",

@@ -41,7 +41,7 @@ def figure_13(lab: Laboratory) -> Figure:
     panels = tuple(
         Panel(
             x_label="frequency (Hz)",
-            y_label="receptance (m/N)",
+            y_label="|receptance| (m/N)",
             curves=tuple(
                 Curve(name=place, x=frequency, y=curves[place, with_vehicle]) for place in places
             ),
@@ -140,7 +140,7 @@ def figure_22(lab: Laboratory) -> Figure:
         for k in shown
     ]  # fmt: skip
     panel = Panel(
-        x_label="frequency (Hz)", y_label="receptance (m/N)", curves=tuple(curves),
+        x_label="frequency (Hz)", y_label="|receptance| (m/N)", curves=tuple(curves),
         x_log=True, y_log=True, x_range=(5.0, 1000.0), y_range=(1e-11, 1e-7),
     )  # fmt: skip
     data = {f"rail_{k / 1e9:g}GN": (size, "m/N") for k, size in sizes_by.items()}

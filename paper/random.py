@@ -161,7 +161,7 @@ def _chart(
             panels.append(
                 Panel(
                     x_label="frequency (Hz)",
-                    y_label=unit,
+                    y_label=f"density ({unit})",
                     curves=tuple(curves),
                     x_log=True,
                     y_log=True,

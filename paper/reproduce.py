@@ -26,6 +26,7 @@ FIGURES: dict[int, Callable[[Laboratory], Figure]] = {
     for number, make in module.FIGURES.items()
 }
 TITLE = "Xu & Lu (2021) from two FMUs"
+QUICK_LOOK = "quick look, with coarser maps, short runs in time, shorter pulses"
 INTRO = (
     "Influence of track flexibility and spatial coherence of track irregularity on vehicle-slab "
     "track interaction, Int. J. Rail Transportation 9(4), 342-367, doi "
@@ -107,7 +108,8 @@ def reproduce(
     )
     write_page(
         sections, out / "report.html",
-        title=TITLE, intro=INTRO, about=_about(lab), place="figure",
+        title=TITLE, intro=(f"{QUICK_LOOK.capitalize()}. " if effort is QUICK else "") + INTRO,
+        about=_about(lab), place="figure",
         columns=("paper", "ours", "in space") if in_space else ("paper", "ours"),
     )  # fmt: skip
     tell("report written")
@@ -147,9 +149,7 @@ def _section(figure: Figure, out: Path) -> Section:
 def _about(lab: Laboratory) -> dict[str, str]:
     return {
         "railcosim": version("railcosim"),
-        "effort": "quick look: coarser maps, short runs in time, shorter pulses"
-        if lab.effort is QUICK
-        else "full",
+        "effort": QUICK_LOOK if lab.effort is QUICK else "full",
         "contact stiffness": "0.3 GN/m where the paper gives no other",
         "wheelset 4": "above a railseat (figure 13: also at mid-span)",
         **lab.models.attributes,

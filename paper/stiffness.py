@@ -108,7 +108,7 @@ def _chart(title: str, frequency: FloatArray, curves: dict[str, Curves]) -> Char
     panels = tuple(
         Panel(
             x_label="frequency (Hz)",
-            y_label=f"{name} ({UNITS[name]})",
+            y_label=f"|{name}| ({UNITS[name]})",
             curves=tuple(
                 Curve(name=f"k_H {k / 1e9:g} GN/m", x=frequency, y=size) for k, size in by.items()
             ),

@@ -151,7 +151,10 @@ def _lower(number: int, frequency: FloatArray, found: Curves) -> list[Finding]:
 
 def _chart(title: str, frequency: FloatArray, found: Curves, *, with_wheel: bool) -> Chart:
     names = ["bounce (m)", "pitch (rad)", "wheelset 4 (m)"][: 3 if with_wheel else 2]
-    labels = {"force": "per N on wheelset 4", "irregularity": "per N of 2 k_H A"}
+    labels = {
+        "force": "|response| per N on wheelset 4",
+        "irregularity": "|response| per N of 2 k_H A",
+    }
     rows = []
     for excitation, label in labels.items():
         both = [

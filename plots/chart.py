@@ -18,17 +18,20 @@ class Curve:
     Attributes
     ----------
     name : str
-        For the legend; curves of one name in several panels share a colour and one legend entry.
+        For the legend; curves of one name look alike in all panels of a chart.
     x, y : array, shape (n,)
         In the panel's units.
     dashed : bool
-        Something to compare with rather than the result.
+        Something to compare with rather than the result: thin, and never solid.
+    points : bool
+        Its points are marked.
     """
 
     name: str
     x: FloatArray
     y: FloatArray
     dashed: bool = False
+    points: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +59,8 @@ class Panel:
         Logarithmic axes.
     x_range, y_range : tuple of float, optional
         What is shown; all of it if None.
+    x_ticks, y_ticks : tuple of (float, str)
+        Places on an axis and what is written there; of its own choice if empty.
     second_x : tuple of (str, float), optional
         Label of a second x axis on top, and its value per unit of the first one.
     title : str
@@ -70,6 +75,8 @@ class Panel:
     y_log: bool = False
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
+    x_ticks: tuple[tuple[float, str], ...] = ()
+    y_ticks: tuple[tuple[float, str], ...] = ()
     second_x: tuple[str, float] | None = None
     title: str = ""
 

@@ -61,7 +61,7 @@ def _curves(x: FloatArray, y: FloatArray, growth: FloatArray) -> tuple[Curve, ..
     grows = np.nanmax(growth, axis=0) > 0
     return tuple(
         Curve(name=name, x=_in_a_row(x[:, some]), y=_in_a_row(y[:, some]))
-        for name, some in (("decay at all speeds", ~grows), ("grow at last", grows))
+        for name, some in (("grow at last", grows), ("decay at all speeds", ~grows))
     )
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from jinja2 import Environment, PackageLoader
 from markupsafe import Markup
@@ -13,6 +14,15 @@ from railcosim.storage.whole import write_whole
 
 from .chart import Chart
 from .screen import interactive, plotly_script
+
+
+class Judged(Protocol):
+    """What may agree, differ, or have nothing to be compared with."""
+
+    @property
+    def agrees(self) -> bool | None:
+        """None where there is nothing to judge."""
+
 
 VERDICTS = {True: "agrees", False: "differs", None: "nothing to compare with"}
 
@@ -121,9 +131,7 @@ def write_page(
     )  # fmt: skip
     environment.filters["number"] = number
     rows = [row for section in sections for row in section.rows]
-    counts = {
-        verdict: sum(row.agrees is agrees for row in rows) for agrees, verdict in VERDICTS.items()
-    }
+    counts = counted(rows)
     # Charts are HTML made by plotly from our numbers; everything else is escaped.
     charts = [
         Markup(interactive(s.chart, f"chart-{k}")) if s.chart else ""
@@ -136,6 +144,12 @@ def write_page(
         script=Markup(plotly_script()),
     )  # fmt: skip
     write_whole(path, page)
+
+
+def counted(rows: Iterable[Judged]) -> dict[str, int]:
+    """How many there are of each verdict: the one count, wherever it is told."""
+    verdicts = [row.agrees for row in rows]
+    return {word: sum(one is agrees for one in verdicts) for agrees, word in VERDICTS.items()}
 
 
 def number(value: float | str | None, digits: int = 4) -> str:

@@ -9,10 +9,15 @@ import numpy as np
 import xarray as xr
 
 from .chart import Chart, Curve, FloatArray, Panel
+from .names import in_words
+from .style import parted
 
 ROUNDING = (
     1e-9  # of the greatest of a group: what a mirror leaves out is not zero to the last digit
 )
+
+PHASES = tuple((float(at), f"{at}".replace("-", "\N{MINUS SIGN}")) for at in range(-180, 181, 90))
+"""Ticks of an axis of phases."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +53,7 @@ def time_chart(run: xr.Dataset, groups: Sequence[Group]) -> Chart:
         if curves:
             panel = Panel(x_label="time (s)", y_label=group.label, curves=curves, x_range=span)
             rows.append((panel,))
-    return Chart(title=str(run.attrs.get("title", "")), rows=tuple(rows), share_x=True)
+    return Chart(title=in_words(str(run.attrs.get("title", ""))), rows=tuple(rows), share_x=True)
 
 
 def size_chart(frf: xr.Dataset, groups: Sequence[Group]) -> Chart:
@@ -67,31 +72,42 @@ def size_chart(frf: xr.Dataset, groups: Sequence[Group]) -> Chart:
         )
         if curves:
             rows.append((_over_frequency(group.label, curves),))
-    return Chart(title=str(frf.attrs.get("title", "")), rows=tuple(rows), share_x=True)
+    return Chart(title=in_words(str(frf.attrs.get("title", ""))), rows=tuple(rows), share_x=True)
 
 
 def receptance_chart(
     curves: Mapping[str, tuple[FloatArray, np.ndarray]], label: str, title: str
 ) -> Chart:
-    """Magnitude and phase of responses (frequency in Hz, complex values) by name."""
+    """Magnitude and phase of responses (frequency in Hz, complex values) by name.
+
+    `label` is of their quantity, with the unit in brackets: ``receptance (m/N)``.
+    """
     sizes = tuple(Curve(name=n, x=f, y=np.abs(values)) for n, (f, values) in curves.items())
-    phases = tuple(
-        Curve(name=n, x=f, y=np.degrees(np.angle(values))) for n, (f, values) in curves.items()
-    )
-    phase = Panel(
-        x_label="frequency (Hz)", y_label="phase (°)", curves=phases, x_log=True,
-        x_range=_span(phases), y_range=(-185.0, 185.0),
+    quantity, _, unit = label.partition(" (")
+    rows = ((_over_frequency(f"|{quantity}| ({unit}", sizes),), (phase_panel(curves, quantity),))
+    return Chart(title=in_words(title), rows=rows, share_x=True)
+
+
+def phase_panel(curves: Mapping[str, tuple[FloatArray, np.ndarray]], quantity: str) -> Panel:
+    """Phases of responses by name, with a gap where they turn over."""
+    phases = []
+    for name, (f, values) in curves.items():
+        x, y = parted(f, np.degrees(np.angle(values)), 180.0)
+        phases.append(Curve(name=name, x=x, y=y))
+    return Panel(
+        x_label="frequency (Hz)", y_label=f"phase of {quantity} (°)", curves=tuple(phases),
+        x_log=True, x_range=_span([f for f, _ in curves.values()]), y_range=(-190.0, 190.0),
+        y_ticks=PHASES,
     )  # fmt: skip
-    return Chart(title=title, rows=((_over_frequency(label, sizes),), (phase,)), share_x=True)
 
 
 def _over_frequency(label: str, curves: tuple[Curve, ...]) -> Panel:
     return Panel(
         x_label="frequency (Hz)", y_label=label, curves=curves, x_log=True, y_log=True,
-        x_range=_span(curves),
+        x_range=_span([c.x for c in curves]),
     )  # fmt: skip
 
 
-def _span(curves: tuple[Curve, ...]) -> tuple[float, float] | None:
-    low, high = min(c.x[0] for c in curves), max(c.x[-1] for c in curves)
+def _span(axes: Sequence[FloatArray]) -> tuple[float, float] | None:
+    low, high = min(x[0] for x in axes), max(x[-1] for x in axes)
     return (float(low), float(high)) if low < high else None

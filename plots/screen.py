@@ -11,7 +11,7 @@ from plotly.offline import get_plotlyjs
 from plotly.subplots import make_subplots
 
 from .chart import Chart, FloatArray, Map, Panel
-from .style import GREY, color_of, is_dashed, shown_range
+from .style import GREY, Look, looks, on_screen, shown_range
 
 HEIGHT = 340  # of a row, px
 CELLS = 160  # of a map each way: what a screen can show of it beside others
@@ -39,23 +39,27 @@ def interactive(chart: Chart, name: str) -> str:
         [{"colspan": columns}, *[None] * (columns - 1)] if len(row) == 1 else [{}] * columns
         for row in chart.rows
     ]
-    titles = [panel.title for row in chart.rows for panel in row]
+    titles = [on_screen(panel.title) for row in chart.rows for panel in row]
     figure = make_subplots(
         rows=len(chart.rows), cols=columns, specs=specs, subplot_titles=titles,
         horizontal_spacing=0.12, vertical_spacing=min(0.2, 0.36 / len(chart.rows)),
     )  # fmt: skip
-    named: set[str] = set()
+    given, above = looks(chart), set[str]()
     for i, row in enumerate(chart.rows, 1):
+        names = {c.name for panel in row if isinstance(panel, Panel) for c in panel.curves}
+        named = set(names) if names == above or len(names) == 1 else set[str]()
+        above = names
         for j, panel in enumerate(row, 1):
             if isinstance(panel, Map):
                 _map(figure, panel, i, j)
             else:
-                _curves(figure, panel, i, j, named)
-            figure.update_xaxes(title_text=panel.x_label, row=i, col=j)
-            figure.update_yaxes(title_text=panel.y_label, row=i, col=j)
+                _curves(figure, panel, i, j, named, given)
+            figure.update_xaxes(title_text=on_screen(panel.x_label), row=i, col=j)
+            figure.update_yaxes(title_text=on_screen(panel.y_label), row=i, col=j)
+        top = figure.get_subplot(i, 1).yaxis.domain[1]
+        figure.update_layout({_legend(i): {"x": 1.01, "y": top, "yanchor": "top"}})
     figure.update_layout(
         template="plotly_white", height=HEIGHT * len(chart.rows) + 80, margin=_margin(),
-        legend={"orientation": "h", "y": -0.14 / len(chart.rows), "yanchor": "top"},
         font={"size": 12},
     )  # fmt: skip
     html: str = figure.to_html(
@@ -69,17 +73,28 @@ def _margin() -> dict[str, int]:
     return {"l": 70, "r": 20, "t": 50, "b": 60}
 
 
-def _curves(figure: Any, panel: Panel, i: int, j: int, named: set[str]) -> None:
-    for k, curve in enumerate(panel.curves):
+def _legend(i: int) -> str:
+    """Name of a row's legend, beside it: what looks alike in two rows is told in each."""
+    return "legend" if i == 1 else f"legend{i}"
+
+
+def _curves(
+    figure: Any, panel: Panel, i: int, j: int, named: set[str], given: dict[str, Look]
+) -> None:
+    """Draw curves; those named already are not in the legend again."""
+    for curve in panel.curves:
+        look = given[curve.name]
+        width = 1.4 * look.width
         x, y = thinned(curve.x, curve.y, log=panel.x_log)
         if panel.y_log:
             y = np.where(y > 0, y, np.nan)
         figure.add_trace(
             go.Scatter(
-                x=x, y=y, name=curve.name, mode="lines", legendgroup=curve.name,
-                showlegend=curve.name not in named,
-                line={"color": color_of(panel, k), "width": 1.6,
-                      "dash": "dash" if is_dashed(panel, k) else "solid"},
+                x=x, y=y, name=on_screen(curve.name), legendgroup=curve.name,
+                mode="lines+markers" if curve.points else "lines",
+                legend=_legend(i), showlegend=curve.name not in named,
+                line={"color": look.color, "width": width,
+                      "dash": ",".join(f"{width * d:.3g}px" for d in look.dash) or "solid"},
                 hovertemplate=f"%{{x:.4g}}, %{{y:.3e}}<extra>{curve.name}</extra>",
             ),
             row=i, col=j,
@@ -93,17 +108,20 @@ def _curves(figure: Any, panel: Panel, i: int, j: int, named: set[str]) -> None:
         figure.add_annotation(  # placed in powers on a logarithmic axis
             x=np.log10(mark.x) if panel.x_log else mark.x, y=0,
             xref=axes.xaxis.plotly_name.replace("axis", ""),
-            yref=axes.yaxis.plotly_name.replace("axis", "") + " domain", text=mark.label,
+            yref=axes.yaxis.plotly_name.replace("axis", "") + " domain", text=on_screen(mark.label),
             showarrow=False, textangle=-90, xanchor="right", yanchor="bottom",
             font={"size": 10, "color": "#555555"},
         )  # fmt: skip
     # A logarithmic axis is drawn over powers; plotly wants the range in them, too.
-    for axis, log, shown in (
-        ("xaxis", panel.x_log, panel.x_range),
-        ("yaxis", panel.y_log, shown_range(panel)),
+    for axis, log, shown, ticks in (
+        ("xaxis", panel.x_log, panel.x_range, panel.x_ticks),
+        ("yaxis", panel.y_log, shown_range(panel), panel.y_ticks),
     ):
         update = figure.update_xaxes if axis == "xaxis" else figure.update_yaxes
         update(type="log" if log else "linear", row=i, col=j)
+        if ticks:
+            places, words = zip(*ticks, strict=True)
+            update(tickvals=places, ticktext=[on_screen(word) for word in words], row=i, col=j)
         if shown is not None:
             update(range=np.log10(shown).tolist() if log else list(shown), row=i, col=j)
         if log:
@@ -134,7 +152,7 @@ def _map(figure: Any, panel: Map, i: int, j: int) -> None:
             x=x.astype(np.float32), y=y.astype(np.float32), z=np.log10(z), colorscale="Viridis",
             zmin=top - panel.decades, zmax=top, zsmooth="best",
             colorbar={
-                "title": {"text": panel.z_label, "side": "right"}, "tickvals": ticks,
+                "title": {"text": on_screen(panel.z_label), "side": "right"}, "tickvals": ticks,
                 "ticktext": [f"1e{t:.0f}" for t in ticks], "thickness": 14,
                 "x": domain.xaxis.domain[1] + 0.01, "len": np.diff(domain.yaxis.domain)[0],
                 "y": float(np.mean(domain.yaxis.domain)),

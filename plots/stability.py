@@ -23,6 +23,8 @@ def stability_chart(limits: xr.Dataset, longest: float) -> Chart:
         Longest step searched, s.
     """
     k_H = np.asarray(limits["k_H"])
+    if k_H.size == 1:
+        return _at_one(limits, longest)
     steps = {str(n): np.asarray(limits[n]) for n in limits.data_vars if "window" not in str(n)}
     owners = dict.fromkeys(name.rpartition(".")[2] for name in steps)
     lowest = min((s[s > 0].min() for s in steps.values() if (s > 0).any()), default=longest)
@@ -58,6 +60,55 @@ def stability_chart(limits: xr.Dataset, longest: float) -> Chart:
         title="Largest stable step, predicted; frames: windows above it in which something grows",
         rows=tuple(rows),
     )
+
+
+def _at_one(limits: xr.Dataset, longest: float) -> Chart:
+    """Of one stiffness: for every scheme the steps that are stable, as bars, shortest first."""
+    one = limits.isel(k_H=0)
+    steps = {str(n): float(one[n]) for n in one.data_vars if "window" not in str(n)}
+    finite = [s for s in steps.values() if s > 0]
+    least = min(finite, default=longest) / 3
+    rows = []
+    for owner in dict.fromkeys(name.rpartition(".")[2] for name in steps):
+        named = sorted((n for n in steps if n.endswith(f".{owner}")), key=lambda n: steps[n])
+        stable: list[tuple[float, float]] = []
+        grows: list[tuple[float, float]] = []
+        for k, name in enumerate(named):
+            if steps[name] > 0:
+                stable += [(least, k), (min(steps[name], longest), k), (np.nan, k)]
+            for low, high in _windows(one, name):
+                grows += [(low, k), (min(high, longest), k), (np.nan, k)]
+        curves = [
+            Curve(name=what, x=1e3 * places[:, 0], y=places[:, 1], points=True)
+            for what, ends in (("stable", stable), ("window in which something grows", grows))
+            if ends
+            for places in [np.array(ends)]
+        ]
+        panel = Panel(
+            x_label="step (ms)", y_label="", curves=tuple(curves), x_log=True,
+            x_range=(1e3 * least, 1.2e3 * longest), y_range=(-0.7, len(named) - 0.3),
+            y_ticks=tuple((float(k), _scheme(n, steps[n])) for k, n in enumerate(named)),
+            title=f"contact in {owner}",
+        )  # fmt: skip
+        rows.append((panel,))
+    k_H = float(limits["k_H"][0]) / 1e9
+    return Chart(title=f"Stable steps, predicted, k_H {k_H:.3g} GN/m", rows=tuple(rows))
+
+
+def _scheme(name: str, step: float) -> str:
+    """What stands beside a bar, or in its place."""
+    return name.rpartition(".")[0] + ("" if step > 0 else ": none")
+
+
+def _windows(one: xr.Dataset, name: str) -> list[tuple[float, float]]:
+    """Windows of a scheme at one stiffness, s."""
+    begins = [str(n) for n in one.data_vars if str(n).startswith(f"{name}.window")]
+    ends = [
+        (float(one[n]), float(one[n.removesuffix("begin") + "end"]))
+        for n in begins
+        if n.endswith(".begin")
+    ]
+    return [(low, high) for low, high in ends if np.isfinite(low)]
 
 
 def _frames(limits: xr.Dataset, name: str) -> tuple[FloatArray, FloatArray]:

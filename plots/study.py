@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib import pyplot as plt
-from matplotlib.ticker import LogLocator
 
-from .picture import STYLE, save_figure
-from .style import COLORS, GREY
+from .labels import short_log
+from .picture import STYLE, line_of, save_figure
+from .style import GREY
+from .style import look as k_th_look
 
 WIDTH, HEIGHT, LEGEND = 3.6, 3.2, 3.4  # inch, of a panel and of the legend
 TOP = 3.0  # of the errors shown; what is unstable is marked there
@@ -72,20 +73,13 @@ def save_study_picture(table: xr.Dataset, path: Path) -> None:
 
 
 def _looks(table: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Choose a colour by kind of scheme, a marker by order."""
-    stems: dict[str, str] = {}
+    """Choose a look by kind of scheme, a marker by order."""
+    stems: dict[str, int] = {}
     looks = {}
     for name, order in zip(table["scheme"].values, table["order"].values.tolist(), strict=True):
         stem = "-".join(part for part in str(name).split("-") if part not in WORDS)
-        if stem not in stems:
-            stems[stem] = COLORS[len(stems) % len(COLORS)]
-        # Beyond the colours there are, the same ones with dashes.
-        dashed = list(stems).index(stem) >= len(COLORS)
-        looks[str(name)] = {
-            "color": stems[stem],
-            "marker": MARKERS.get(order, "*"),
-            "linestyle": "--" if dashed else "-",
-        }
+        k = stems.setdefault(stem, len(stems))
+        looks[str(name)] = {**line_of(k_th_look(k)), "marker": MARKERS.get(order, "*")}
     return looks
 
 
@@ -122,10 +116,7 @@ def _curves(
 def _frame(axes: Any, label: str, low: float) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
-    # Within a decade or so, as steps are, matplotlib's own labels run into each other.
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter(lambda x, position: f"{x:.0e}".replace("e-0", "e-"))
-    axes.xaxis.set_minor_formatter("")
+    short_log(axes.xaxis, *axes.get_xlim())
     axes.set_ylim(low, 2 * TOP)
     axes.set_xlabel(label)
 

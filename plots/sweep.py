@@ -8,7 +8,9 @@ import numpy as np
 import xarray as xr
 
 from .chart import Chart, Curve, Panel
+from .names import words_of
 
+FEW = 12  # points of a curve that are marked
 CURVES, PANELS = 8, 4  # of one panel, and in all: more cannot be told apart
 
 
@@ -50,7 +52,7 @@ def sweep_chart(
                 Panel(
                     x_label=_label(swept, along), y_label=_label(swept, name), curves=curves,
                     x_log=_even_in_ratios(values[along]), y_log=_spans_decades(values),
-                    title=_named(values, over, k) if over else "",
+                    x_ticks=_words(values[along]), title=_named(values, over, k) if over else "",
                 ),
             )
         )  # fmt: skip
@@ -60,7 +62,15 @@ def sweep_chart(
 def _curve(values: xr.DataArray, along: str, name: str) -> Curve:
     x = values[along].values
     at = x if x.dtype.kind in "if" else np.arange(x.size)
-    return Curve(name=name, x=np.asarray(at, float), y=np.asarray(values.values, float))
+    return Curve(
+        name=name, x=np.asarray(at, float), y=np.asarray(values.values, float),
+        points=x.size <= FEW,
+    )  # fmt: skip
+
+
+def _words(x: xr.DataArray) -> tuple[tuple[float, str], ...]:
+    """Ticks of an axis of words."""
+    return () if x.dtype.kind in "if" else tuple((float(k), str(w)) for k, w in enumerate(x.values))
 
 
 def _chosen(count: int, most: int) -> list[int]:
@@ -78,7 +88,8 @@ def _named(values: xr.DataArray, dim: str | None, k: int) -> str:
 def _label(swept: xr.Dataset, name: str) -> str:
     unit = swept[name].attrs.get("units")
     bars = "|{}|" if np.iscomplexobj(swept[name]) else "{}"
-    return bars.format(name) + (f" ({unit})" if unit else "")
+    words = ", ".join(words_of(name) or (name,))
+    return bars.format(words) + (f" ({unit})" if unit else "")
 
 
 def _spans_decades(values: xr.DataArray) -> bool:

@@ -39,7 +39,7 @@ def dispersion_chart(waves: xr.Dataset, speed: float | None = None) -> Chart:
     span = (float(f[0]), float(f[-1]))
     marks = _marks(waves.attrs["stop_bands"].reshape(-1, 2), span)
     number = Panel(
-        x_label="frequency (Hz)", y_label="Re κ (rad/m) of waves that run", curves=tuple(curves),
+        x_label="frequency (Hz)", y_label="|Re κ| of waves that run (rad/m)", curves=tuple(curves),
         marks=marks, x_range=span, y_range=(0.0, top),
     )  # fmt: skip
     decays = tuple(

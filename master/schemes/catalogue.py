@@ -19,4 +19,5 @@ def _found() -> dict[str, Family]:
 
 
 CATALOGUE = _found()
-"""By the name on the command line; the files in the order of the alphabet."""
+"""By the name on the command line (`master.names` lists them, too); the files in the order of the
+alphabet."""

@@ -24,10 +24,10 @@ def test_a_run_is_drawn_in_the_units_of_its_axes() -> None:
         for label, panel in panels(run_chart(run)).items()
     }
     expected = {
-        "contact force, left (kN)": {"wheelset[1]": 79, "wheelset[4]": 78},
-        "down (mm)": {"wheelset[1].left.wheel_z": 1.5, "wheelset[1].left.rail_z": 1.0},
-        "bogie acceleration (m/s²)": {"bogie[2].az": 0.3},
-        "car body acceleration (m/s²)": {"carbody.az": 0.2},
+        "contact force (kN)": {"wheelset 1, left": 79, "wheelset 4, left": 78},
+        "down (mm)": {"wheelset 1, left: wheel": 1.5, "wheelset 1, left: rail": 1.0},
+        "bogie acceleration (m/s²)": {"bogie 2": 0.3},
+        "car body acceleration (m/s²)": {"car body": 0.2},
     }
     assert shown == {label: pytest.approx(curves) for label, curves in expected.items()}
 
@@ -44,10 +44,13 @@ def test_a_run_in_space_is_drawn_aside_as_well() -> None:
         for label, panel in panels(run_chart(run)).items()
     }
     expected = {
-        "contact force, left (kN)": {"wheelset[2]": 79},
-        "left wheel on rail, to the right (kN)": {"wheelset[2]": -2},
-        "to the right (mm)": {"wheelset[2].left.rail_y": 0.4},
-        "car body acceleration (m/s²)": {"carbody.az": 0.2, "carbody.ay": 0.1},
+        "contact force (kN)": {"wheelset 2, left": 79},
+        "wheel on rail, to the right (kN)": {"wheelset 2, left": -2},
+        "to the right (mm)": {"wheelset 2, left: rail": 0.4},
+        "car body acceleration (m/s²)": {
+            "car body, acceleration down": 0.2,
+            "car body, acceleration to the right": 0.1,
+        },
     }
     assert shown == {label: pytest.approx(curves) for label, curves in expected.items()}
 
@@ -62,9 +65,9 @@ def test_a_response_is_per_unit_of_what_excites(excitation, per) -> None:
         {"frequency": [1.0, 2.0]}, {"excitation": excitation},
     )  # fmt: skip
     shown = panels(response_chart(frf))
-    assert list(shown) == [f"displacement (m/{per})", f"contact force (N/{per})"]
+    assert list(shown) == [f"|displacement| (m/{per})", f"|contact force| (N/{per})"]
     motion, force = (panel.curves[0] for panel in shown.values())
-    assert (motion.name, force.name) == ("carbody.z", "wheelset[1].left")
+    assert (motion.name, force.name) == ("car body", "wheelset 1, left")
     assert np.array_equal(motion.y, [5.0, 0.0])
     assert np.array_equal(force.y, [1.0, 2.0])
 
@@ -75,10 +78,10 @@ def test_a_train_is_drawn_whole() -> None:
     names += ["vehicle[1].carbody.az", "carbody[2].az", "bogie[3].az", "wheelset[2].az"]
     run = xr.Dataset({k: ("time", [1.0, 2.0]) for k in names}, {"time": [0.0, 1.0]})
     shown = {label: [c.name for c in p.curves] for label, p in panels(run_chart(run)).items()}
-    force = shown.pop("contact force, left (kN)")
+    force = shown.pop("contact force (kN)")
     assert len(force) == 8
-    assert (force[0], force[-1]) == ("wheelset[1]", "wheelset[32]")
+    assert (force[0], force[-1]) == ("wheelset 1, left", "wheelset 32, left")
     assert shown == {
-        "bogie acceleration (m/s²)": ["bogie[3].az"],
-        "car body acceleration (m/s²)": ["vehicle[1].carbody.az", "carbody[2].az"],
+        "bogie acceleration (m/s²)": ["bogie 3"],
+        "car body acceleration (m/s²)": ["vehicle 1, car body", "car body 2"],
     }

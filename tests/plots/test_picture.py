@@ -11,7 +11,7 @@ import pytest
 from railcosim.plots.chart import Chart, Curve, Map, Mark, Panel
 from railcosim.plots.picture import save_picture
 from railcosim.plots.screen import POINTS, interactive, thinned
-from railcosim.plots.style import color_of, is_dashed, shown_range
+from railcosim.plots.style import looks, shown_range
 
 X = np.geomspace(1, 1000, 400)
 
@@ -109,6 +109,11 @@ def test_interactive_chart_holds_all_curves(chart) -> None:
 
 def test_of_more_curves_than_colours_no_two_look_alike() -> None:
     """Eight wheelsets of a train: the first and the eighth have one colour."""
-    many = panel()
-    many = replace(many, curves=tuple(Curve(name=f"{k}", x=X, y=X) for k in range(8)))
-    assert len({(color_of(many, k), is_dashed(many, k)) for k in range(8)}) == 8
+    many = replace(panel(), curves=tuple(Curve(name=f"{k}", x=X, y=X) for k in range(30)))
+    found = looks(Chart(title="", rows=((many,),))).values()
+    assert len({(look.color, look.dash) for look in found}) == 30
+    assert len({(look.grey, look.dash) for look in found}) == 30  # on paper without colours
+    first = list(found)[:7]
+    assert len({look.dash for look in first}) == 7
+    greys = np.array([look.grey for look in first])
+    assert np.abs(np.diff(greys)).min() > 0.03  # and neighbours in the legend

@@ -1,0 +1,79 @@
+"""One picture of curves from several results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from railcosim.analysis.overlay import Line
+from railcosim.plots.chart import Chart, Curve, FloatArray, Panel
+from railcosim.plots.names import words_of
+from railcosim.plots.results import phase_panel
+
+FEW = 60  # points of a curve that are marked: third octaves
+LOG = 20.0  # an axis of frequency that spans more is logarithmic
+
+
+def overlay_chart(lines: Sequence[Line], title: str = "") -> Chart:
+    """Curves, a panel for each unit; files are named in the legend.
+
+    Complex ones as magnitude, and phase below.
+    """
+    rows: list[tuple[Panel, ...]] = []
+    for unit in dict.fromkeys(line.unit for line in lines):
+        of_unit = [line for line in lines if line.unit == unit]
+        alone = len({line.output for line in of_unit}) == 1
+        names = [_name(line, alone=alone) for line in of_unit]
+        rows.append((_panel(of_unit, names),))
+        turning = {
+            name: (line.x, line.y)
+            for name, line in zip(names, of_unit, strict=True)
+            if np.iscomplexobj(line.y)
+        }
+        if turning:
+            rows.append((phase_panel(turning, _quantity(of_unit)),))
+    return Chart(title=title, rows=tuple(rows), share_x=len({line.axis for line in lines}) == 1)
+
+
+def _name(line: Line, *, alone: bool) -> str:
+    words = "" if alone else ", ".join(words_of(line.output) or (line.output,))
+    return ", ".join(part for part in (line.file, words, line.part) if part)
+
+
+def _quantity(lines: Sequence[Line]) -> str:
+    """What is shown: the variable, or what several are of."""
+    found = [words_of(name) or (name,) for name in dict.fromkeys(line.output for line in lines)]
+    several = " / ".join(dict.fromkeys(one[-1] for one in found))
+    return ", ".join(found[0]) if len(found) == 1 else several
+
+
+def _panel(lines: Sequence[Line], names: Sequence[str]) -> Panel:
+    is_complex = any(np.iscomplexobj(line.y) for line in lines)
+    curves = tuple(
+        Curve(
+            name=name, x=line.x, y=np.abs(line.y) if np.iscomplexobj(line.y) else line.y,
+            points=line.x.size <= FEW,
+        )
+        for name, line in zip(names, lines, strict=True)
+    )  # fmt: skip
+    first = lines[0]
+    places: FloatArray = np.concatenate([line.x[line.x > 0] for line in lines])
+    wide = places.size > 0 and places.max() > LOG * places.min()
+    values: FloatArray = np.concatenate([c.y[np.isfinite(c.y)] for c in curves])
+    positive = bool((values >= 0).all() and values.any())
+    quantity = _quantity(lines)
+    made = " / ".join(dict.fromkeys(line.words for line in lines if line.words))
+    shown = f"|{quantity}|" if is_complex else quantity
+    label = made or shown
+    # One curve has no legend.
+    title = ", ".join(filter(None, (shown if made else "", names[0] if len(lines) == 1 else "")))
+    in_frequency = first.axis == "frequency"
+    return Panel(
+        x_label=f"{first.axis} ({first.x_unit})" if first.x_unit else first.axis,
+        y_label=f"{label} ({first.unit})" if first.unit else label,
+        curves=curves,
+        title=title,
+        x_log=in_frequency and bool(wide),
+        y_log=in_frequency and first.unit != "dB" and positive,
+    )

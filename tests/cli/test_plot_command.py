@@ -1,0 +1,65 @@
+"""Pictures of several results, on the command line."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from railcosim.analysis.overlay import lines_of
+from railcosim.cli.overlay_chart import overlay_chart
+from railcosim.master.files import save
+
+
+@pytest.fixture
+def two(tmp_path):
+    """Frequency responses a.nc and sub/a.nc, one twice the other."""
+    f = np.geomspace(1, 100, 80)
+    for factor, path in ((1, tmp_path / "a.nc"), (2, tmp_path / "sub" / "a.nc")):
+        path.parent.mkdir(exist_ok=True)
+        rail = factor / (1 - (f / 30) ** 2 + 0.1j)
+        save(
+            xr.Dataset(
+                {"wheelset[1].left.rail_z": ("frequency", rail, {"units": "m/N"})},
+                {"frequency": ("frequency", f, {"units": "Hz"})},
+            ),
+            path,
+        )
+    return "a.nc", "sub/a.nc"
+
+
+def test_two_files_of_one_name_in_one_picture(two, railcosim, tmp_path):
+    name = "wheelset[1].left.rail_z"
+    done = railcosim("plot", *two, "--output", name, "--as", "third-octaves", "--as", "ratio",
+                     "--out", "p.png")  # fmt: skip
+    assert (done.status, done.out, done.err) == (0, "p.png\n", "")
+    assert (tmp_path / "p.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (("--output", "rail"), "--output rail: is not in "),
+        (("--output", "wheelset[1].left.rail_z", "--as", "spectrum"), "no record in time"),
+        (("--output", "wheelset[1].left.rail_z", "--out", "p.txt"), "--out p.txt: must end in"),
+    ],
+)
+def test_mistakes(two, railcosim, more, message):
+    done = railcosim("plot", *two, "--out", "p.pdf", *more)
+    assert done.status == 2
+    assert message in done.err
+    assert len(done.err.splitlines()) == 1
+
+
+def test_files_are_named_in_the_legend_and_complex_ones_have_a_phase():
+    f = np.geomspace(1, 100, 80)
+    results = {
+        name: xr.Dataset(
+            {"carbody.z": ("frequency", k * np.exp(1j * f), {"units": "m/N"})},
+            {"frequency": ("frequency", f, {"units": "Hz"})},
+        )
+        for k, name in ((1, "soft.nc"), (2, "stiff.nc"))
+    }
+    ((size,), (phase,)) = overlay_chart(lines_of(results, ["carbody.z"])).rows
+    assert [c.name for c in size.curves] == ["soft.nc", "stiff.nc"]
+    assert size.y_label == "|car body, down| (m/N)"
+    assert phase.y_label == "phase of car body, down (°)"
+    assert size.curves[1].y == pytest.approx(2.0)
