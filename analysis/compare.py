@@ -138,16 +138,17 @@ def compare(
     with stage("linearising") as update:
         models = linear_models(fmus["Vehicle"], fmus["Track"], update, position)
     mono = assemble(vehicle, track, models.positions)
-    with stage("coupled FMUs in time") as update:
+    steps = round(time / step)
+    with stage(f"coupled FMUs in time, {steps} steps") as update:
         cars, rails = (fmus[name] for name in FMUS[owner])
         run, stopped = run_pair(cars, rails, contact_of(k_H), journey, course, update)
     if stopped is not None:
         raise stopped
     ours = np.stack([run[name].values for name in Layout(len(models.positions)).names(FORCE)], 1)
-    with stage("Newmark, monolithic") as update:
+    with stage(f"Newmark, monolithic, {REFINEMENT * steps} steps") as update:
         springs = Pressing(LinearContact(k_H=k_H))
         theirs = newmark_forces(mono, models.positions, springs, journey, course, update)
-    with stage("direct solves, monolithic") as update:
+    with stage(f"direct solves, monolithic, {frequency.size} frequencies") as update:
         errors = frequency_errors(models, mono, k_H, frequency, update)
     return Comparison(chosen, relative_rms(ours, theirs, mono.load), errors)
 

@@ -20,6 +20,7 @@ from .options import (
     Speed,
     console,
     contact_parameters,
+    errors,
     positions_of,
     progress,
     speed_of,
@@ -91,7 +92,7 @@ def advise(
         found = advice(
             vehicle, track, accuracy,
             contact=parameters, schemes=words, speed=v, irregularity=irregularity,
-            position=positions_of(position), progress=update,
+            position=positions_of(position), progress=update, tell=errors.print,
         )  # fmt: skip
     tell_of_growth(found.growth, contact_stiffness)
     console.print(_table(found.options[:SHOWN], accuracy, contact_stiffness))

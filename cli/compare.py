@@ -19,9 +19,9 @@ from .options import (
     Speed,
     console,
     doubted,
+    foretelling,
     frequencies_of,
     positive,
-    progress,
     speed_of,
     stiffness_of,
 )
@@ -91,7 +91,7 @@ def compare(
             cars, rails, fmus, frequency,
             contact_stiffness=k_H, owner=owner, scheme=maker_of(chosen, inputs)(Owner.VEHICLE),
             step=step, time=time, speed=v, irregularity=profile,
-            position=position, stage=progress,
+            position=position, stage=foretelling,
         )  # fmt: skip
     console.print(
         f"contact force in time, {found.scheme.describe()}, step {step:g} s: relative RMS error "

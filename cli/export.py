@@ -177,7 +177,7 @@ def exported(
     make = partial(
         export_pair, vehicle, track, out, runtime=runtime, separate=separate, dimension=dimension
     )
-    return _told(track, out, make)
+    return _told(track, out, runtime, make)
 
 
 def exported_tracks(
@@ -200,17 +200,21 @@ def exported_tracks(
     make = partial(
         export_track, track, start, out, sides=sides, dimension=dimension, runtime=runtime
     )
-    return _told(track, out, make)
+    return _told(track, out, runtime, make)
 
 
 def _told(
-    track: Track, out: Path, make: Callable[[Callable[[str], None]], dict[str, Path]]
+    track: Track,
+    out: Path,
+    runtime: Runtime,
+    make: Callable[[Callable[[str], None]], dict[str, Path]],
 ) -> dict[str, Path]:
     """Say what is done, and what was there before."""
     from railcosim.storage.archive import digest_of
 
     tell_of_losses(track)
     before = {path.name: digest_of(path) for path in out.glob("*.fmu")}
+    runtime.prepare(errors.print)  # compiling takes some seconds a platform, and says so
     with status("exporting FMUs") as tell:
         files = make(tell)
     written = {path.name: digest_of(path) for path in files.values()}

@@ -266,6 +266,16 @@ def progress(text: str) -> Iterator[Callable[[float, float], None]]:
 
 
 @contextmanager
+def foretelling(text: str) -> Iterator[Callable[[float, float], None]]:
+    """A progress bar of work of some seconds: it is told before, and soon for how long."""
+    from railcosim.master.progress import foretold
+
+    errors.print(text)
+    with progress(text) as update:
+        yield foretold(update, lambda more: errors.print(f"{text}: {more}"))
+
+
+@contextmanager
 def status(text: str) -> Iterator[Callable[[str], None]]:
     """A line that tells what is being done."""
     with errors.status(text) as line:

@@ -20,6 +20,7 @@ from .options import (
     Speed,
     console,
     contact_parameters,
+    errors,
     positions_of,
     progress,
     speed_of,
@@ -81,8 +82,9 @@ def stability(
         progress("predicting") as update,
     ):
         table = predicted(
-            vehicle, track, parameters, words, update, position=positions_of(position), speed=v
-        )
+            vehicle, track, parameters, words, update,
+            position=positions_of(position), speed=v, tell=errors.print,
+        )  # fmt: skip
     console.print(_table(table.limits, texts))
     if any(_closed(limit) for row in table.limits.values() for limit in row):
         console.print(_windows(table.limits, texts))

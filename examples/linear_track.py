@@ -9,6 +9,7 @@ follows at any frequency. Any tool that imports FMI 2.0 for Model Exchange can d
 import shutil
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import fmpy
@@ -17,6 +18,17 @@ import numpy as np
 from fmpy.fmi2 import FMU2Model
 from scipy.sparse import coo_array, eye_array
 from scipy.sparse.linalg import splu
+
+
+def told(places, first=20):
+    """Go through them; say after the first how long all of them take, if it is some seconds."""
+    begun = time.monotonic()
+    for k, place in enumerate(places):
+        if k == first:
+            more = (time.monotonic() - begun) / first * (len(places) - first)
+            if more > 2:
+                print(f"{len(places)} evaluations: about {more:.0f} s more", flush=True)
+        yield place
 
 
 class LinearFmu:
@@ -75,7 +87,7 @@ class LinearFmu:
         values, rows, columns = zip(*entries, strict=True)
         A = coo_array((values, (rows, columns)), shape=(len(states), len(states))).tocsc()
         B = np.array([self.derivative(rates, {name: 1.0}) for name in inputs]).T
-        C = np.array([self.derivative(outputs, {name: 1.0}) for name in states]).T
+        C = np.array([self.derivative(outputs, {name: 1.0}) for name in told(states)]).T
         D = np.array([self.derivative(outputs, {name: 1.0}) for name in inputs]).T
         return A, B, C, D
 
@@ -84,7 +96,10 @@ class LinearFmu:
         A, B, C, D = self.state_space(inputs, outputs)
         one = eye_array(A.shape[0], format="csc")
         return np.array(
-            [C @ splu(2j * np.pi * f * one - A).solve(B.astype(complex)) + D for f in frequency]
+            [
+                C @ splu(2j * np.pi * f * one - A).solve(B.astype(complex)) + D
+                for f in told(frequency)
+            ]
         )
 
     def close(self):
@@ -101,6 +116,7 @@ def main(picture="linear_track.png", path=None):
             from railcosim.track.parameters import Track  # noqa: PLC0415
             from railcosim.vehicle.parameters import Vehicle  # noqa: PLC0415
 
+            print("exporting Track.fmu", flush=True)
             path = export(Vehicle(), Track(), Path(folder))["Track"]
         fmu = LinearFmu(path)
         frequency = np.union1d(np.geomspace(5, 1500, 300), np.arange(1040, 1075, 1.0))  # Hz

@@ -19,8 +19,8 @@ from railcosim.analysis.pair.standing import Position
 from railcosim.analysis.pair.static_load import acting_on, static_stiffness
 from railcosim.analysis.response.models import wheelset_positions
 from railcosim.master.component import FloatArray
-from railcosim.master.parallel import Task, Workers
-from railcosim.master.progress import Progress, unheard
+from railcosim.master.parallel import CORES, Task, Workers
+from railcosim.master.progress import Progress, Tell, foretold, unheard, unsaid
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 from railcosim.track.irregularity import Spectrum
@@ -28,7 +28,7 @@ from railcosim.track.irregularity.synthesis import spectra_of
 
 from .catalogue import members
 from .force_error import Excitation, ForceError, excitation
-from .limits import LINEARISING, exact_growth, largest, predictable
+from .limits import LINEARISING, counted, exact_growth, largest, predictable
 from .stability import Coupling, SprungPair
 from .usual import PREDICTED
 
@@ -115,6 +115,7 @@ def advise(
     irregularity: str | Spectrum = "german-low",
     position: Position = None,
     progress: Progress = unheard,
+    tell: Tell = unsaid,
 ) -> Advice:
     """Name owner, scheme and step that reach an accuracy at the least cost, before running.
 
@@ -138,6 +139,8 @@ def advise(
         Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
     progress : callable
         Told what is done and the total.
+    tell : callable, optional
+        Told how much there is to be done, and, by what the first of it takes, for how long.
 
     Raises
     ------
@@ -147,6 +150,7 @@ def advise(
     check_accuracy(accuracy)
     pair = files_of(vehicle), Path(track)
     names = predictable(schemes)
+    tell(f"{counted(names, 1)} of the longest step that is exact enough")
     positions = wheelset_positions(pair[0], position)
     spectra = (
         spectra_of(irregularity, acting_on(pair[0]))
@@ -158,7 +162,10 @@ def advise(
     parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0), position)
     tasks = _tasks(parts, k_H, names, accuracy, source)
     total = sum(task.cost for task in tasks)
-    with Workers(lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0)) as workers:
+    update = foretold(
+        lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0), tell, CORES
+    )
+    with Workers(update) as workers:
         found = [option for _, some in workers.completed(tasks, total) for option in some]
     if not found:
         raise ArgumentError(

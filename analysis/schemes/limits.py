@@ -18,8 +18,8 @@ from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.standing import Position
 from railcosim.analysis.pair.static_load import SPEED, static_stiffness
-from railcosim.master.parallel import Task, Workers
-from railcosim.master.progress import Progress, unheard
+from railcosim.master.parallel import CORES, Task, Workers
+from railcosim.master.progress import Progress, Tell, foretold, unheard, unsaid
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 
@@ -67,6 +67,7 @@ def stability(
     *,
     position: Position = None,
     speed: float = SPEED,
+    tell: Tell = unsaid,
 ) -> StabilityTable:
     """Predict the largest stable step of every scheme, owner of the contact and contact.
 
@@ -86,6 +87,8 @@ def stability(
     speed : float, optional
         At which wheels roll that move aside, too, m/s: then `contacts` are stiffnesses at the
         static load.
+    tell : callable, optional
+        Told how much there is to be done, and, by what the first of it takes, for how long.
 
     Raises
     ------
@@ -93,12 +96,16 @@ def stability(
         If a scheme cannot be predicted.
     """
     names = predictable(schemes)
+    tell(f"{counted(names, len(contacts))} of largest stable steps")
     pair = files_of(vehicle), Path(track)
     k_H = [static_stiffness(*pair, contact, position, speed) for contact in contacts]
     parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0), position)
     found = _all_limits(
-        parts, k_H, names, lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0)
-    )
+        parts, k_H, names,
+        foretold(
+            lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0), tell, CORES
+        ),
+    )  # fmt: skip
     stiffness = [largest(k) for k in k_H]
     return StabilityTable(found, stiffness, [exact_growth(parts, k) for k in k_H])
 
@@ -125,6 +132,14 @@ def predictable(words: Sequence[str]) -> list[str]:
             )
         chosen |= dict.fromkeys(matching)
     return list(chosen)
+
+
+def counted(names: Sequence[str], contacts: int) -> str:
+    """How many searches there are, of which schemes and owners that suit."""
+    catalogue = members()
+    pairs = sum(owner in catalogue[name].owners for name in names for owner in Owner)
+    each = f"{pairs} schemes and owners" + (f" at {contacts} contacts" if contacts > 1 else "")
+    return f"{pairs * contacts} searches on {CORES} cores ({each})"
 
 
 def largest(contact: Stiffness) -> float:

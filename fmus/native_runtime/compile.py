@@ -7,6 +7,7 @@ import shlex
 import shutil
 import subprocess
 import tempfile
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
@@ -91,9 +92,15 @@ def build(
             pool.submit(make, fmi, p, compilers[p], folder, *_more_in_cache(fmi, compilers[p])): p
             for p in waiting
         }
-        done = as_completed(tasks)
+        done, begun, first = as_completed(tasks), time.monotonic(), len(waiting)
         while waiting:
-            progress("compiling for " + ", ".join(sorted(p.fmi2 for p in waiting)))
+            told = "compiling for " + ", ".join(sorted(p.fmi2 for p in waiting))
+            if made := first - len(waiting):
+                spent = time.monotonic() - begun
+                told += (
+                    f" ({made} took {spent:.0f} s: about {spent * len(waiting) / made:.0f} more)"
+                )
+            progress(told)
             task = next(done)
             places[tasks[task]] = task.result()
             waiting.remove(tasks[task])

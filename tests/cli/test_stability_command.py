@@ -19,6 +19,7 @@ def test_limits(both, railcosim, tmp_path) -> None:
                "--out", "limits.nc", "--plot", "limits.png")  # fmt: skip
     done = railcosim("stability", *both, *options)
     assert done.status == 0, done.err
+    assert "2 searches on" in done.err  # told before
     limits = load(tmp_path / "limits.nc")
     assert limits["k_H"].size == 2
     assert f"{in_ms(float(limits['interface-jacobian-hermite.master'].min()))}" in done.out
@@ -33,6 +34,7 @@ def test_advice(both, railcosim, tmp_path) -> None:
                "--plot", "a.png")  # fmt: skip
     done = railcosim("advise", *both, *options)
     assert done.status == 0, done.err
+    assert "3 searches on" in done.err
     advice = load(tmp_path / "a.nc")
     assert f"a step of {1e3 * float(advice['step'][0]):g} ms" in done.out
     assert float(advice["error"].max()) <= 1e-2
