@@ -2,7 +2,7 @@
 
     python benchmarks/public.py FOLDER [TABLE.csv]
 
-Each FMU of FMI 2.0 for Co-Simulation runs by itself over its default experiment, inputs at their
+Each FMU for Co-Simulation, FMI 2.0 or 3.0, runs by itself over its default experiment, inputs at their
 start values, at most `MOST` communication steps; once in this master, once in FMPy's
 `simulate_fmu`, each in a process of its own. Their code is run. Nothing is downloaded: FMUs of
 public projects are where you have put them.
@@ -25,6 +25,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
@@ -79,7 +80,9 @@ def fmpys(path: Path, span: Span) -> tuple[list[str], NDArray[np.float64]]:
     """The same by FMPy."""
     description = fmpy.read_model_description(path, validate=False)
     names = [
-        v.name for v in description.modelVariables if v.causality == "output" and v.type != "String"
+        v.name
+        for v in description.modelVariables
+        if v.causality == "output" and v.type not in {"String", "Binary", "Clock"} and not v.alias
     ]
     experiment = description.defaultExperiment
     tolerance = getattr(experiment, "tolerance", None)
@@ -95,16 +98,24 @@ def fmpys(path: Path, span: Span) -> tuple[list[str], NDArray[np.float64]]:
         output=names,
         set_input_derivatives=False,
     )
-    return names, np.array([[float(row[name]) for name in names] for row in result])
+    shapes = {v.name: v.shape or () for v in description.modelVariables}
+    flat = [
+        f"{name}[{','.join(str(i + 1) for i in index)}]" if shapes[name] else name
+        for name in names
+        for index in np.ndindex(shapes[name])
+    ]
+    rows = [np.concatenate([np.ravel(row[name]).astype(float) for name in names]) for row in result]
+    return flat, np.array(rows).reshape(len(rows), len(flat))
 
 
 def calls(path: Path, span: Span) -> tuple[list[str], NDArray[np.float64]]:
     """FMPy's calls with steps of one length: its `simulate_fmu` has them differ by rounding."""
     description, folder = fmpy.read_model_description(path, validate=False), fmpy.extract(path)
     outputs = [v for v in description.modelVariables if v.causality == "output"]
-    outputs = [v for v in outputs if v.type != "String"]
+    outputs = [v for v in outputs if v.type not in {"String", "Binary", "Clock"}]
     tolerance = getattr(description.defaultExperiment, "tolerance", None)
-    fmu = FMU2Slave(
+    is_third = description.fmiVersion.startswith("3.")
+    fmu = (FMU3Slave if is_third else FMU2Slave)(
         guid=description.guid,
         unzipDirectory=folder,
         modelIdentifier=description.coSimulation.modelIdentifier,
@@ -112,19 +123,32 @@ def calls(path: Path, span: Span) -> tuple[list[str], NDArray[np.float64]]:
     )
     fmu.instantiate()
     stop = span.stop * (1 + 1e-15)
-    fmu.setupExperiment(None if tolerance is None else float(tolerance), span.start, stop)
-    fmu.enterInitializationMode()
+    told = (None if tolerance is None else float(tolerance), span.start, stop)
+    if is_third:
+        fmu.enterInitializationMode(*told)
+    else:
+        fmu.setupExperiment(*told)
+        fmu.enterInitializationMode()
     fmu.exitInitializationMode()
-    get = {"Real": fmu.getReal, "Boolean": fmu.getBoolean}
 
     def row() -> list[float]:
-        return [float(get.get(v.type, fmu.getInteger)([v.valueReference])[0]) for v in outputs]
+        values: list[float] = []
+        for v in outputs:
+            kind = {"Enumeration": "Int64" if is_third else "Integer"}.get(v.type, v.type)
+            size = {"nValues": int(np.prod(v.shape))} if is_third else {}
+            values += map(float, getattr(fmu, f"get{kind}")([v.valueReference], **size))
+        return values
 
     rows = [row()]
     for k in range(round((span.stop - span.start) / span.step)):
         fmu.doStep(span.start + k * span.step, span.step)
         rows.append(row())
-    return [v.name for v in outputs], np.array(rows)
+    names = [
+        f"{v.name}[{','.join(str(i + 1) for i in index)}]" if v.shape else v.name
+        for v in outputs
+        for index in np.ndindex(v.shape or ())
+    ]
+    return names, np.array(rows)
 
 
 WAYS = {"here": here, "fmpy": fmpys, "calls": calls}
@@ -206,12 +230,13 @@ def _unsuitable(path: Path) -> str:
         description = fmpy.read_model_description(path, validate=False)
     except Exception as error:  # of any kind: strangers' files
         return f"cannot be read: {' '.join(str(error).split())[:100]}"
-    if description.fmiVersion != "2.0":
-        return f"FMI {description.fmiVersion}"
+    if description.fmiVersion == "1.0":
+        return "FMI 1.0"
     if description.coSimulation is None:
         return "Model Exchange only"
-    if not any(name.startswith(f"binaries/{fmpy.platform}/") for name in names):
-        return f"no binary for {fmpy.platform}"
+    platform = fmpy.platform if description.fmiVersion == "2.0" else fmpy.platform_tuple
+    if not any(name.startswith(f"binaries/{platform}/") for name in names):
+        return f"no binary for {platform}"
     return ""
 
 

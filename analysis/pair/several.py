@@ -93,8 +93,9 @@ class SeveralVehicles(LoadedFmu):
             guid=" ".join(d.guid for d in each),
             inputs=inputs,
             outputs=outputs,
-            input_references=(),
-            output_references=(),
+            passed_in=(),
+            passed_out=(),
+            clocks=(),
             feedthrough=block_diag(*(d.feedthrough for d in each)).astype(bool),
             states_dependence=np.concatenate([d.states_dependence for d in each]),
             parameters=self._parameters(),
@@ -105,6 +106,7 @@ class SeveralVehicles(LoadedFmu):
             takes_any_step=all(d.takes_any_step for d in each),
             can_interpolate_inputs=all(d.can_interpolate_inputs for d in each),
             has_directional_derivatives=all(d.has_directional_derivatives for d in each),
+            has_adjoint_derivatives=False,
             has_output_rates=all(d.has_output_rates for d in each),
             default_tolerance=None,  # each has its own
             default_step=min(

@@ -34,6 +34,7 @@ OTHERS = {
 """What a file is by its ending, where another kind is meant."""
 # Characters in the path of the resources that crash some FMUs' hosts: # % + ( and all non-ASCII.
 _PLAIN_PATH = re.compile(r"[A-Za-z0-9 _.~:/\\-]+")
+_VERSIONS = re.compile(r"2\.0|3\.0([.-].*)?")
 # FMI and SSP allow no others. They are also the ones that are unpacked piece by piece: a few bytes
 # of another method can fill the memory before they are counted.
 _METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
@@ -62,7 +63,7 @@ def unpack(path: Path) -> Path:
     ------
     FmuError
         If the archive is refused, or its model description has a document type or is of another
-        FMI version than 2.0.
+        FMI version than 2.0 and 3.0.
     """
     return unpack_archive(path, DESCRIPTION, check_description)
 
@@ -96,7 +97,9 @@ def unpack_archive(path: Path, main: str, check: Callable[[Path, bytes], object]
 
 
 def read_annotations(path: Path, tool: str) -> dict[str, dict[str, str]]:
-    """What a tool has noted in an FMU's model description (``VendorAnnotations``).
+    """What a tool has noted in an FMU's model description.
+
+    In FMI 2.0 these are ``VendorAnnotations``, in FMI 3.0 ``Annotations``.
 
     Parameters
     ----------
@@ -117,8 +120,9 @@ def read_annotations(path: Path, tool: str) -> dict[str, dict[str, str]]:
     """
     with _checked(path, DESCRIPTION) as archive:
         root = parse_xml(f"{path}: {DESCRIPTION}", archive.read(DESCRIPTION))
-    tools = [t for t in root.iterfind("VendorAnnotations/Tool") if t.get("name") == tool]
-    return {element.tag: dict(element.attrib) for t in tools for element in t}
+    noted = [t for t in root.iterfind("VendorAnnotations/Tool") if t.get("name") == tool]
+    noted += [t for t in root.iterfind("Annotations/Annotation") if t.get("type") == tool]
+    return {element.tag: dict(element.attrib) for t in noted for element in t}
 
 
 def unpacked_size(path: Path) -> int:
@@ -182,7 +186,7 @@ class _NoDocumentType(TreeBuilder):
 
 
 def check_description(path: Path, text: bytes) -> None:
-    """Refuse a model description with a document type, or of another FMI version than 2.0.
+    """Refuse a model description with a document type, or of another FMI version than 2.0 and 3.0.
 
     Parameters
     ----------
@@ -197,8 +201,8 @@ def check_description(path: Path, text: bytes) -> None:
         Saying which of the two it is, or that the XML is not well formed.
     """
     version = parse_xml(f"{path}: {DESCRIPTION}", text).get("fmiVersion")
-    if version != "2.0":
-        raise FmuError(f"{path}: FMI version {version}; export it as FMI 2.0 Co-Simulation")
+    if version is None or not _VERSIONS.fullmatch(version):
+        raise FmuError(f"{path}: FMI version {version}; export it as FMI 2.0 or 3.0 Co-Simulation")
 
 
 @contextmanager

@@ -1,29 +1,22 @@
-"""Values of an FMU that are no Reals: integers to the FMU, numbers like all others to a system."""
+"""Values that an FMU cannot read and write where a system has them: converted on their way."""
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from railcosim.master.component import ComponentError, FloatArray, Type, Variable
-from railcosim.master.fmi.fmu_instance import PreparedCall
+from railcosim.master.component import ComponentError, FloatArray, Variable
+from railcosim.master.fmi.calls import PreparedCall, memory_of
+from railcosim.master.fmi.kinds import EXACT, Passed, range_of
 
-_FUNCTIONS = {
-    "Integer": frozenset({Type.INTEGER, Type.ENUMERATION}),
-    "Boolean": frozenset({Type.BOOLEAN}),
-}
-"""Which FMI function passes which types."""
-_LARGEST = 2**31 - 1
-
-Prepare = Callable[[str, Any, Any], PreparedCall]
-"""Binds a call to value references and values, ctypes arrays."""
+Prepare = Callable[[str, Passed, Any], PreparedCall]
+"""Binds a call that sets or gets to an array's memory."""
 
 
 class Counted:
-    """Neighbouring values that one FMI function passes.
+    """Neighbouring values that one FMI function passes: whole numbers, truths, short floats.
 
     Parameters
     ----------
@@ -32,8 +25,8 @@ class Counted:
     values : array, shape (n,)
         What a system sees of them.
     call : PreparedCall
-        Passes `integers`.
-    integers : array of int32, shape (n,)
+        Passes `own`.
+    own : array, shape (n,)
         What the FMU sees.
 
     Attributes
@@ -43,64 +36,77 @@ class Counted:
     """
 
     def __init__(
-        self, variables: Sequence[Variable], values: FloatArray, call: PreparedCall, integers: Any
+        self, variables: Sequence[Variable], values: FloatArray, call: PreparedCall, own: Any
     ) -> None:
         self.call = call
-        self._variables, self._values, self._integers = variables, values, integers
+        self._variables, self._values, self._own = variables, values, own
         self._rounded = np.empty(len(values))
+        self._is_whole = own.dtype.kind != "f"
+        self._least, self._largest = range_of(own.dtype)
+        self._is_long = own.dtype.itemsize == 8 and self._is_whole
 
-    def to_integers(self) -> None:
-        """Before they are set; guesses of the interface Jacobian lie between integers.
+    def to_own(self) -> None:
+        """Before they are set; guesses of the interface Jacobian lie between whole numbers.
 
         Raises
         ------
         ComponentError
-            For what is no 32-bit integer.
+            For what the type does not hold.
         """
-        np.rint(self._values, self._rounded)
-        if not (np.abs(self._rounded) <= _LARGEST).all():
-            k = int(np.argmin(np.abs(self._rounded) <= _LARGEST))
+        rounded = np.rint(self._values, self._rounded) if self._is_whole else self._values
+        fits = (rounded >= self._least) & (rounded <= self._largest)
+        if not fits.all():
+            k = int(np.argmin(fits))
+            holds = f"numbers from {self._least:.9g} to {self._largest:.9g}"
             raise ComponentError(
                 f"{self._variables[k].name} = {self._values[k]:.9g}: is of type "
-                f"{self._variables[k].type.value}, which holds whole numbers of 32 bits"
+                f"{self._variables[k].type.value}, which holds {'whole ' * self._is_whole}{holds}"
             )
-        self._integers[...] = self._rounded
+        self._own[...] = rounded
 
     def to_values(self) -> None:
-        """After they were got."""
-        self._values[...] = self._integers
+        """After they were got.
+
+        Raises
+        ------
+        ComponentError
+            For whole numbers that are no floating-point numbers.
+        """
+        self._values[...] = self._own
+        if self._is_long and not (np.abs(self._values) <= EXACT).all():
+            k = int(np.argmin(np.abs(self._values) <= EXACT))
+            raise ComponentError(
+                f"{self._variables[k].name} = {self._own[k]}: is beyond {EXACT}, up to which whole "
+                "numbers are exact here"
+            )
 
 
 def counted(
     way: str,
     variables: Sequence[Variable],
-    references: Sequence[int],
+    passed: Sequence[Passed],
     values: FloatArray,
     prepare: Prepare,
 ) -> tuple[Counted, ...]:
-    """Find the calls for all values that are no Reals.
+    """Find the calls for all values that are not shared.
 
     Parameters
     ----------
     way : str
         ``Set`` or ``Get``.
     variables : sequence of Variable
-        Inputs or outputs, those of one function together.
-    references : sequence of int
-        Their value references.
+        Inputs or outputs.
+    passed : sequence of Passed
+        How they are passed.
     values : array, shape (n_variables,)
         What a system sees of them.
     prepare : callable
         Binds a call.
     """
     found = []
-    for name, types in _FUNCTIONS.items():
-        where = [i for i, v in enumerate(variables) if v.type in types]
-        if where:
-            part = slice(where[0], where[-1] + 1)
-            integers = np.zeros(len(where), dtype=np.int32)
-            those = (ctypes.c_uint * len(where))(*references[part])
-            memory = (ctypes.c_int * len(where)).from_buffer(integers.data)
-            call = prepare(f"fmi2{way}{name}", those, memory)
-            found.append(Counted(variables[part], values[part], call, integers))
+    for some in passed:
+        if not some.is_shared:
+            own = np.zeros(some.count, dtype=np.dtype(some.c_type))
+            call = prepare(way, some, memory_of(own, some.c_type))
+            found.append(Counted(variables[some.part], values[some.part], call, own))
     return tuple(found)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -14,42 +16,44 @@ from numpy.typing import NDArray
 from railcosim.master.component import Type, Variable
 from railcosim.master.fmi.archive import FmuError, description_of
 from railcosim.master.fmi.flaws import read_raw
+from railcosim.master.fmi.kinds import KINDS, Kind, Passed
+from railcosim.master.fmi.variables import (
+    MOST,
+    Parameter,
+    Sizes,
+    parameters_of,
+    read,
+    scalars_of,
+    size_of,
+)
 
 HOLD_PARAMETER = "input_hold"
 """Integer parameter by which an FMU lets its master choose a `Hold`."""
 
 
-_ORDER = {"Real": 0, "Integer": 1, "Enumeration": 1, "Boolean": 2}
-
-
-@dataclass(frozen=True, kw_only=True)
-class Parameter:
-    """One parameter of an FMU.
+@dataclass(frozen=True)
+class Clock:
+    """A clock that an FMU wants to be told to tick.
 
     Attributes
     ----------
-    name, unit, description : str
+    name : str
         As in the model description.
-    type : str
-        FMI type: ``Real``, ``Integer``, ``Boolean``, ``Enumeration`` or ``String``.
-    variability : str
-        ``fixed`` (settable until initialisation ends), ``tunable`` or ``constant``.
-    start : str
-        The default, as written.
     reference : int
         FMI value reference.
-    items : tuple of (str, int)
-        Of an enumeration: its names, and their numbers.
+    variability : str
+        What of its interval may change, as FMI calls it.
+    interval : float or None
+        s, if the description says it.
+    shift : float
+        First tick after the start, s.
     """
 
     name: str
-    type: str
-    variability: str
-    start: str
-    unit: str
-    description: str
     reference: int
-    items: tuple[tuple[str, int], ...] = ()
+    variability: str
+    interval: float | None
+    shift: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,11 +70,15 @@ class FmuDescription:
         As in the model description; empty if not stated.
     model_identifier : str
         Stem of the shared library.
+    fmi : int
+        Major version of FMI.
     inputs, outputs : tuple of Variable
-        Inputs and outputs by type: Real ones, those that FMI 2 takes for Integers (enumerations
-        as well), Boolean ones. Strings take no part in coupling.
-    input_references, output_references : tuple of int
-        Their FMI value references.
+        Inputs and outputs by type: Real ones, whole numbers (enumerations as well), Boolean
+        ones; of an array all elements. Texts and bytes take no part in coupling.
+    passed_in, passed_out : tuple of Passed
+        How they are set and got, in their order.
+    clocks : tuple of Clock
+        Its input clocks.
     feedthrough : array of bool, shape (n_outputs, n_inputs)
         Direct dependence, from the model structure.
     states_dependence : array of bool, shape (n_outputs,)
@@ -86,7 +94,10 @@ class FmuDescription:
         Capabilities.
     takes_any_step : bool
         Whether steps may differ in length (``canHandleVariableCommunicationStepSize``).
-    can_interpolate_inputs, has_directional_derivatives, has_output_rates : bool
+    can_interpolate_inputs : bool
+        Whether Real inputs can go along polynomials over a step: by their derivatives, or set anew
+        where the FMU asks for them within it.
+    has_directional_derivatives, has_adjoint_derivatives, has_output_rates : bool
         Likewise.
     default_step : float or None
         Communication step (s) that suits it, if it names one.
@@ -95,6 +106,7 @@ class FmuDescription:
     """
 
     path: Path
+    fmi: int
     sha256: str
     model_name: str
     guid: str
@@ -103,8 +115,9 @@ class FmuDescription:
     model_identifier: str
     inputs: tuple[Variable, ...]
     outputs: tuple[Variable, ...]
-    input_references: tuple[int, ...]
-    output_references: tuple[int, ...]
+    passed_in: tuple[Passed, ...]
+    passed_out: tuple[Passed, ...]
+    clocks: tuple[Clock, ...]
     feedthrough: NDArray[np.bool_]
     states_dependence: NDArray[np.bool_]
     parameters: dict[str, Parameter]
@@ -115,6 +128,7 @@ class FmuDescription:
     takes_any_step: bool
     can_interpolate_inputs: bool
     has_directional_derivatives: bool
+    has_adjoint_derivatives: bool
     has_output_rates: bool
     default_step: float | None
     default_tolerance: float | None
@@ -136,6 +150,7 @@ class FmuDescription:
         return (
             parameter is not None
             and parameter.type == "Integer"
+            and parameter.size == 1
             and parameter.variability in {"fixed", "tunable"}
         )
 
@@ -151,7 +166,7 @@ class FmuDescription:
         }
 
 
-def read_description(path: Path, folder: Path) -> FmuDescription:
+def read_description(path: Path, folder: Path, sizes: Sizes | None = None) -> FmuDescription:
     """Read an unpacked FMU's model description.
 
     Parameters
@@ -160,6 +175,8 @@ def read_description(path: Path, folder: Path) -> FmuDescription:
         The FMU file.
     folder : Path
         Where it was unpacked.
+    sizes : mapping of str to int, optional
+        Structural parameters that do not keep their defaults.
 
     Returns
     -------
@@ -174,7 +191,7 @@ def read_description(path: Path, folder: Path) -> FmuDescription:
     raw = read_raw(path, folder)
     if raw.coSimulation is None:
         raise FmuError(f"{path}: no Co-Simulation in it; export it as FMI 2.0 Co-Simulation")
-    return describe(path, raw, raw.coSimulation)
+    return describe(path, raw, raw.coSimulation, sizes)
 
 
 def describe_file(path: Path) -> FmuDescription:
@@ -189,64 +206,135 @@ def describe_file(path: Path) -> FmuDescription:
         return read_description(path, folder)
 
 
-def describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
+def describe(path: Path, raw: Any, kind: Any, sizes: Sizes | None = None) -> FmuDescription:
     """What FMPy has read, for one kind of FMU: ``raw.coSimulation`` or ``raw.modelExchange``."""
     try:
-        return _describe(path, raw, kind)
+        return _describe(path, raw, kind, sizes or {})
     except FmuError:
         raise
-    except ValueError as error:  # a number that is none, in a flawed description
-        wrong = f"modelDescription.xml is not valid FMI 2.0: {error}"
+    except (ValueError, TypeError, AttributeError) as error:  # in a flawed description
+        wrong = f"modelDescription.xml is not valid FMI {raw.fmiVersion}: {error}"
         raise FmuError(f"{path}: {wrong}") from None
 
 
-def _describe(path: Path, raw: Any, kind: Any) -> FmuDescription:
+def _describe(path: Path, raw: Any, kind: Any, sizes: Sizes) -> FmuDescription:
     """As `describe`; ValueError for numbers that are none."""
-    inputs, outputs = (_exchanged(raw.modelVariables, way) for way in ("input", "output"))
-    feedthrough, stated = _feedthrough(raw.outputs, inputs, outputs)
+    kinds = KINDS[raw.fmiMajorVersion]
+    inputs, outputs = (_exchanged(raw.modelVariables, way, kinds) for way in ("input", "output"))
+    if sum(size_of(v, sizes) for v in raw.modelVariables) > MOST:
+        raise ValueError(f"its variables have more than {MOST} elements")
+    feedthrough, stated = _feedthrough(raw.outputs, inputs, outputs, sizes)
+    parameters, initials, others = _named(raw.modelVariables, kinds, sizes)
     return FmuDescription(
         path=path,
+        fmi=raw.fmiMajorVersion,
         sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
         model_name=raw.modelName,
         guid=raw.guid,
         version=raw.version or "",
         generation_tool=raw.generationTool or "",
         model_identifier=kind.modelIdentifier,
-        inputs=tuple(coupling_variable(v) for v in inputs),
-        outputs=tuple(coupling_variable(v) for v in outputs),
-        input_references=tuple(v.valueReference for v in inputs),
-        output_references=tuple(v.valueReference for v in outputs),
+        inputs=_scalars(inputs, kinds, sizes),
+        outputs=_scalars(outputs, kinds, sizes),
+        passed_in=_passed(inputs, kinds, sizes),
+        passed_out=_passed(outputs, kinds, sizes),
+        clocks=_clocks(raw.modelVariables),
         feedthrough=feedthrough,
         states_dependence=stated,
-        parameters={
-            v.name: _parameter(v) for v in raw.modelVariables if v.causality == "parameter"
-        },
-        initials={v.name: _parameter(v) for v in raw.modelVariables if _is_initial(v)},
-        other_names={v.name: v.causality for v in raw.modelVariables if v.causality != "parameter"},
+        parameters=parameters,
+        initials=initials,
+        other_names=others,
         can_get_and_set_state=kind.canGetAndSetFMUstate,
         can_serialize_state=kind.canSerializeFMUstate,
         takes_any_step=getattr(kind, "canHandleVariableCommunicationStepSize", True),
-        can_interpolate_inputs=getattr(kind, "canInterpolateInputs", False),  # Co-Simulation's
+        can_interpolate_inputs=_can_interpolate(kind, inputs),
         has_directional_derivatives=kind.providesDirectionalDerivative,
-        has_output_rates=getattr(kind, "maxOutputDerivativeOrder", 0) >= 1,  # likewise
+        has_adjoint_derivatives=kind.providesAdjointDerivatives,
+        has_output_rates=getattr(kind, "maxOutputDerivativeOrder", 0) >= 1,  # Co-Simulation's
         default_step=_default(raw.defaultExperiment, "stepSize"),
         default_tolerance=_default(raw.defaultExperiment, "tolerance"),
     )
 
 
-def _exchanged(variables: Iterable[Any], causality: str) -> list[Any]:
+def _exchanged(variables: Iterable[Any], causality: str, kinds: Mapping[str, Kind]) -> list[Any]:
     """Inputs or outputs that take part in coupling, by what FMI function passes them."""
-    found = [v for v in variables if v.causality == causality and v.type in _ORDER]
-    return sorted(found, key=lambda v: _ORDER[v.type])
+    order = {name: k for k, name in enumerate({kind.function: 0 for kind in kinds.values()})}
+    numbers = {name: kind for name, kind in kinds.items() if kind.type is not None}
+    found = [v for v in variables if v.causality == causality and v.type in numbers and not v.alias]
+    return sorted(found, key=lambda v: order[numbers[v.type].function])
 
 
-def _is_initial(variable: Any) -> bool:
+def _scalars(
+    variables: Iterable[Any], kinds: Mapping[str, Kind], sizes: Sizes
+) -> tuple[Variable, ...]:
+    """Variables as a system has them; an array is its elements."""
+    scalars = tuple(s for v in variables for s in scalars_of(v, kinds[v.type], sizes))
+    if len({s.name for s in scalars}) < len(scalars):
+        name, _ = Counter(s.name for s in scalars).most_common(1)[0]
+        raise ValueError(f"several variables are called {name!r}")
+    return scalars
+
+
+def _passed(
+    variables: Iterable[Any], kinds: Mapping[str, Kind], sizes: Sizes
+) -> tuple[Passed, ...]:
+    """What functions pass them; each once."""
+    found, first = [], 0
+    for function, group in groupby(variables, lambda v: kinds[v.type].function):
+        some = [v for v in group if size_of(v, sizes)]
+        lengths = tuple(size_of(v, sizes) for v in some)
+        count = sum(lengths)
+        if count:
+            references = tuple(v.valueReference for v in some)
+            c_type = kinds[some[0].type].c_type
+            found.append(Passed(function, c_type, references, lengths, first, count))
+        first += count
+    return tuple(found)
+
+
+def _named(
+    variables: Iterable[Any], kinds: Mapping[str, Kind], sizes: Sizes
+) -> tuple[dict[str, Parameter], dict[str, Parameter], dict[str, str]]:
+    """Parameters, other variables that can be given a value, and causalities of all others."""
+    parameters: dict[str, Parameter] = {}
+    initials: dict[str, Parameter] = {}
+    others: dict[str, str] = {}
+    for v in variables:
+        is_parameter = v.causality in {"parameter", "structuralParameter"}
+        if not is_parameter:
+            others[v.name] = v.causality
+        if v.type not in kinds or not (is_parameter or _is_initial(v, kinds[v.type])):
+            continue
+        table = parameters if is_parameter else initials
+        table |= {p.name: p for p in parameters_of(v, kinds[v.type], sizes)}
+    return parameters, initials, others
+
+
+def _is_initial(variable: Any, kind: Kind) -> bool:
     """Tell whether a variable that is no parameter may be set before the initialisation."""
-    if variable.causality in {"parameter", "independent"} or variable.variability == "constant":
+    if variable.causality == "independent" or variable.variability == "constant":
         return False
     if variable.causality == "input":
-        return bool(variable.type not in _ORDER)
+        return kind.type is None
     return variable.initial in {"exact", "approx"}
+
+
+def _can_interpolate(kind: Any, inputs: Iterable[Any]) -> bool:
+    """Whether the inputs of a Co-Simulation FMU can change within a step."""
+    if getattr(kind, "providesIntermediateUpdate", False):
+        reals = [v for v in inputs if v.variability == "continuous"]
+        return bool(reals) and all(v.intermediateUpdate for v in reals)
+    return bool(getattr(kind, "canInterpolateInputs", False))
+
+
+def _clocks(variables: Iterable[Any]) -> tuple[Clock, ...]:
+    """The input clocks."""
+    return tuple(
+        Clock(v.name, v.valueReference, v.intervalVariability or "", v.intervalDecimal,
+              v.shiftDecimal or 0.0)
+        for v in variables
+        if v.type == "Clock" and v.causality == "input" and not v.alias
+    )  # fmt: skip
 
 
 def _default(experiment: Any, name: str) -> float | None:
@@ -254,88 +342,38 @@ def _default(experiment: Any, name: str) -> float | None:
     text = getattr(experiment, name, None)
     if text is None:
         return None
-    value = _read(text, f"{name} of the default experiment")
+    value = read(text, f"{name} of the default experiment")
     return value if 0.0 < value < np.inf else None
 
 
 def _feedthrough(
-    unknowns: Iterable[Any], inputs: list[Any], outputs: list[Any]
+    unknowns: Iterable[Any], inputs: list[Any], outputs: list[Any], sizes: Sizes
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Direct dependence of outputs on inputs, (n_outputs, n_inputs), and of which it is stated."""
+    """Direct dependence of outputs on inputs, (n_outputs, n_inputs), and of which it is stated.
+
+    Of an array all elements depend on what any of them does.
+    """
+    column, n_inputs = _places(inputs, sizes)
+    row, n_outputs = _places(outputs, sizes)
     # FMI: a missing list of dependencies means "may depend on everything".
-    matrix = np.ones((len(outputs), len(inputs)), dtype=bool)
-    stated = np.zeros(len(outputs), dtype=bool)
-    column = {v.name: j for j, v in enumerate(inputs)}
-    row = {v.name: i for i, v in enumerate(outputs)}
+    matrix = np.ones((n_outputs, n_inputs), dtype=bool)
+    stated = np.zeros(n_outputs, dtype=bool)
     for unknown in unknowns:
         i = row.get(unknown.variable.name)
         if i is None or unknown.dependencies is None:
             continue
         matrix[i], stated[i] = False, True
-        matrix[i, [column[v.name] for v in unknown.dependencies if v.name in column]] = True
+        for v in unknown.dependencies:
+            if v.name in column:
+                matrix[i, column[v.name]] = True
     matrix.flags.writeable = stated.flags.writeable = False
     return matrix, stated
 
 
-def _declared(variable: Any, attribute: str) -> str | None:
-    """Look up an attribute of a variable, or of its declared type if the variable leaves it out."""
-    value: str | None = getattr(variable, attribute)
-    if value is None and variable.declaredType is not None:
-        value = getattr(variable.declaredType, attribute)
-    return value
-
-
-def coupling_variable(variable: Any) -> Variable:
-    """Real input or output of a model description as FMPy reads it, as a `Variable`."""
-    # The schema asks for a start value of every input; 0 is for outputs, where it is not used.
-    nominal = abs(_read(_declared(variable, "nominal") or 0.0, f"nominal of {variable.name}"))
-    kind = Type(variable.type)
-    return Variable(
-        name=variable.name,
-        unit=(_declared(variable, "unit") or "") if kind is Type.REAL else "",
-        description=variable.description or "",
-        nominal=nominal or 1.0,
-        has_nominal=bool(nominal),
-        start=_number(variable),
-        type=kind,
-        items=_items(variable),
-    )
-
-
-def _number(variable: Any) -> float:
-    """A start value as written, as a number."""
-    words, start = {"true": 1.0, "false": 0.0}, variable.start
-    if start in words:
-        return words[start]
-    whole = variable.type in {"Integer", "Enumeration"}
-    return _read(start or 0.0, f"start of {variable.name}", int if whole else float)
-
-
-def _read(text: str | float, what: str, kind: type[int] | type[float] = float) -> float:
-    """A number as written; ValueError, which says of what it is, if it is none."""
-    try:
-        return float(kind(text))
-    except ValueError:
-        number = "whole number" if kind is int else "number"
-        raise ValueError(f"{what} is {text!r}, which is no {number}") from None
-
-
-def _items(variable: Any) -> tuple[tuple[str, int], ...]:
-    """Names and numbers of an enumeration."""
-    kind = variable.declaredType
-    return tuple((i.name, int(i.value)) for i in (kind.items if kind is not None else None) or ())
-
-
-def _parameter(variable: Any) -> Parameter:
-    """Convert a parameter."""
-    is_real = variable.type == "Real"
-    return Parameter(
-        name=variable.name,
-        type=variable.type,
-        variability=variable.variability,
-        start=variable.start or "",
-        unit=(_declared(variable, "unit") or "") if is_real else "",
-        description=variable.description or "",
-        reference=variable.valueReference,
-        items=_items(variable),
-    )
+def _places(variables: Iterable[Any], sizes: Sizes) -> tuple[dict[str, slice], int]:
+    """Where the elements of each variable are among those of all, and how many there are."""
+    places, end = {}, 0
+    for v in variables:
+        begin, end = end, end + size_of(v, sizes)
+        places[v.name] = slice(begin, end)
+    return places, end

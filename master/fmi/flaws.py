@@ -9,9 +9,11 @@ from typing import Any
 
 from fmpy.model_description import ValidationError, read_model_description
 
-from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.archive import DESCRIPTION, FmuError, parse_xml
+from railcosim.master.fmi.fmi3_xml import complete
 
 _SHOWN = 3
+_NO_NUMBERS = {"String", "Binary", "Clock"}
 _told: set[str] = set()
 
 
@@ -45,16 +47,19 @@ def read_raw(path: Path, folder: Path) -> Any:
         Of formal flaws that change no value, once for each file.
     """
     try:
-        return read_model_description(folder)
+        return complete(read_model_description(folder), folder)
     except Exception as error:  # fmpy raises bare Exception, and IndexError for bad indices
         flawed = error
     try:
-        raw = read_model_description(folder, validate=False)
+        raw = complete(read_model_description(folder, validate=False), folder)
         wrong = _what_is_wrong(raw)
     except Exception as error:  # likewise
         wrong = _one_line(error)
     if wrong:
-        raise FmuError(f"{path}: modelDescription.xml is not valid FMI 2.0: {wrong}") from flawed
+        version = parse_xml(DESCRIPTION, (folder / DESCRIPTION).read_bytes()).get("fmiVersion")
+        raise FmuError(
+            f"{path}: modelDescription.xml is not valid FMI {version}: {wrong}"
+        ) from flawed
     problems = flawed.problems if isinstance(flawed, ValidationError) else [_one_line(flawed)]
     text = f"{path.name}: its model description has formal flaws: {_some(problems)}"
     if text not in _told:
@@ -66,7 +71,7 @@ def read_raw(path: Path, folder: Path) -> Any:
 def _what_is_wrong(raw: Any) -> str:
     """What no guess can mend; empty if nothing is."""
     if not raw.guid:
-        return "it has no guid, which the library asks for"
+        return "it has no guid or instantiationToken, which the library asks for"
     kinds = [kind for kind in (raw.coSimulation, raw.modelExchange) if kind is not None]
     if any(not kind.modelIdentifier for kind in kinds):
         return "it has no modelIdentifier, the name of the library"
@@ -77,7 +82,7 @@ def _what_is_wrong(raw: Any) -> str:
     for v in raw.modelVariables:
         if v.valueReference is None:
             return f"{v.name} has no value reference"
-        if v.causality == "input" and v.start is None and v.type != "String":
+        if v.causality == "input" and v.start is None and v.type not in _NO_NUMBERS:
             return f"the input {v.name} has no start value, which it keeps if nothing feeds it"
     return ""
 

@@ -11,6 +11,7 @@ from weakref import WeakValueDictionary
 import fmpy
 import fmpy.fmi1
 import fmpy.fmi2
+import fmpy.fmi3
 import fmpy.logging
 
 _STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
@@ -30,8 +31,8 @@ class FmuLog:
 
     Attributes
     ----------
-    callbacks : ctypes structure
-        The ``fmi2CallbackFunctions`` to instantiate with; must live as long as the instance.
+    key : int
+        By which FMUs call it, as their environment.
     messages : deque of (str, str)
         Status and text, oldest first.
     warnings : Counter of str
@@ -41,17 +42,22 @@ class FmuLog:
     def __init__(self, *, is_format: bool) -> None:
         self.messages: deque[tuple[str, str]] = deque(maxlen=_KEPT)
         self.warnings: Counter[str] = Counter()
-        key = next(_keys)
-        _logs[key] = self
-        self.callbacks = fmpy.fmi2.fmi2CallbackFunctions()
-        self.callbacks.logger = _dispatcher
-        self.callbacks.allocateMemory = fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-        self.callbacks.freeMemory = fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
-        self.callbacks.componentEnvironment = key
-        if is_format:
+        self.key = next(_keys)
+        self._is_format = is_format
+        _logs[self.key] = self
+
+    def fmi2_callbacks(self) -> Any:
+        """The ``fmi2CallbackFunctions`` to instantiate with; must live as long as the instance."""
+        callbacks = fmpy.fmi2.fmi2CallbackFunctions()
+        callbacks.logger = _dispatcher
+        callbacks.allocateMemory = fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        callbacks.componentEnvironment = self.key
+        if self._is_format:
             # Formats the printf arguments in C, and then calls ONE logger for the whole process:
             # the one registered last. Hence one dispatcher for all instances.
-            fmpy.logging.addLoggerProxy(ctypes.byref(self.callbacks))
+            fmpy.logging.addLoggerProxy(ctypes.byref(callbacks))
+        return callbacks
 
     def note(self, status: str, text: str) -> None:
         """Take note of a message."""
@@ -96,6 +102,14 @@ def _dispatch(
     log.note(status_name(status), text)
 
 
+def _dispatch3(environment: int | None, status: int, category: bytes, message: bytes) -> None:
+    """The same for FMI 3.0, whose messages are plain text."""
+    log = _logs.get(environment) if environment is not None else None
+    if log is not None:
+        log.note(status_name(status), (message or b"").decode("utf-8", errors="replace").strip())
+
+
 _keys = itertools.count(1)
 _logs: WeakValueDictionary[int, FmuLog] = WeakValueDictionary()
 _dispatcher: Any = fmpy.fmi2.fmi2CallbackLoggerTYPE(_dispatch)
+fmi3_logger: Any = fmpy.fmi3.fmi3LogMessageCallback(_dispatch3)

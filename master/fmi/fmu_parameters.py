@@ -2,43 +2,47 @@
 
 from __future__ import annotations
 
-import ctypes
-import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from railcosim.master.fmi.archive import FmuError
-from railcosim.master.fmi.description import FmuDescription, Parameter
+from railcosim.master.fmi.description import FmuDescription
+from railcosim.master.fmi.kinds import Kind
+from railcosim.master.fmi.variables import Parameter
 from railcosim.master.suggest import suggest
+
+Scalar = float | int | bool | str
+"""A value of a parameter: of an enumeration its number, or its name; bytes in hexadecimals."""
 
 
 @dataclass(frozen=True)
-class _Kind:
-    """How one FMI type is set."""
+class Setting:
+    """A parameter, and a value that fits it.
 
-    function: str
-    c_type: Any
-    convert: Callable[[Any], Any]
+    Attributes
+    ----------
+    kind : Kind
+        How it is passed.
+    reference : int
+        FMI value reference.
+    value : float, int, bool or bytes
+        In its unit.
+    element, size : int
+        Which element of how many it is.
+    """
+
+    kind: Kind
+    reference: int
+    value: Any
+    element: int = 0
+    size: int = 1
 
 
-_KINDS = {
-    "Real": _Kind("fmi2SetReal", ctypes.c_double, float),
-    "Integer": _Kind("fmi2SetInteger", ctypes.c_int, int),
-    "Enumeration": _Kind("fmi2SetInteger", ctypes.c_int, int),
-    "Boolean": _Kind("fmi2SetBoolean", ctypes.c_int, bool),
-    "String": _Kind("fmi2SetString", ctypes.c_char_p, str),
-}
-_LARGEST = {ctypes.c_double: sys.float_info.max, ctypes.c_int: 2**31 - 1}
-Scalar = float | int | bool | str
-"""A value of a parameter: of an enumeration its number, or its name."""
-
-
-def parameter_call(
+def setting_of(
     description: FmuDescription, name: str, value: Scalar, *, initialised: bool
-) -> tuple[str, Any, Any]:
-    """Find the FMI call that sets a parameter.
+) -> Setting:
+    """Check a value that a parameter is to have.
 
     Parameters
     ----------
@@ -51,11 +55,6 @@ def parameter_call(
     initialised : bool
         Whether initialisation is over: only tunable parameters can be set then.
 
-    Returns
-    -------
-    tuple of (str, ctypes array, ctypes array)
-        FMI function, value references, values.
-
     Raises
     ------
     FmuError
@@ -64,18 +63,25 @@ def parameter_call(
     """
     parameter = _find(description, name)
     path = description.path
-    if initialised and parameter.variability != "tunable":
+    if initialised and (parameter.variability != "tunable" or parameter.is_structural):
         raise FmuError(
             f"{path}: parameter {name} is {parameter.variability}; "
             "set it before the initialisation ends"
         )
-    kind = _KINDS[parameter.type]
     number = _numbered(path, parameter, value)
-    if not _fits(kind, number):
-        raise FmuError(f"{path}: parameter {name} is a {parameter.type}; {value!r} does not fit")
-    references = (ctypes.c_uint * 1)(parameter.reference)
-    given = number.encode() if isinstance(number, str) else kind.convert(number)
-    return kind.function, references, (kind.c_type * 1)(given)
+    if not _fits(parameter.kind, number):
+        raise FmuError(
+            f"{path}: parameter {name} is a {parameter.kind.name}; {value!r} does not fit"
+        )
+    given = _given(parameter.kind, number)
+    return Setting(parameter.kind, parameter.reference, given, parameter.element, parameter.size)
+
+
+def _given(kind: Kind, value: Scalar) -> Any:
+    """A value as it is passed."""
+    if not isinstance(value, str):
+        return kind.convert(value)
+    return bytes.fromhex(value) if kind.name == "Binary" else value.encode()
 
 
 def _numbered(path: Path, parameter: Parameter, value: Scalar) -> Scalar:
@@ -101,16 +107,17 @@ def _find(description: FmuDescription, name: str) -> Parameter:
     raise FmuError(f"{description.path}: no parameter {name!r}{hint}")
 
 
-def _fits(kind: _Kind, value: Scalar) -> bool:
+def _fits(kind: Kind, value: Scalar) -> bool:
     """Tell whether a value survives the conversion."""
     # bool is a kind of int in Python, so the two have to be told apart by hand.
     if isinstance(value, bool) != (kind.convert is bool):
         return False
     if isinstance(value, str) != (kind.convert is str):
         return False
-    if not isinstance(value, str) and not abs(value) <= _LARGEST[kind.c_type]:
-        return False  # beyond what the FMU can be given; no number never is
     try:
-        return bool(kind.convert(value) == value)
+        if isinstance(value, str):
+            return _given(kind, value) is not None
+        least, largest = kind.range
+        return least <= value <= largest and bool(kind.convert(value) == value)
     except (TypeError, ValueError, OverflowError):
         return False

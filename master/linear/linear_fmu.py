@@ -16,7 +16,7 @@ from railcosim.master.fmi.flaws import read_raw
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.linearise import linearise
-from railcosim.master.linear.model_exchange import Slope, differences, exact, linear_model
+from railcosim.master.linear.model_exchange import Slope, adjoint, differences, exact, linear_model
 from railcosim.master.progress import Progress
 from railcosim.master.suggest import suggest
 
@@ -62,7 +62,7 @@ class Way(Protocol):
 
 @dataclass(frozen=True)
 class ModelExchange:
-    """From inside, by Model Exchange: `EXACT` or `DIFFERENCES`."""
+    """From inside, by Model Exchange: `EXACT`, `ADJOINT` or `DIFFERENCES`."""
 
     description: str
     slope: Slope
@@ -82,6 +82,7 @@ class ModelExchange:
 
 
 EXACT = ModelExchange("Model Exchange, directional derivatives", exact)
+ADJOINT = ModelExchange("Model Exchange, adjoint derivatives", adjoint)
 DIFFERENCES = ModelExchange("Model Exchange, finite differences", differences)
 
 
@@ -150,4 +151,6 @@ def best_way(path: Path, pulses: Pulses) -> Way:
         kind = read_raw(path, folder).modelExchange
     if kind is None:
         return pulses
-    return EXACT if kind.providesDirectionalDerivative else DIFFERENCES
+    if kind.providesDirectionalDerivative:
+        return EXACT
+    return ADJOINT if kind.providesAdjointDerivatives else DIFFERENCES

@@ -1,19 +1,19 @@
-"""Linear model of an FMI 2.0 Model Exchange FMU, from its derivatives."""
+"""Linear model of a Model Exchange FMU, from its derivatives."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from scipy.sparse import csc_array
 
 from railcosim.master.component import FloatArray
 from railcosim.master.fmi.archive import FmuError
-from railcosim.master.fmi.description import coupling_variable
-from railcosim.master.linear.operating_point import OperatingPoint, Values
+from railcosim.master.fmi.description import FmuDescription
+from railcosim.master.linear.operating_point import Element, OperatingPoint, Values
 from railcosim.master.linear.state_space import IndexArray, StateSpace
 from railcosim.master.suggest import suggest
 
@@ -22,22 +22,30 @@ STEP = 1e-3
 fourth power of it; rounding adds 1e-16 over it."""
 
 Slope: TypeAlias = Callable[
-    [OperatingPoint, Sequence[Any], IndexArray], tuple[FloatArray, FloatArray]
+    [OperatingPoint, Sequence[Element], IndexArray], tuple[FloatArray, FloatArray]
 ]
 """Change of the unknowns while the states and inputs at some positions change by their magnitudes;
 and the same, known less exactly."""
 
 
 def exact(
-    point: OperatingPoint, unknowns: Sequence[Any], moved: IndexArray
+    point: OperatingPoint, unknowns: Sequence[Element], moved: IndexArray
 ) -> tuple[FloatArray, FloatArray]:
     """By the FMU's directional derivatives."""
     change = point.derivative(unknowns, moved, point.magnitudes[moved])
     return change, change
 
 
+def adjoint(
+    point: OperatingPoint, unknowns: Sequence[Element], moved: IndexArray
+) -> tuple[FloatArray, FloatArray]:
+    """By the FMU's adjoint derivatives."""
+    change = point.adjoint_jacobian(unknowns)[:, moved] @ point.magnitudes[moved]
+    return change, change
+
+
 def differences(
-    point: OperatingPoint, unknowns: Sequence[Any], moved: IndexArray
+    point: OperatingPoint, unknowns: Sequence[Element], moved: IndexArray
 ) -> tuple[FloatArray, FloatArray]:
     """By central differences of three steps, extrapolated from two and two."""
     central = []
@@ -79,8 +87,7 @@ def linear_model(
     time : float, optional
         In s.
     slope : callable, optional
-        `exact` or `differences`; by default `exact` where the FMU provides directional
-        derivatives.
+        `exact`, `adjoint` or `differences`; by default the first that the FMU allows.
     progress : callable, optional
         Called now and then with the groups of columns done and their total.
 
@@ -111,10 +118,13 @@ def linear_model(
         rows = [p.outputs[k] for k in _select(p, "output", p.outputs, outputs)]
         n = len(p.states)
         wanted = np.r_[np.arange(n), n + np.array(columns, dtype=np.intp)]
-        has_derivatives = p.description.has_directional_derivatives
-        way = slope or (exact if has_derivatives else differences)
-        if way is exact and not has_derivatives:
-            raise FmuError(f"{path}: provides no directional derivatives; use finite differences")
+        way = slope or best_slope(p.description)
+        for one, kind, has in (
+            (exact, "directional", p.description.has_directional_derivatives),
+            (adjoint, "adjoint", p.description.has_adjoint_derivatives),
+        ):
+            if way is one and not has:
+                raise FmuError(f"{path}: provides no {kind} derivatives; use finite differences")
         jacobians = _jacobians(p, (p.rates, rows), wanted, way, progress)
         best, rougher = (
             StateSpace(
@@ -123,23 +133,32 @@ def linear_model(
                 B=rates[:, n:].toarray(),
                 C=observed[:, :n].toarray(),
                 D=observed[:, n:].toarray(),
-                inputs=tuple(coupling_variable(p.inputs[k]) for k in columns),
-                outputs=tuple(coupling_variable(v) for v in rows),
+                inputs=tuple(p.inputs[k].variable for k in columns),
+                outputs=tuple(row.variable for row in rows),
                 standing=p.standing,
             )
             for rates, observed in zip(*jacobians, strict=True)
         )
-        return best if way is exact else replace(best, rougher=rougher)
+        return replace(best, rougher=rougher) if way is differences else best
+
+
+def best_slope(description: FmuDescription) -> Slope:
+    """The most exact slope that an FMU offers."""
+    if description.has_directional_derivatives:
+        return exact
+    return adjoint if description.has_adjoint_derivatives else differences
 
 
 def _jacobians(
     point: OperatingPoint,
-    unknowns: Sequence[Sequence[Any]],
+    unknowns: Sequence[Sequence[Element]],
     wanted: IndexArray,
     slope: Slope,
     progress: Callable[[int, int], None] | None,
 ) -> list[tuple[csc_array, csc_array]]:
     """Derivatives of each set of unknowns by the states and inputs `wanted`; each matrix twice."""
+    if not point.is_scalar:
+        return [_by_column(point, rows, wanted, slope, progress) for rows in unknowns]
     patterns = [csc_array(point.dependencies(rows)[:, wanted]) for rows in unknowns]
     groups = [_groups(pattern) for pattern in patterns]
     done, total = 0, sum(len(columns) for columns in groups)
@@ -160,6 +179,37 @@ def _jacobians(
         )
         found.append((best, rougher))
     return found
+
+
+def _by_column(
+    point: OperatingPoint,
+    rows: Sequence[Element],
+    wanted: IndexArray,
+    slope: Slope,
+    progress: Callable[[int, int], None] | None,
+) -> tuple[csc_array, csc_array]:
+    """As `_jacobians`, of arrays: what their elements depend on shows in what is not zero."""
+    found: list[tuple[list[FloatArray], list[IndexArray]]] = [([], []), ([], [])]
+    for done, k in enumerate(wanted.tolist(), start=1):
+        changes = slope(point, rows, np.array([k], dtype=np.intp))
+        for (values, places), change in zip(found, changes, strict=True):
+            places.append(np.flatnonzero(change))
+            values.append(change[places[-1]] / point.magnitudes[k])
+        if progress is not None and (done % 50 == 0 or done == len(wanted)):
+            progress(done, len(wanted))
+    shape = (len(rows), len(wanted))
+    best, rougher = (
+        csc_array(
+            (
+                np.concatenate([np.empty(0), *values]),
+                np.concatenate([np.empty(0, dtype=np.intp), *places]),
+                np.cumsum([0, *(len(some) for some in places)]),
+            ),
+            shape,
+        )
+        for values, places in found
+    )
+    return best, rougher
 
 
 def _groups(pattern: csc_array) -> list[list[int]]:
@@ -185,7 +235,7 @@ def _groups(pattern: csc_array) -> list[list[int]]:
 
 
 def _select(
-    point: OperatingPoint, kind: str, variables: Sequence[Any], names: Sequence[str] | None
+    point: OperatingPoint, kind: str, variables: Sequence[Element], names: Sequence[str] | None
 ) -> list[int]:
     """Positions of the variables called `names`, or of all."""
     known = [v.name for v in variables]

@@ -17,7 +17,7 @@ from railcosim.master.fmi import archive
 from railcosim.master.fmi.archive import FmuError, description_of, unpack
 from railcosim.master.fmi.description import read_description
 from railcosim.master.fmi.fmu import FmuComponent
-from railcosim.master.fmi.fmu_parameters import parameter_call
+from railcosim.master.fmi.fmu_parameters import setting_of
 
 XML = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Contact" guid="{{abc}}" generationTool="hand">
@@ -229,7 +229,7 @@ def test_document_types(make, encoding):
         unpack(make(xml=xml.encode(encoding)))
 
 
-@pytest.mark.parametrize("version", ["1.0", "3.0"])
+@pytest.mark.parametrize("version", ["1.0", "3.1"])
 def test_other_fmi_versions(make, version):
     xml = XML.replace('fmiVersion="2.0"', f'fmiVersion="{version}"')
     with pytest.raises(FmuError, match=f"FMI version {version}; export it as FMI 2.0"):
@@ -286,8 +286,8 @@ def test_interface(make):
     assert (mode.name, mode.type, mode.start) == ("mode", Type.INTEGER, 1.0)
     force = description.outputs[0]
     assert (force.unit, force.nominal, force.description) == ("N", 5e4, "of contact")
-    assert description.input_references == (10, 11, 3)
-    assert description.output_references == (20, 21, 22)
+    assert [p.references for p in description.passed_in] == [(10, 11), (3,)]
+    assert [p.references for p in description.passed_out] == [(20, 21, 22)]
     assert description.can_get_and_set_state
     assert not description.can_serialize_state
     assert description.has_hold_parameter
@@ -326,16 +326,16 @@ def test_hold_parameter_must_be_an_integer(make):
 )
 def test_parameters_are_checked(make, name, value, message):
     with pytest.raises(FmuError, match=message):
-        parameter_call(describe(make()), name, value, initialised=False)
+        setting_of(describe(make()), name, value, initialised=False)
 
 
 def test_fixed_parameters_are_not_for_later(make):
     description = describe(make())
-    function, references, values = parameter_call(description, "stiffness", 2, initialised=False)
-    assert (function, list(references), list(values)) == ("fmi2SetReal", [30], [2.0])
+    setting = setting_of(description, "stiffness", 2, initialised=False)
+    assert (setting.kind.function, setting.reference, setting.value) == ("Real", 30, 2.0)
     with pytest.raises(FmuError, match="stiffness is fixed; set it before"):
-        parameter_call(description, "stiffness", 2, initialised=True)
-    assert parameter_call(description, "linear", True, initialised=True)[0] == "fmi2SetBoolean"
+        setting_of(description, "stiffness", 2, initialised=True)
+    assert setting_of(description, "linear", True, initialised=True).kind.function == "Boolean"
 
 
 def test_a_description_is_read_without_the_rest(tmp_path):

@@ -119,7 +119,7 @@ with FmuComponent.load(sys.argv[1], name="mass") as mass:
     points = list(cosimulate(system, gauss_seidel(first="mass"), 0.25, 1.0))
     names = system.names
     holds = sorted(mass.holds)
-    folder = mass._instance._remove_folder.peek()[2][0]
+    folder = mass._calls._remove_folder.peek()[2][0]
     there = folder.exists()
     mass.close()
 print(json.dumps([names, [list(p.outputs) for p in points], holds, there, folder.exists()]))
@@ -234,7 +234,7 @@ def test_misuse_and_refusals(fmu):
         expect(FmuError, fmu.do_step, 0.7, 0.1)
         del state
         fmu.close()
-        print(json.dumps([messages, fmu._instance._remove_folder.alive]))
+        print(json.dumps([messages, fmu._calls._remove_folder.alive]))
         """,
         fmu,
     )

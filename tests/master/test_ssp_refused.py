@@ -237,8 +237,8 @@ def test_bad_fmus_inside(refused, fmu_of):
     inner = fmu_of(("modelDescription.xml", text), ("../x", ""))
     refused(r"P\.fmu: entry '\.\./x' leaves", system(elements=A), P__fmu=inner)
     refused(r"P\.fmu: not a readable zip", system(elements=A), P__fmu=b"PK\x03\x04 and no more")
-    third = text.replace('fmiVersion="2.0"', 'fmiVersion="3.0"')
-    refused("FMI version 3.0", system(elements=A), P__fmu=fmu_of(("modelDescription.xml", third)))
+    other = text.replace('fmiVersion="2.0"', 'fmiVersion="1.0"')
+    refused("FMI version 1.0", system(elements=A), P__fmu=fmu_of(("modelDescription.xml", other)))
 
 
 def test_entries_that_leave_and_links(refused, tmp_path):

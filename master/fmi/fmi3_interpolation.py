@@ -1,0 +1,100 @@
+"""Inputs that go along polynomials: set anew wherever an FMI 3.0 FMU asks for them in its step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from railcosim.master.component import ComponentError, FloatArray
+from railcosim.master.fmi.calls import WARNING, PreparedCall, memory_of
+from railcosim.master.fmi.fmu_log import status_name
+
+if TYPE_CHECKING:
+    from railcosim.master.fmi.fmi3 import Fmi3Calls
+    from railcosim.master.fmi.kinds import Passed
+
+
+class Interpolation:
+    """The Real inputs of an FMU that provides intermediate updates.
+
+    Parameters
+    ----------
+    calls : Fmi3Calls
+        Of the FMU.
+
+    Attributes
+    ----------
+    references : tuple of int
+        The inputs that are set.
+    begin : float or None
+        Beginning of the step, s, if it goes on after an early return.
+    """
+
+    def __init__(self, calls: Fmi3Calls) -> None:
+        self._calls = calls
+        (passed,) = [p for p in calls._description.passed_in if p.is_shared]
+        self.references = passed.references
+        self.begin: float | None = None
+        self._u: FloatArray = np.empty(0)
+        self._derivatives: FloatArray = np.empty((0, 0))
+        self._order = 0
+        self._values: FloatArray = np.empty(passed.count)
+        self._set: PreparedCall | None = None
+        self._failure = ""
+
+    def bind(self, passed: Passed, u: FloatArray, highest: int) -> Callable[[FloatArray], None]:
+        """Take the values of the beginning from `u`; what takes their derivatives."""
+        self._u = u
+        self._derivatives = np.zeros((highest, passed.count))
+        self._set = self._calls.unkept("Set", passed, memory_of(self._values))
+
+        def give(derivatives: FloatArray) -> None:
+            self._order = len(derivatives)
+            self._derivatives[: self._order] = derivatives
+
+        return give
+
+    def over(self) -> None:
+        """Forget the derivatives: the step is over."""
+        self._order, self.begin = 0, None
+
+    def check(self) -> None:
+        """Raise what went wrong in a step."""
+        if self._failure:
+            failure, self._failure = self._failure, ""
+            raise ComponentError(failure)
+
+    def update(
+        self,
+        environment: int,
+        time: float,
+        wants_inputs: bool,
+        gives_outputs: bool,
+        is_step_over: bool,
+        can_return: bool,
+        wants_return: Any,
+        return_time: Any,
+    ) -> None:
+        """Set the inputs at `time`, s; the FMU calls it within its step."""
+        if wants_return:
+            wants_return[0] = False
+        if return_time:
+            return_time[0] = 0.0
+        if not wants_inputs or self._set is None or not self._order:
+            return
+        dt = time - (self._calls.t.value if self.begin is None else self.begin)
+        values = self._values
+        values[...] = self._derivatives[self._order - 1]
+        for k in range(self._order - 1, 0, -1):  # Horner's rule
+            values *= dt / (k + 1)
+            values += self._derivatives[k - 1]
+        values *= dt
+        values += self._u
+        status = self._set.function(*self._set.arguments)
+        if status > WARNING:
+            self._failure = (
+                f"{self._calls._name}: {self._set.name} within a step, at t = {time:.9g} s, gave "
+                f"status {status_name(status)}"
+            )
