@@ -2,8 +2,8 @@
 
     python benchmarks/public.py FOLDER [TABLE.csv]
 
-Each FMU for Co-Simulation, FMI 2.0 or 3.0, runs by itself over its default experiment, inputs at their
-start values, at most `MOST` communication steps; once in this master, once in FMPy's
+Each FMU for Co-Simulation, FMI 2.0 or 3.0, runs by itself over its default experiment, inputs at
+their start values, at most `MOST` communication steps; once in this master, once in FMPy's
 `simulate_fmu`, each in a process of its own. Their code is run. Nothing is downloaded: FMUs of
 public projects are where you have put them.
 """

@@ -19,8 +19,8 @@ from railcosim.fmus.roles import Role
 from railcosim.fmus.rolling_variables import ROWS
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.connections import CouplingError
-from railcosim.master.fmi.description import Parameter
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
+from railcosim.master.fmi.variables import Parameter
 from railcosim.master.law import ForceLaw, Law
 from railcosim.master.suggest import suggest
 from railcosim.mechanics.law import (

@@ -17,9 +17,10 @@ from scipy.linalg import block_diag
 from railcosim.master import plain
 from railcosim.master.component import FloatArray, Hold
 from railcosim.master.fmi.archive import FmuError
-from railcosim.master.fmi.description import FmuDescription, Parameter
+from railcosim.master.fmi.description import FmuDescription
 from railcosim.master.fmi.fmu_parameters import Scalar
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
+from railcosim.master.fmi.variables import Parameter
 from railcosim.mechanics.ports import wheelset_name, wheelset_of
 
 from .contact import NUMBERS, fitting, told
