@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from railcosim.analysis.compare import compare
+    from railcosim.analysis.fitting.fit import fit
     from railcosim.analysis.pair.export_pair import export_pair as export
     from railcosim.analysis.response.decay_rate import track_decay_rate
     from railcosim.analysis.response.dispersion import track_dispersion
@@ -68,6 +69,7 @@ __all__ = [
     "couple",
     "critical_speed",
     "export",
+    "fit",
     "frequency_response",
     "irregularity",
     "limit_cycles",
@@ -107,6 +109,7 @@ _PLACES = {
     "couple": "master.coupling:couple",
     "critical_speed": "analysis.response.hunting:critical_speed",
     "export": "analysis.pair.export_pair:export_pair",
+    "fit": "analysis.fitting.fit:fit",
     "frequency_response": "analysis.response.frf:frequency_response",
     "irregularity": "track.irregularity.named:irregularity",
     "limit_cycles": "analysis.response.limit_cycle:limit_cycles",

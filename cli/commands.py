@@ -80,6 +80,11 @@ COMMANDS = {
         "decay_rate",
         "Decay rates of the rail by EN 15461, in third octaves, vertical and lateral.",
     ),
+    "fit": Place(
+        "fit_command",
+        "fit",
+        "Find track parameters from a measured receptance or decay rate, with 95 % intervals.",
+    ),
     "modes": Place(
         "modes_command",
         "modes",

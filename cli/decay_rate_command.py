@@ -38,10 +38,7 @@ def decay_rate(
 
     RESULTS.check(out)
     PICTURES.check(plot)
-    try:
-        lowest, highest = (float(part) for part in bands.split(":"))
-    except ValueError as error:
-        raise UsageError(f"--bands {bands}: must be from:to, Hz") from error
+    lowest, highest = bands_of(bands)
     parameters = given.rails()
     with progress("solving") as update:
         result = track_decay_rate(parameters, lowest, highest, progress=update)
@@ -52,6 +49,15 @@ def decay_rate(
         "grid shows at least; an upper bound"
     )
     keep(result, out, f"{result.sizes['frequency']} third octaves", plot, decay_rate_chart)
+
+
+def bands_of(text: str) -> tuple[float, float]:
+    """Read ``--bands``: the first and the last third octave, Hz."""
+    try:
+        lowest, highest = (float(part) for part in text.split(":"))
+    except ValueError as error:
+        raise UsageError(f"--bands {text}: must be from:to, Hz") from error
+    return lowest, highest
 
 
 def _table(result: xr.Dataset) -> Table:
@@ -67,11 +73,11 @@ def _table(result: xr.Dataset) -> Table:
             rate, wave, limit = (float(one[f"{name}{of}"]) for of in ("", ".wave", ".limit"))
             row += [f"{'< ' if rate < least else ''}{rate:.2f}", f"{wave:.2f}"]
             row.append(f"{limit:.2f}" if limit > 0 else "")
-        table.add_row(_nominal(float(f)), *row)
+        table.add_row(nominal(float(f)), *row)
     return table
 
 
-def _nominal(centre: float) -> str:
+def nominal(centre: float) -> str:
     """What a third octave is called."""
     decade, tenth = divmod(round(10 * math.log10(centre)), 10)
     return f"{NOMINAL[tenth] * 10**decade:g}"

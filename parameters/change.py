@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import difflib
+import math
 import tomllib
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import Field, dataclass, fields, is_dataclass, replace
 from typing import Any, TypeAlias, TypeVar
 
-from .quantity import ParameterError, ParameterSet, check, quantities, quantity_of
+from .quantity import ParameterError, ParameterSet, Value, check, quantities, quantity_of
 from .usual import UnusualWarning
 
 T = TypeVar("T")
@@ -77,6 +78,22 @@ def keys_of(parameters: object) -> list[str]:
     return list(_keys(parameters))
 
 
+def value_at(parameters: object, key: str) -> Value:
+    """The number that a key names; ParameterError if there is none, or it names several."""
+    known = _key(parameters, key)
+    values: set[Value] = {_at(parameters, (*path, known.declared.name)) for path in known.paths}
+    if len(values) > 1:
+        raise ParameterError(f"{key}: names {len(values)} numbers; give one of them")
+    return next(iter(values))
+
+
+def limits_of(parameters: object, key: str) -> tuple[float, float]:
+    """Between what the number that a key names may be; infinite where nothing bounds it."""
+    about = quantity_of(_key(parameters, key).declared)
+    low = [end for end in (about.above, about.minimum) if end is not None]
+    return max(low, default=-math.inf), math.inf if about.maximum is None else about.maximum
+
+
 def value_of(text: str) -> object:
     """A value as it is written in a file; what is not TOML is a name that lacks its quotes."""
     try:
@@ -95,6 +112,20 @@ def meant(key: str, known: list[str]) -> str:
         return f"; allowed: {', '.join(beside)}"
     tables = dict.fromkeys(one.rpartition(".")[0] for one in known)
     return f"; allowed: numbers of {', '.join(tables)}"
+
+
+def _key(parameters: object, key: str) -> _Key:
+    known = _keys(parameters)
+    if key not in known:
+        raise ParameterError(f"{key}: no such number{meant(key, list(known))}")
+    return known[key]
+
+
+def _at(of: Any, path: Path) -> Any:
+    """What is at the end of a path."""
+    for step in path:
+        of = of[step] if isinstance(step, int) else getattr(of, step)
+    return of
 
 
 def _keys(parameters: object) -> dict[str, _Key]:

@@ -60,11 +60,9 @@ def track_decay_rate(
     ----------
     EN 15461:2008+A1:2010. ISO 3095:2013, Figure 3.
     """
-    band = _bands(lowest, highest)
-    centre, edge = 10 ** (band / 10), 10 ** ((np.append(band, band[-1] + 1) - 0.5) / 10)
-    within = (np.arange(LINES) + 0.5) / LINES
-    lines = (edge[:-1, None] + np.diff(edge)[:, None] * within).ravel()
-    omega, x = 2 * np.pi * lines, distances(track)
+    band = bands_of(lowest, highest, FIRST)
+    centre = 10 ** (band / 10)
+    omega, x = 2 * np.pi * lines_of(centre), distances(track)
     axis = ("frequency", centre, {"units": "Hz", "long_name": "centre of the third octave"})
     result = xr.Dataset(coords={"frequency": axis})
     names = _names(track)
@@ -92,6 +90,14 @@ def track_decay_rate(
     return result
 
 
+def lines_of(centre: FloatArray, count: int = LINES) -> FloatArray:
+    """Frequencies of so many lines in each third octave, evenly, Hz; of centres, also nominal."""
+    band = np.round(10 * np.log10(centre))
+    low, high = 10 ** ((band - 0.5) / 10), 10 ** ((band + 0.5) / 10)
+    within = (np.arange(count) + 0.5) / count
+    return np.asarray(low[:, None] + (high - low)[:, None] * within).ravel()
+
+
 def _names(track: Track) -> dict[str, Direction]:
     """Directions in which it moves."""
     try:
@@ -101,13 +107,13 @@ def _names(track: Track) -> dict[str, Direction]:
     return {"vertical": Z, "lateral": Y}
 
 
-def _bands(lowest: float, highest: float) -> FloatArray:
-    """Numbers n of the bands 10^(n / 10) Hz from one frequency to another."""
-    ends = [round(10 * np.log10(f)) if 0 < f < np.inf else -1 for f in (lowest, highest)]
-    if not FIRST <= ends[0] <= ends[1] <= LAST:
+def bands_of(lowest: float, highest: float, first: int) -> FloatArray:
+    """Numbers n of the bands 10^(n / 10) Hz from one frequency to another, `first` to `LAST`."""
+    ends = [round(10 * np.log10(f)) if 0 < f < np.inf else -99 for f in (lowest, highest)]
+    if not first <= ends[0] <= ends[1] <= LAST:
         raise ArgumentError(
             "bands", f"{lowest:g}:{highest:g}",
-            f"needs {10 ** (FIRST / 10):g} <= lowest <= highest <= {10 ** (LAST / 10):g} Hz",
+            f"needs {10 ** (first / 10):g} <= lowest <= highest <= {10 ** (LAST / 10):g} Hz",
         )  # fmt: skip
     return np.arange(ends[0], ends[1] + 1, dtype=np.float64)
 

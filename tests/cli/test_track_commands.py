@@ -55,3 +55,21 @@ def test_modes_of_a_track(railcosim, tmp_path):
     done = railcosim("modes", "track", "--speed", 100)
     assert done.status == 2
     assert "--speed: is of a vehicle" in done.err
+
+
+def test_fit_of_what_track_receptance_wrote(railcosim, tmp_path):
+    """Both rails were loaded; the damping was a quarter less."""
+    given = ("--set", "slab.present=false", "--set", "fastening.damping=2e4")
+    done = railcosim("track-receptance", *given, "--frequencies", "80:800:6@log", "--out", "m.csv")
+    assert done.status == 0, done.err
+    done = railcosim(
+        "fit", "m.csv", "--set", "slab.present=false", "--free", "fastening.damping", "--load",
+        "both", "--out", "f.csv", "--plot", "f.png",
+    )  # fmt: skip
+    assert done.status == 0, done.err
+    assert "to go on with it: --set fastening.damping=20000" in done.out
+    assert float(load(tmp_path / "f.csv")["value"][0]) == pytest.approx(2e4, rel=1e-6)
+    assert (tmp_path / "f.png").stat().st_size > 10_000
+    done = railcosim("fit", "m.csv", "--free", "fastening.dampin")
+    assert done.status == 2
+    assert "did you mean fastening.damping" in done.err

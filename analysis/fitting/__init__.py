@@ -1,0 +1,1 @@
+"""Parameters of a track from what was measured of it."""
