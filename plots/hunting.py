@@ -7,6 +7,8 @@ import xarray as xr
 
 from .chart import Chart, Curve, FloatArray, Mark, Panel
 
+FEW = 20  # points of a curve that are marked
+
 
 def hunting_chart(critical: xr.Dataset, locus: xr.Dataset | None) -> Chart:
     """Poles of one conicity over the speed and in their plane, and critical speeds.
@@ -21,8 +23,9 @@ def hunting_chart(critical: xr.Dataset, locus: xr.Dataset | None) -> Chart:
     rows = [] if locus is None else [_locus(critical, locus)]
     if critical.sizes["conicity"] > 1:
         x = np.asarray(critical["conicity"])
-        speed = Curve(name="", x=x, y=np.asarray(critical["critical_speed"]))
-        frequency = Curve(name="", x=x, y=np.asarray(critical["frequency"]))
+        few = x.size <= FEW
+        speed = Curve(name="", x=x, y=np.asarray(critical["critical_speed"]), points=few)
+        frequency = Curve(name="", x=x, y=np.asarray(critical["frequency"]), points=few)
         rows.append((
             Panel(x_label="conicity", y_label="critical speed (km/h)", curves=(speed,)),
             Panel(x_label="conicity", y_label="frequency there (Hz)", curves=(frequency,)),
@@ -88,7 +91,13 @@ def limit_cycle_chart(found: xr.Dataset) -> Chart:
         ("frequency", "frequency (Hz)", 1.0),
     ):
         curves = tuple(
-            Curve(name=way, x=x, y=factor * np.asarray(found[f"{what}_{way}"]), dashed=dashed)
+            Curve(
+                name=way,
+                x=x,
+                y=factor * np.asarray(found[f"{what}_{way}"]),
+                dashed=dashed,
+                points=x.size <= FEW,
+            )
             for way, dashed in (("down", False), ("up", True))
         )
         panels.append(Panel(x_label="speed (km/h)", y_label=label, curves=curves, marks=marks))

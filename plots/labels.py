@@ -17,6 +17,7 @@ OUTLINE = [patheffects.withStroke(linewidth=2.2, foreground="white")]
 SHORT = 1.5  # decades: of fewer, also 2 and 5 are labelled
 PLAIN = 1e-3, 1e5  # numbers between are written as they are, others as powers
 APART = 1.5  # px between words
+CROSSED = 0.1  # a curve behind words, as so much of their area on other words: they have an outline
 
 
 @dataclass(frozen=True)
@@ -68,9 +69,12 @@ class Words:
         taken: dict[Any, list[Bbox]] = {}
         for text, spots in self._all:
             others = taken.setdefault(text.axes, [])
-            inside = text.axes.get_window_extent(renderer)
-            found = min(spots, key=lambda spot: _cost(text, spot, others, inside, renderer))
-            found.put(text)
+            curves = [_drawn(line) for line in text.axes.lines if line.get_linestyle() != ":"]
+            costs = []
+            for spot in spots:
+                spot.put(text)
+                costs.append(_cost(_box(text, renderer), others, curves, text.axes.bbox))
+            spots[costs.index(min(costs))].put(text)
             others.append(_box(text, renderer))
 
 
@@ -78,14 +82,20 @@ def _box(text: Any, renderer: Any) -> Bbox:
     return Bbox(text.get_window_extent(renderer)).padded(APART)
 
 
-def _cost(text: Any, spot: Spot, others: list[Bbox], inside: Bbox, renderer: Any) -> float:
-    """Area (px^2) that would lie on others or outside; the first spot of several is best."""
-    spot.put(text)
-    box = _box(text, renderer)
+def _drawn(line: Any) -> Any:
+    """A curve as a path in pixels."""
+    return line.get_transform().transform_path(line.get_path()).cleaned(remove_nans=True)
+
+
+def _cost(box: Bbox, others: list[Bbox], curves: list[Any], inside: Bbox) -> float:
+    """Of a box, in parts of its area: what lies outside or on others, and curves it lies on."""
+    area = box.width * box.height
     shared = Bbox.intersection(box, inside)
-    outside = box.width * box.height - (shared.width * shared.height if shared else 0.0)
     on = (Bbox.intersection(box, other) for other in others)
-    return float(outside + sum(both.width * both.height for both in on if both))
+    lost = area - (shared.width * shared.height if shared else 0.0)
+    lost += sum(both.width * both.height for both in on if both)
+    crossed = sum(path.intersects_bbox(box, filled=False) for path in curves)
+    return float(lost / area + CROSSED * crossed)
 
 
 def beside_line(x: float) -> list[Spot]:

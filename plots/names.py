@@ -26,6 +26,7 @@ def _way(direction: Direction) -> str:
 
 _OF_BODIES = {
     "pitch": "pitch",
+    "position": "position",
     **{d.name: _way(d) for d in DIRECTIONS},
     **{f"v{d.name}": f"velocity {_way(d)}" for d in DIRECTIONS},
     **{f"a{d.name}": f"acceleration {_way(d)}" for d in DIRECTIONS},

@@ -44,7 +44,11 @@ def outputs_chart(run: xr.Dataset) -> Chart:
             if len(alike) > len(shown):
                 label = f"first {MOST} of {len(alike)} {label}"
             span = (float(t[0]), float(t[-1])) if t.size > 1 else None
-            rows.append((Panel(x_label="time (s)", y_label=label, curves=curves, x_range=span),))
+            panel = Panel(
+                x_label="time (s)", y_label=label, curves=curves, x_range=span,
+                title=curves[0].name if len(curves) == 1 else "",  # it has no legend
+            )  # fmt: skip
+            rows.append((panel,))
     return Chart(title=str(run.attrs.get("title", "")), rows=tuple(rows), share_x=True)
 
 

@@ -8,7 +8,7 @@ from itertools import count
 
 import numpy as np
 
-from .chart import Chart, Curve, FloatArray, Panel
+from .chart import Chart, FloatArray, Panel
 
 # Okabe & Ito: told apart by everyone. Neighbours also differ in grey, as far as seven can.
 COLORS = ("#0072B2", "#D55E00", "#000000", "#56B4E9", "#009E73", "#E69F00", "#CC79A7")
@@ -45,24 +45,26 @@ def look(k: int, *, compared: bool = False) -> Look:
 
 
 def looks(chart: Chart) -> dict[str, Look]:
-    """One for each name of a curve: the same wherever it is, and another than its neighbours'."""
-    panels = [panel for row in chart.rows for panel in row if isinstance(panel, Panel)]
+    """One for each name of a curve: the same wherever it is, and another than its neighbours'.
+
+    Neighbours are all curves of a row of panels, which have one legend.
+    """
+    rows = [
+        [c for panel in row if isinstance(panel, Panel) for c in panel.curves] for row in chart.rows
+    ]
+    names = [{curve.name for curve in row} for row in rows]
     given: dict[str, int] = {}
     found: dict[str, Look] = {}
-    for curve in (curve for panel in panels for curve in panel.curves):
+    for curve in (curve for row in rows for curve in row):
         if curve.name in given:
             continue
-        near = {c.name for panel in panels if _has(panel, curve) for c in panel.curves}
+        near = set[str]().union(*(row for row in names if curve.name in row))
         taken = {given[name] for name in near if name in given}
         # What is compared with is never the solid line.
         k = next(k for k in count(int(curve.dashed)) if k not in taken)
         given[curve.name] = k
         found[curve.name] = look(k, compared=curve.dashed)
     return found
-
-
-def _has(panel: Panel, curve: Curve) -> bool:
-    return any(other.name == curve.name for other in panel.curves)
 
 
 def on_paper(text: str) -> str:

@@ -194,7 +194,7 @@ def test_outputs_of_far_sizes_have_panels_of_their_own() -> None:
     )
     panels = [[c.name for c in row[0].curves] for row in outputs_chart(run).rows]
     assert panels == [
-        ["wheelset[1].position"],
+        ["wheelset 1, position"],
         ["wheelset 1, left: rail, down", "wheelset 1, left: wheel, down", "at.rest"],
     ]
 
