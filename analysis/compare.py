@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,8 +33,12 @@ from railcosim.reference.frequency import frequency_response, linearised
 from railcosim.reference.monolithic import Monolithic, assemble
 from railcosim.reference.newmark import newmark
 from railcosim.track.irregularity import Profile
+from railcosim.track.irregularity.defects import Defect
+from railcosim.track.irregularity.met import Wheels
 from railcosim.track.irregularity.named import irregularity as named
+from railcosim.track.irregularity.named_defects import defects_of
 from railcosim.track.parameters import Track
+from railcosim.track.travel import Steady
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train
 
@@ -95,6 +99,7 @@ def compare(
     time: float = 0.3,
     speed: float = 250 / 3.6,
     irregularity: Profile | str | Path = "german-low",
+    defects: Iterable[str | Defect] = (),
     position: float | None = None,
     stage: Stage = _unseen,
 ) -> Comparison:
@@ -120,6 +125,8 @@ def compare(
         m/s.
     irregularity : Profile, str or Path
         Or the name of a class, or a CSV file.
+    defects : iterable of Defect or str
+        See `railcosim.run`.
     position : float, optional
         Where the last wheelset stands, m; where it starts if not given.
     stage : callable, optional
@@ -132,7 +139,10 @@ def compare(
     """
     if not isinstance(irregularity, Profile):
         irregularity = named(irregularity, speed * time)
-    journey = Journey(speed=speed, held=True, profile=irregularity, position=position)
+    journey = Journey(
+        speed=speed, held=True, profile=irregularity, position=position,
+        defects=defects_of(defects),
+    )  # fmt: skip
     chosen = scheme_of(choice_of(None, owner)[0]) if scheme is None else scheme
     course, k_H = Course(scheme=chosen, step=step, stop=time), contact_stiffness
     with stage("linearising") as update:
@@ -162,11 +172,12 @@ def newmark_forces(
     progress: Progress,
 ) -> FloatArray:
     """Forces on rails (n, n_ports) of the monolithic system at the course's points."""
-    heights = journey.profile.under(positions, journey.speed, contacts.rough)
-    on = 0.0 if journey.held else journey.speed
+    radii = np.array([wheel.radius for wheel in mono.body.wheels])
+    heights = journey.under(Wheels(positions, radii), contacts.rough)
+    way = Steady(0.0) if journey.held else journey.way
     steps, step = round(course.stop / course.step) * REFINEMENT, course.step / REFINEMENT
     forces = []
-    march = newmark(mono, contacts, lambda t: positions + on * t, heights, step, steps)
+    march = newmark(mono, contacts, lambda t: positions + way.gone(t), heights, step, steps)
     for k, instant in enumerate(march):
         if k % REFINEMENT == 0:
             forces.append(instant.force)

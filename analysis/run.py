@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import xarray as xr
@@ -20,7 +20,11 @@ from railcosim.master.course import Course
 from railcosim.master.progress import Progress, unheard
 from railcosim.master.schemes import Scheme
 from railcosim.track.irregularity import Profile
+from railcosim.track.irregularity.defects import Defect
 from railcosim.track.irregularity.named import irregularity as named
+from railcosim.track.irregularity.named_defects import defects_of
+from railcosim.track.travel import Travel
+from railcosim.track.travel_files import travel_of
 
 HERTZ: Parameters = {NONLINEAR: True}
 
@@ -33,8 +37,9 @@ def run(
     contact: float | Parameters = HERTZ,
     step: float | None = None,
     time: float = 1.0,
-    speed: float = 250 / 3.6,
+    speed: float | str | Path | Travel = 250 / 3.6,
     irregularity: Profile | str | Path = "german-low",
+    defects: Iterable[str | Defect] = (),
     held: bool = False,
     position: Position = None,
     tolerance: float | None = None,
@@ -55,10 +60,13 @@ def run(
         Communication step, s; the longest one with a tolerance.
     time : float
         How long, s.
-    speed : float
-        m/s.
+    speed : float, str, Path or Travel
+        m/s; or a CSV file of a speed that changes, see `read_travel`.
     irregularity : Profile, str or Path
         Or the name of a class, or a CSV file.
+    defects : iterable of Defect or str
+        Of rails and wheels, such as ``"dip:depth=1e-3,length=1,at=30"`` or
+        ``"flat:length=0.05,wheel=1.left"``; see `railcosim.track.irregularity.defects`.
     held : bool
         Hold the wheels and move the irregularity instead.
     position : float or sequence of float, optional
@@ -87,9 +95,15 @@ def run(
     pair = files_of(vehicle), Path(track)
     name = scheme if isinstance(scheme, str) else None
     chosen, owner = choice_of(name, None, owners(*pair))
+    travel = travel_of(speed)
+    travel.check_covers(time)
     if not isinstance(irregularity, Profile):
-        irregularity = named(irregularity, speed * time, spatial=moves_aside(pair[1]))
-    journey = Journey(speed=speed, held=held, profile=irregularity, position=position)
+        way = float(travel.gone(time))
+        irregularity = named(irregularity, way, spatial=moves_aside(pair[1]))
+    journey = Journey(
+        speed=float(travel.speed(0.0)), held=held, profile=irregularity, position=position,
+        defects=defects_of(defects), travel=travel,
+    )  # fmt: skip
     course = Course(
         scheme=scheme_of(chosen) if scheme is None or isinstance(scheme, str) else scheme,
         step=usual_step(chosen, owner) if step is None else step,

@@ -4,8 +4,8 @@ Orders: wheels held, linear contacts of 1 GN/m in the master; errors of the cont
 both linear models and the contacts solved as one system. The orders are those of the last halving
 that is well above the reference's own error and rounding.
 
-Long steps: eight rolling wheels with flats deep enough to leave the rail, Hertz, steps of 1 ms.
-"Late" is what is left of the forces' deviation 0.4 s after the last flat: the passing fastenings'
+Long steps: eight wheels that roll over dips deep enough to leave the rail, Hertz, steps of 1 ms.
+"Late" is what is left of the forces' deviation 0.2 s after the last dip: the passing fastenings'
 part is 2 to 5 %.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/schemes.py [FOLDER_WITH_FMUS]
@@ -34,7 +34,7 @@ from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.variants import VARIANTS, Variant
 from railcosim.mechanics.law import LinearContact, coefficient_for
 from railcosim.mechanics.ports import FORCE, Layout
-from railcosim.track.irregularity import Profile, flat, synthesise, wheel_flat
+from railcosim.track.irregularity import Dip, Profile, flat, synthesise
 from railcosim.track.irregularity.usual import FADE_IN
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
@@ -143,16 +143,17 @@ def orders(folder: Path) -> None:
 
 
 def long_steps(folder: Path) -> None:
-    """Print what becomes of eight wheels with flats."""
+    """Print what becomes of eight wheels over dips."""
     load = Vehicle().wheel_load
-    profile = wheel_flat(0.15, Vehicle().wheelset.radius, at=12.0, turns=8)
-    table = Table(title=f"Wheel flats of 150 mm, Hertz, wheels roll, steps of {1e3 * LONG:g} ms")
+    dips = tuple(Dip(depth=3e-3, length=0.15, at=30.0 + 2.7 * k) for k in range(8))
+    table = Table(title=f"Dips of 150 mm, Hertz, wheels roll, steps of {1e3 * LONG:g} ms")
     for column in ("variant", "GN/m", "contact lost", "late", "evaluations", "more than 2"):
         table.add_column(column, justify="left" if column == "variant" else "right")
     for key, variant in VARIANTS.items():
         for k_H in STIFFNESSES:
             ours = run(
-                folder, variant, LONG, UNTIL, Journey(speed=SPEED, held=False, profile=profile),
+                folder, variant, LONG, UNTIL,
+                Journey(speed=SPEED, held=False, profile=flat(), defects=dips),
                 {"contact.hertz_coefficient": coefficient_for(k_H, load)},
             )  # fmt: skip
             late = np.abs(ours.forces[-LATE:] / load - 1).max()

@@ -81,6 +81,7 @@ def compare(
         0.0, positive("--time", time, "s"), doubted("--step", positive("--step", step, "s"))
     )
     profile = rough.profile(v * time)
+    defects = rough.defects()
     frequency = frequencies_of(frequencies)
     cars, rails = given.pair()
     with made(cars, rails, fresh=fresh) as fmus:
@@ -90,7 +91,7 @@ def compare(
         found = compared(
             cars, rails, fmus, frequency,
             contact_stiffness=k_H, owner=owner, scheme=maker_of(chosen, inputs)(Owner.VEHICLE),
-            step=step, time=time, speed=v, irregularity=profile,
+            step=step, time=time, speed=v, irregularity=profile, defects=defects,
             position=position, stage=foretelling,
         )  # fmt: skip
     console.print(

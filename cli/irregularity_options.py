@@ -9,10 +9,11 @@ import typer
 
 from railcosim.track.irregularity import QUALITIES, QUANTITIES
 from railcosim.track.irregularity.quantities import ALL
-from railcosim.track.irregularity.usual import BLEND, FADE_IN, SEED
+from railcosim.track.irregularity.usual import BLEND, DEFECTS, FADE_IN, SEED
 
 if TYPE_CHECKING:
     from railcosim.track.irregularity import Profile
+    from railcosim.track.irregularity.defects import Defect
 
 
 QUANTITIES_HELP = f"Of a class, with commas: {', '.join(QUANTITIES)}; or {ALL} that it has."
@@ -66,6 +67,24 @@ class IrregularityOptions:
             f"over {BLEND:g} m, at most a quarter of it.",
         ),
     ] = False
+
+    defect: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--defect",
+            help=f"A single defect, {', '.join(DEFECTS)}, such as dip:depth=1e-3,length=1,at=30 or "
+            "flat:length=0.05,wheel=1.left; repeat it for more.",
+            metavar="DEFECT",
+        ),
+    ] = None
+
+    def defects(self) -> tuple[Defect, ...]:
+        """Single defects beside it."""
+        if not self.defect:
+            return ()
+        from railcosim.track.irregularity.named_defects import defects_of
+
+        return defects_of(self.defect)
 
     def profile(self, length: float, *, spatial: bool = False) -> Profile:
         """The irregularity of a ride of some length, m, perhaps one in space."""

@@ -76,9 +76,10 @@ def options_in(context: typer.Context) -> dict[str, Any]:
     values = {k: _plain(v) for k, v in context.params.items() if v not in (None, [], ())}
     for name in ("resume", *TOLD_BY_FMUS):
         values.pop(name, None)
-    text = values.get("irregularity")
-    if text is not None and Path(text).is_file():
-        values["irregularity"] = str(Path(text).absolute())
+    for name in ("irregularity", "speed"):
+        text = values.get(name)
+        if text is not None and Path(str(text)).is_file():
+            values[name] = str(Path(text).absolute())
     beside = Path(values.get("checkpoint", "")).parent
     for name in BY_CONTENT:
         if "checkpoint" in values and name in values:

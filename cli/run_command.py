@@ -18,19 +18,18 @@ from .options import (
     Out,
     PlotFile,
     PositionsOption,
-    Speed,
     UsageError,
     contact_parameters,
     doubted,
     errors,
     positions_of,
-    speed_of,
 )
 from .parameter_options import FmuOptions
 from .results import PICTURES, RESULTS
 from .resuming import keep_fmus, told_how_to_resume
 from .run_system_command import run_system
 from .scheme_options import ContactOption, CourseOptions
+from .speed_option import SpeedOrFile, travel_of
 
 if TYPE_CHECKING:
     from railcosim.master.course import Course, Keeping
@@ -39,7 +38,7 @@ TIME = 1.0  # s
 OF_THE_PAIR = (
     "vehicle_fmu", "track_fmu", "vehicle", "vehicles", "track", "set_", "contact",
     "contact_stiffness", "dimension", "position", "speed", "irregularity", "seed", "quantities",
-    "fade", "repeat", "held", "fresh",
+    "fade", "repeat", "defect", "held", "fresh",
 )  # fmt: skip
 
 
@@ -62,7 +61,7 @@ def run(
     ] = "hertz",
     dimension: DimensionOption = DimensionName.VERTICAL,
     position: PositionsOption = None,
-    speed: Speed = 250.0,
+    speed: SpeedOrFile = "250",
     rough: IrregularityOptions,
     held: Annotated[
         bool, typer.Option("--held", help="Hold the wheels and move the irregularity instead.")
@@ -99,14 +98,17 @@ def run(
     aside = moves_aside(given.track_fmu) if given.track_fmu else dimension is DimensionName.SPATIAL
     fmus = given.vehicle_fmu or None, given.track_fmu
     owner, taken = _taken(course, contact, kept, fmus, aside=aside)
-    v = speed_of(speed)
+    travel = travel_of(speed, taken.stop)
     parameters = contact_parameters(contact_stiffness)
     journey = Journey(
-        speed=v,
+        speed=float(travel.speed(0.0)),
         held=held,
-        profile=rough.profile(v * taken.stop, spatial=aside),
+        profile=rough.profile(float(travel.gone(taken.stop)), spatial=aside),
         position=positions_of(position),
+        defects=rough.defects(),
+        travel=travel,
     )
+    journey.check_dimension(aside=aside)
     with given.fmus(*FMUS[owner], dimension=dimension) as made:
         options = kept.checkpoints.options if kept.checkpoints else {}
         cars, rails = keep_fmus(keeping.checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1])

@@ -91,6 +91,7 @@ def study(
     v = speed_of(speed)
     aside = dimension is DimensionName.SPATIAL
     profile = rough.profile(v * positive("--time", time, "s"), spatial=aside)
+    defects = rough.defects()
     laws = _parts("--contact-stiffness", contact_stiffness)
     at_rest = "hertz:" if aside else ""  # rolling wheels have no other
     asked = (
@@ -111,7 +112,7 @@ def study(
         try:
             with progress("running points") as update:
                 found = studied(
-                    fmus, out, *asked, time=time, speed=v, irregularity=profile,
+                    fmus, out, *asked, time=time, speed=v, irregularity=profile, defects=defects,
                     position=position, scheduler=scheduler, progress=update, tell=console.print,
                 )  # fmt: skip
         except StudyError as error:

@@ -14,7 +14,7 @@ from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.plots.picture import save_picture
 from railcosim.plots.results import Group, time_chart
-from railcosim.track.irregularity import dip
+from railcosim.track.irregularity import Dip, flat
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
@@ -25,7 +25,12 @@ with TemporaryDirectory() as folder:
         fmus["Vehicle"],
         fmus["TrackWithContact"],  # the stiff contact sits with the track
         {"contact.nonlinear": True},
-        Journey(speed=speed, held=False, profile=dip(length=2.0, depth=1e-3, at=12.0)),
+        Journey(
+            speed=speed,
+            held=False,
+            profile=flat(),
+            defects=(Dip(depth=1e-3, length=2.0, at=25.0),),  # m
+        ),
         Course(scheme=jacobi(degree=1), step=1e-4, stop=0.25),  # s
         progress=lambda done, total: None,
     )

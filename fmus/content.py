@@ -136,6 +136,12 @@ def ring_annotations(track: Track) -> Annotations:
     return {"Ring": {"length": repr(track.length), "longestVehicle": repr(longest)}}
 
 
+def wheel_annotations(vehicle: Vehicle | Train) -> Annotations:
+    """What a vehicle says of its wheels: the radius of each wheelset's, m."""
+    wheels = build_multibody(vehicle).wheels
+    return {"Wheels": {"radius": " ".join(repr(float(wheel.radius)) for wheel in wheels)}}
+
+
 def contents(
     vehicle: Vehicle | Train,
     track: Track,
@@ -298,7 +304,7 @@ def _vehicle(
         table=interface(body, start, with_contact=with_contact),
         body=body,
         parameters=write_stock(vehicle),
-        annotations={},
+        annotations=wheel_annotations(vehicle),
     )
 
 

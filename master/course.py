@@ -99,6 +99,8 @@ class Course:
         Largest output, in its nominal values, that does not count as divergence.
     keeping : Keeping
         What is kept beyond outputs.
+    repeats : bool
+        Whether a part of another run is made once more.
     """
 
     scheme: Scheme
@@ -109,6 +111,7 @@ class Course:
     tolerance_fmu: float | None = None
     limit: float = LIMIT
     keeping: Keeping = OUTPUTS_ONLY
+    repeats: bool = False
 
     def __post_init__(self) -> None:
         count_steps(self.start, self.stop, self.step)
@@ -120,8 +123,9 @@ class Course:
         """
         tolerance = None if self.tolerance is None else self.tolerance / factor
         return replace(
-            self, step=self.step / factor, stop=until, tolerance=tolerance, keeping=OUTPUTS_ONLY
-        )
+            self, step=self.step / factor, stop=until, tolerance=tolerance, keeping=OUTPUTS_ONLY,
+            repeats=True,
+        )  # fmt: skip
 
     @property
     def told(self) -> Told:

@@ -8,6 +8,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.connections import Connection, CouplingError
 from railcosim.master.course import ALL_TIME, Told
@@ -16,7 +19,8 @@ from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.signals import Signal
 from railcosim.master.system import System
 from railcosim.mechanics.ports import FORCE, IRREGULARITY, Layout
-from railcosim.track.irregularity import Profile
+from railcosim.track.irregularity.met import Wheels
+from railcosim.track.travel import Steady
 
 from .contact import (
     NONLINEAR,
@@ -28,14 +32,20 @@ from .contact import (
     fitting,
     layout_of,
 )
+from .journey import Journey
 from .law_in_master import KINDS
 from .numbering import Vehicles, places_of
 from .rest import columns, settled
 from .ring import check_ring_of
 from .several import Load, load_vehicles
-from .standing import Position, start_positions
+from .standing import start_positions
+from .wheel_radii import wheel_radii
 from .wiring import wired
 
+__all__ = ["PLACES", "Journey", "Pair", "open_pair"]
+
+PLACES = "places"
+"""The component that says where wheels are that do not go by themselves."""
 SPEED = "speed"
 """Of a vehicle, and of a track whose own contacts creep, m/s."""
 
@@ -46,7 +56,7 @@ class Pair:
 
     Where neither FMU owns the contact springs, the system has a `Law` named ``contact`` that does.
     The parameters are those it was opened with and all that the contact law needs. The layout is
-    that of the wheels of both.
+    that of the wheels of both. The wheels are where they are at first.
     """
 
     vehicle: LoadedFmu
@@ -54,6 +64,7 @@ class Pair:
     system: System
     parameters: dict[str, float | bool]
     layout: Layout
+    wheels: Wheels
 
     @property
     def static_loads(self) -> FloatArray:
@@ -62,28 +73,6 @@ class Pair:
         forces = self.system.outputs[columns(self.system, self.layout.down.names(FORCE))]
         largest: FloatArray = forces.reshape(-1, self.layout.wheelsets).max(axis=0)
         return largest
-
-
-@dataclass(frozen=True, kw_only=True)
-class Journey:
-    """How the vehicle meets the track.
-
-    Attributes
-    ----------
-    speed : float
-        m/s.
-    held : bool
-        True: wheels stay where they are and the irregularity moves; False: wheels roll.
-    profile : Profile
-        Irregularity.
-    position : float or sequence of float, optional
-        Where the last wheelset (of each vehicle) stands at first, m; as the FMU has it if None.
-    """
-
-    speed: float
-    held: bool
-    profile: Profile
-    position: Position = None
 
 
 @contextmanager
@@ -117,6 +106,7 @@ def open_pair(
         cars = stack.enter_context(load_vehicles(vehicle, load))
         rails = stack.enter_context(load(track, name="track"))
         layout = layout_of((cars.description.path, _variables(cars)), (track, _variables(rails)))
+        journey.check_dimension(aside=layout.dimension != layout.down.dimension)
         kind = KINDS[layout.dimension]
         wanted = {NONLINEAR: True, **parameters, **start_positions(vehicle, journey.position)}
         given = completed(wanted, (cars, rails), layout, kind.needed(wanted))
@@ -131,14 +121,17 @@ def open_pair(
         outputs = {v.name: y for v, y in zip(cars.outputs, cars.get_outputs(), strict=True)}
         place = places_of(cars.description.path, outputs, layout)
         check_ring_of(track, place)
-        irregularity = _irregularity(journey, layout, place)
+        radii = wheel_radii(vehicle) if journey.defects else np.full(place.shape, np.nan)
+        wheels = Wheels(place, radii)
+        irregularity = _irregularity(journey, layout, wheels)
         owned = any(v.name == forces[0] for fmu in (cars, rails) for v in fmu.outputs)
         nominal = {v.name: v.nominal for v in (*cars.inputs, *rails.inputs)}
         law = [] if owned else [kind.law(first, layout, nominal, journey.speed)]
         components = [irregularity, cars, *law, rails]
         connections = wired(irregularity, cars, law, rails, layout)
-        if journey.held and not _stands(journey, layout, cars):
-            places, connections = _held(connections, layout, place)
+        stands = _stands(journey, layout, cars)
+        if (journey.held and not stands) or (journey.way.changes and not journey.held):
+            places, connections = _by_command(journey, connections, layout, place)
             components.append(places)
         settle = partial(settled, components, connections, layout, cars, rails)
         rest = settle()
@@ -154,7 +147,7 @@ def open_pair(
         for fmu in (cars, rails):
             fmu.set_inputs(system.gather(system.index(fmu.name)))
             fmu.exit_initialization()
-        yield Pair(cars, rails, system, complete, layout)
+        yield Pair(cars, rails, system, complete, layout, wheels)
 
 
 def _set(parameters: Parameters, layout: Layout, *fmus: LoadedFmu) -> None:
@@ -169,7 +162,8 @@ def _set_speed(journey: Journey, layout: Layout, cars: LoadedFmu, rails: LoadedF
         rails.set_parameters({SPEED: journey.speed})
     if SPEED not in cars.description.parameters:
         return
-    cars.set_parameters({SPEED: 0.0 if _stands(journey, layout, cars) else journey.speed})
+    told_to_stand = _stands(journey, layout, cars) or journey.way.changes
+    cars.set_parameters({SPEED: 0.0 if told_to_stand else journey.speed})
 
 
 def _stands(journey: Journey, layout: Layout, cars: LoadedFmu) -> bool:
@@ -178,12 +172,25 @@ def _stands(journey: Journey, layout: Layout, cars: LoadedFmu) -> bool:
     return journey.held and not (owns and layout.dimension != layout.down.dimension)
 
 
-def _held(
-    connections: Sequence[Connection], layout: Layout, place: FloatArray
+def _by_command(
+    journey: Journey, connections: Sequence[Connection], layout: Layout, place: FloatArray
 ) -> tuple[Signal, tuple[Connection, ...]]:
-    """The track under wheels that stay in their places, whatever the vehicle says of them."""
+    """Where the wheels are on the track, whatever the vehicle says of them.
+
+    Held, they stay. At a speed that changes the places are exact at communication points; between
+    them inputs are polynomials, and a line is off by h^2 / 8 times the acceleration: 1e-9 m.
+    """
     names = layout.of_axles("position")
-    places = Signal("places", [Variable(name=n, unit="m") for n in names], lambda t: place)
+    way = Steady(0.0) if journey.held else journey.way
+    variables = [Variable(name=name, unit="m") for name in names]
+    if not journey.held:
+        variables.append(Variable(name=SPEED, unit="m/s", description="speed of the vehicle"))
+
+    def going(t: ArrayLike) -> FloatArray:
+        at = place + way.gone(t)[..., None]
+        return at if journey.held else np.concatenate([at, way.speed(t)[..., None]], axis=-1)
+
+    places = Signal(PLACES, variables, going, vectorised=True)
     return places, tuple(
         replace(c, source=places.name) if c.output in names and c.input in names else c
         for c in connections
@@ -207,9 +214,9 @@ def _static_loads(vehicle: LoadedFmu, layout: Layout, rest: System) -> FloatArra
     )
 
 
-def _irregularity(journey: Journey, layout: Layout, place: FloatArray) -> Signal:
+def _irregularity(journey: Journey, layout: Layout, wheels: Wheels) -> Signal:
     surface = layout.surface
-    lies = journey.profile.under(place, journey.speed, surface.directions)
+    lies = journey.under(wheels, surface.directions)
     variables = [
         Variable(
             name=port.name(IRREGULARITY),

@@ -14,7 +14,7 @@ from railcosim.master.recorded_run import Stopped, recorded_run
 
 from .contact import Parameters
 from .numbering import Vehicles
-from .pair import Journey, open_pair
+from .pair import PLACES, Journey, Pair, open_pair
 from .several import Load
 
 __all__ = ["Progress", "Stopped", "run_pair"]
@@ -48,13 +48,14 @@ def run_pair(
     ParameterError
         If the irregularity ends before the run does.
     """
-    journey.profile.check_covers(journey.speed * course.stop)
+    journey.check(course.stop)
     with ExitStack() as own:
         opened = open_pair(vehicle, track, parameters, journey, load, course.told)
         pair = (held or own).enter_context(opened)
+        if not course.repeats:
+            journey.check_defects(pair.wheels, course.step, course.stop)
         about: dict[str, str | float] = {
-            "title": f"{3.6 * journey.speed:.0f} km/h, irregularity {journey.profile.name}",
-            "speed": journey.speed,
+            **_going(journey),
             "motion": "irregularity moves" if journey.held else "wheels roll",
             "irregularity": journey.profile.name,
             "irregularity fade": journey.profile.fade,
@@ -65,4 +66,27 @@ def run_pair(
             for key, value in fmu.description.as_attributes().items():
                 about[f"{fmu.name} {key}"] = value
         # A contact force in compression lifts the vehicle, and z is down.
-        return recorded_run(pair.system, course, progress, about, against=(pair.vehicle.name,))
+        run, stopped = recorded_run(
+            pair.system, course, progress, about, against=(pair.vehicle.name,)
+        )
+        return _true_places(run, pair), stopped
+
+
+def _going(journey: Journey) -> dict[str, str | float]:
+    """Speed and defects, as attributes."""
+    way = journey.way
+    named = way.name if way.changes else f"{3.6 * journey.speed:.0f} km/h"
+    speed = {"speeds": way.name, "speeds sha256": way.digest}
+    return {
+        "title": f"{named}, irregularity {journey.profile.name}",
+        **(speed if way.changes else {"speed": journey.speed}),
+        **({"defects": " ".join(map(str, journey.defects))} if journey.defects else {}),
+    }
+
+
+def _true_places(run: xr.Dataset, pair: Pair) -> xr.Dataset:
+    """Positions of wheels that do not go by themselves: those on the track, under their names."""
+    names = pair.layout.of_axles("position")
+    told = {f"{PLACES}.{name}": name for name in names if f"{PLACES}.{name}" in run}
+    theirs = [f"{pair.vehicle.name}.{name}" for name in told.values()]
+    return run.drop_vars(theirs).rename(told)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +21,9 @@ from railcosim.analysis.schemes.study_point import ContactCase, Measurement, Poi
 from railcosim.analysis.schemes.study_table import table_of
 from railcosim.master.progress import Progress, unheard
 from railcosim.track.irregularity import Profile
+from railcosim.track.irregularity.defects import Defect
 from railcosim.track.irregularity.named import irregularity as named
+from railcosim.track.irregularity.named_defects import defects_of
 
 
 class NoDaskError(ImportError):
@@ -55,6 +57,7 @@ def study(
     time: float = 0.05,
     speed: float = 250 / 3.6,
     irregularity: Profile | str | Path = "german-low",
+    defects: Iterable[str | Defect] = (),
     position: Position = None,
     scheduler: str | None = None,
     progress: Progress = unheard,
@@ -76,6 +79,8 @@ def study(
         m/s.
     irregularity : Profile, str or Path
         Or the name of a class, or a CSV file.
+    defects : iterable of Defect or str
+        See `railcosim.run`.
     position : float or sequence of float, optional
         Where the last wheelset (of each vehicle) stands, m; as the FMU has it if None.
     scheduler : str, optional
@@ -102,7 +107,10 @@ def study(
         irregularity = named(irregularity, speed * time)
     irregularity.check_covers(speed * time)
     start_positions(fmus["Vehicle"], position)  # refused now, and not by every point
-    journey = Journey(speed=speed, held=True, profile=irregularity, position=position)
+    journey = Journey(
+        speed=speed, held=True, profile=irregularity, position=position,
+        defects=defects_of(defects),
+    )  # fmt: skip
     settings = settings_of(journey, time, fmus)
     kept = Folder(Path(folder), settings)
     points = grid.points()

@@ -17,6 +17,7 @@ from railcosim.master.linear.state_space import ComplexArray
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.iteration import Iterated
 from railcosim.mechanics.ports import FORCE, SIDES, Direction
+from railcosim.track.travel import Travel
 
 from .exponentials import fastest
 from .iteration_limit import BEFORE, contraction, longest_that_converges
@@ -83,7 +84,7 @@ class Disturbance:
         self.heights: Callable[[float], FloatArray] = level
 
     def under(
-        self, place: FloatArray, speed: float, directions: Sequence[Direction]
+        self, place: FloatArray, speed: Travel, directions: Sequence[Direction]
     ) -> Callable[[float], FloatArray]:
         """Heights under the wheels at a time."""
         zero = np.zeros(len(SIDES) * len(place) * len(directions))

@@ -186,7 +186,9 @@ class Folder:
 
 def settings_of(journey: Journey, stop: float, fmus: Mapping[str, Path]) -> dict[str, Any]:
     """What all points of a study have in common, for people and for telling studies apart."""
-    where = {} if journey.position is None else {"position": journey.position}
+    where: dict[str, Any] = {} if journey.position is None else {"position": journey.position}
+    if journey.defects:
+        where["defects"] = " ".join(map(str, journey.defects))
     return {
         "railcosim": version("railcosim"),
         "time": stop,

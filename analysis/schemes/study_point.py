@@ -122,17 +122,14 @@ def reference(
             open_pair(cars, rails, dict(contact.parameters), journey) as pair,
         ):
             pair.system.exchange()
-            names = [name.partition(".")[2] for name in pair.system.names]
-            now = dict(zip(names, pair.system.outputs.tolist(), strict=True))
             system, layout = pair.system, pair.layout
             (law,) = (one for one in system.components if isinstance(one, Law))
             rest = law.S @ system.gather(system.index(law.name))
-        positions = np.array([now[name] for name in layout.of_axles("position")])
-        model = motion_model(cars, rails, positions, law, layout)
+        model = motion_model(cars, rails, pair.wheels.start, law, layout)
     surface = layout.surface
     asked = [v.name for v in law.inputs]
     taken = -law.S[:, [asked.index(name) for name in surface.names(IRREGULARITY)]]
-    lies = journey.profile.under(positions, journey.speed, surface.directions)
+    lies = journey.under(pair.wheels, surface.directions)
     told = [v.name for v in law.outputs]
     # What pulls and turns wheels along the track nothing balances at rest: the rail does not know.
     along = {*layout.names(FORCE)} - {*layout.rails.names(FORCE)}

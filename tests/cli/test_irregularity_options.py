@@ -82,6 +82,23 @@ def test_commands_refuse_a_profile_that_ends_before_anything_is_made(
     assert "the run needs 6.944" in said.err
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [(("--defect", "dib:at=3"), "--defect dib:at=3: must be dip, joint"),
+     (("--speed", "fast"), "--speed fast: must be a number, km/h, or a file"),
+     (("--speed", "brakes.csv", "--time", "3"), "speed brakes.csv: ends after 2 s"),
+     (("--speed", "brakes.csv", "--dimension", "spatial"), "--speed brakes.csv: changes")],
+)  # fmt: skip
+def test_defects_and_speeds_are_refused_before_anything_is_made(
+    options, said, railcosim, tmp_path, monkeypatch
+) -> None:
+    monkeypatch.setattr(parameter_options, "fmus_of", None)
+    (tmp_path / "brakes.csv").write_text("time,speed\n0,250\n2,100\n")
+    found = railcosim("run", "--out", "r.nc", "--time", "1", *options)
+    assert found.status == 2
+    assert said in " ".join(found.err.split())
+
+
 def test_python_refuses_it_before_anything_is_loaded(short) -> None:
     profile = read_profile(short)
     with pytest.raises(ParameterError, match="the run needs 6 m"):

@@ -14,8 +14,7 @@ from railcosim.analysis.pair.verdict import confirmed, signs_of
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.master.course import Course
 from railcosim.master.files import load
-from railcosim.track.irregularity import synthesise
-from railcosim.track.irregularity.defects import wheel_flat
+from railcosim.track.irregularity import Flat, flat, synthesise
 
 pytestmark = pytest.mark.slow  # runs repeated with ever shorter steps
 
@@ -45,10 +44,11 @@ def verdict(exported, owner, scheme, step, stop, **ride):
 )
 def test_wheel_flats_that_lose_contact_are_believed(exported, owner, scheme, step) -> None:
     """150 mm on all wheels, 8 GN/m: contact is lost for some percent of the time, and truly."""
-    flats = wheel_flat(0.15, 0.43, at=2.0, turns=2)
+    flats = tuple(Flat(length=0.15, wheel=str(i)) for i in (1, 2, 3, 4))
     found = verdict(
-        exported, owner, scheme, step, 0.06, profile=flats, parameters={"contact.tangent": 8e9}
-    )
+        exported, owner, scheme, step, 0.06, profile=flat(), defects=flats,
+        parameters={"contact.tangent": 8e9},
+    )  # fmt: skip
     assert found is not None
     assert found.believed, str(found)
 

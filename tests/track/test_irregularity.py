@@ -14,13 +14,19 @@ from railcosim.track.irregularity import (
     QUALITIES,
     Profile,
     coherence,
-    dip,
     estimated_density,
     repeated,
     synthesise,
-    wheel_flat,
 )
 from railcosim.track.irregularity.synthesis import USUAL, _amplitudes
+
+
+def hollow():
+    """A measured one of 2 m, 1 mm deep 6 m from its beginning."""
+    x = np.linspace(0.0, 12.0, 1201)
+    z = 0.5e-3 * (1 + np.cos(np.pi * np.clip(x - 6.0, -1.0, 1.0)))
+    return Profile(name="hollow", x=x, left=z, right=z, level_beyond=True)
+
 
 LONG = [name for name, quality in QUALITIES.items() if quality.vertical.wavelengths[1] > 1]
 
@@ -186,7 +192,7 @@ def test_seed_and_fade_make_another_profile() -> None:
     other = synthesise("german-low", 80.0, seed=2)
     assert not np.array_equal(profile.left, other.left)
     all_four = synthesise("german-low", 80.0, quantities=["all"])
-    level = dip(2.0, 1e-3, 5.0)
+    level = hollow()
     aside = replace(level, left_y=level.left, right_y=level.right)
     kinds = (profile, other, replace(profile, fade=0.0), all_four, level, aside)
     assert len({kind.digest for kind in kinds}) == 6
@@ -311,17 +317,15 @@ def test_a_profile_is_never_met_beyond_its_end() -> None:
             ask()
 
 
-def test_level_track_goes_on_behind_a_defect() -> None:
-    profile = dip(length=2.0, depth=1e-3, at=6.0)
+def test_level_track_goes_on_where_that_is_known() -> None:
+    profile = hollow()
     profile.check_covers(1e6)
     assert profile.under(np.zeros(4), 10.0)(1e5) == pytest.approx(np.zeros(8), abs=1e-12)
 
 
-def test_files_and_defects_do_not_fade() -> None:
-    """A wheel flat at 6 m is as deep as it is: l^2 / (16 R) = 0.3634 mm; faded it was 0.2378."""
-    profile = wheel_flat(0.05, 0.43, at=6.0, turns=2)
-    heights = profile.under(np.zeros(4), 1.0)(6.0 - profile.x[0])
-    assert heights == pytest.approx([0.36337e-3] * 8, rel=1e-4)  # digits
+def test_what_is_measured_does_not_fade() -> None:
+    """1 mm at 6 m is 1 mm; faded over 10 m it was 0.65."""
+    assert hollow().under(np.zeros(4), 1.0)(6.0) == pytest.approx([1e-3] * 8, rel=1e-6)
 
 
 def test_a_period_repeats_as_it_is() -> None:

@@ -4,8 +4,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .defects import dip, joint, wheel_flat
+    from .defects import Corrugation, Defect, Dip, Flat, FreshFlat, Joint, Weld
     from .files import read_profile, write_profile
+    from .named_defects import defect
     from .profile import Profile, flat
     from .quantities import QUANTITIES, Quantity
     from .repetition import repeated
@@ -15,25 +16,31 @@ if TYPE_CHECKING:
 __all__ = [
     "QUALITIES",
     "QUANTITIES",
+    "Corrugation",
+    "Defect",
+    "Dip",
+    "Flat",
+    "FreshFlat",
+    "Joint",
     "Profile",
     "Quality",
     "Quantity",
     "Spectrum",
+    "Weld",
     "coherence",
-    "dip",
+    "defect",
     "estimated_density",
     "flat",
-    "joint",
     "read_profile",
     "repeated",
     "synthesise",
-    "wheel_flat",
     "write_profile",
 ]
 
 _PLACES = {
-    "defects": ("dip", "joint", "wheel_flat"),
+    "defects": ("Corrugation", "Defect", "Dip", "Flat", "FreshFlat", "Joint", "Weld"),
     "files": ("read_profile", "write_profile"),
+    "named_defects": ("defect",),
     "profile": ("Profile", "flat"),
     "quantities": ("QUANTITIES", "Quantity"),
     "repetition": ("repeated",),

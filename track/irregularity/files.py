@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import re
 import warnings
 from array import array
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +13,11 @@ from railcosim.mechanics.arrays import FloatArray
 from railcosim.parameters import ParameterError
 from railcosim.storage.whole import write_whole
 
+from ..tables import bare, between_columns, lines_of, numbers_of
 from .profile import MAX_ROWS, Profile
 from .quantities import ASIDE, DOWN, QUANTITIES, SIDES, rails_of
 
 MAX_LINES = 2 * MAX_ROWS  # with comments
-LONGEST_LINE = 1000  # characters
-MARK = "\xef\xbb\xbf"  # byte order, of UTF-8, as spreadsheets write it
 RAILS = {f"{side}_{direction}": (direction, side) for direction in (DOWN, ASIDE) for side in SIDES}
 SHORT = {side: f"{side}_{DOWN}" for side in SIDES}  # "left" is "left_z"
 WANTED = (
@@ -58,12 +55,12 @@ def read_profile(path: Path) -> Profile:
     UserWarning
         If the heights look like millimetres.
     """
-    lines = _lines(path)
+    lines = lines_of(path, MAX_LINES)
     number, header = next(lines, (1, ""))
     between, names, units = _columns(path, number, header)
     numbers = array("d")
     for number, line in lines:
-        numbers.extend(_numbers(path, number, line, between, len(names)))
+        numbers.extend(numbers_of(path, number, line, between, len(names)))
         if len(numbers) > MAX_ROWS * len(names):
             raise ParameterError(f"{path}: over {MAX_ROWS} rows")
     table = np.array(numbers).reshape(-1, len(names)) * units
@@ -88,29 +85,10 @@ def _rails(given: dict[str, FloatArray], nothing: FloatArray) -> dict[tuple[str,
     return found
 
 
-def _lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Lines that are neither empty nor a comment, with their numbers."""
-    try:
-        # Numbers and names are ASCII; a comment in Latin-1 does no harm.
-        with path.open(encoding="latin-1") as file:
-            for number in range(1, MAX_LINES):
-                line = file.readline(LONGEST_LINE + 1)
-                if len(line) > LONGEST_LINE:
-                    raise ParameterError(f"{path}, line {number}: over {LONGEST_LINE} characters")
-                if not line:
-                    return
-                line = line.removeprefix(MARK).strip("\n")
-                if line.strip(' ",;\t') and not line.lstrip(' "\t').startswith("#"):
-                    yield number, line
-    except OSError as error:
-        raise ParameterError(f"{path}: cannot be read: {error.strerror}") from error
-    raise ParameterError(f"{path}: over {MAX_LINES} lines")
-
-
 def _columns(path: Path, number: int, header: str) -> tuple[str, list[str], FloatArray]:
     """What is between columns, their names and their units in m."""
-    between = next((mark for mark in ";\t" if mark in header), ",")
-    cells = [re.sub(r"(?<=s)[- ](?=l)", "_", _bare(cell).lower()) for cell in header.split(between)]
+    between = between_columns(header)
+    cells = [re.sub(r"(?<=s)[- ](?=l)", "_", bare(cell).lower()) for cell in header.split(between)]
     found = [NAME.fullmatch(cell) for cell in cells]
     names = [SHORT.get(match[1], match[1]) for match in found if match]
     if len(names) < len(found) or not _wanted(names):
@@ -130,28 +108,6 @@ def _wanted(names: list[str]) -> bool:
 
 
 _PAIRS = [tuple(f"{side}_{direction}" for side in SIDES) for direction in (DOWN, ASIDE)]
-
-
-def _numbers(path: Path, number: int, line: str, between: str, count: int) -> list[float]:
-    """One row."""
-    cells = [_bare(cell) for cell in line.split(between)]
-    if between != ",":
-        cells = [cell.replace(",", ".") for cell in cells]
-    try:
-        row = [float(cell) for cell in cells]
-    except ValueError:
-        row = []
-    if len(row) != count or not all(map(math.isfinite, row)) or "_" in line:
-        raise ParameterError(
-            f"{path}, line {number}: {count} finite numbers are wanted, there is {line[:60]!a}"
-        )
-    return row
-
-
-def _bare(cell: str) -> str:
-    """Without blanks and the quotes around it."""
-    cell = cell.strip()
-    return cell[1:-1].strip() if len(cell) > 1 and cell[0] == cell[-1] == '"' else cell
 
 
 def _check(path: Path, x: FloatArray, rails: dict[tuple[str, str], FloatArray]) -> None:

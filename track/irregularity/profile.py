@@ -14,6 +14,7 @@ from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.ports import ROUGH, Direction, Z
 from railcosim.parameters import ParameterError
 
+from ..travel import Steady, Travel
 from .quantities import ASIDE, DOWN, SIDES
 
 MAX_ROWS = 5_000_000  # of a profile: 1000 km at 0.2 m
@@ -109,7 +110,7 @@ class Profile:
             )
 
     def under(
-        self, start: FloatArray, speed: float, directions: Sequence[Direction] = (Z,)
+        self, start: FloatArray, speed: float | Travel, directions: Sequence[Direction] = (Z,)
     ) -> Callable[[ArrayLike], FloatArray]:
         """Irregularity under wheelsets that start at `start` (m) with `speed` (m/s).
 
@@ -120,8 +121,8 @@ class Profile:
         ----------
         start : array, shape (wheelsets,)
             m.
-        speed : float
-            m/s.
+        speed : float or Travel
+            m/s, or how it changes.
         directions : sequence of Direction
             Of `ROUGH`: in which the rails' surfaces are asked for.
 
@@ -142,6 +143,7 @@ class Profile:
                 f"directions {[d.name for d in directions]}: no surface lies off there"
             )
         front, rails = float(start.max()), self.rails
+        travel = speed if isinstance(speed, Travel) else Steady(speed)
         straight = np.zeros_like(self.x)
         sides = [rails.get((d.name, side), straight) for side in SIDES for d in directions]
         z = np.stack(sides, axis=1) * self._window()[:, None]
@@ -152,7 +154,7 @@ class Profile:
         until = math.inf if self.level_beyond else self.length + SLACK
 
         def heights(t: ArrayLike) -> FloatArray:
-            gone = speed * np.asarray(t, dtype=float)
+            gone = travel.gone(t)
             if gone.max(initial=0.0) > until:
                 self.check_covers(float(gone.max()))
             place = np.minimum(np.maximum(start + gone[..., None], first), last)
