@@ -114,7 +114,7 @@ def test_the_blow_of_a_fresh_flat():
 
 @pytest.mark.slow  # likewise
 def test_run_up_through_a_resonance():
-    """Waves of 0.5 m from 15 to 30 m/s in 0.3 s: from 30 to 60 Hz, past the wheel on its track at 45 Hz."""
+    """Waves of 0.5 m, 15 to 30 m/s in 0.3 s: 30 to 60 Hz, past the wheel on its track at 45 Hz."""
     travel = InTime("up", np.array([0.0, 0.1, 1.0]), np.array([15.0, 15.0, 60.0]))
     one = Corrugation(depth=2e-4, length=0.5, at=1.0, waves=40)
     journey = Journey(speed=15.0, held=False, profile=flat(), defects=(one,), travel=travel)
