@@ -14,6 +14,7 @@ from .chart import Chart, FloatArray, Map, Panel
 from .style import GREY, Look, looks, on_screen, shown_range
 
 HEIGHT = 340  # of a row, px
+NEAR = 0.08  # of the width of a map, between points: nearer, words stand on other sides
 CELLS = 160  # of a map each way: what a screen can show of it beside others
 POINTS = 1500  # of a curve
 
@@ -176,7 +177,8 @@ def _map(figure: Any, panel: Map, i: int, j: int) -> None:
         figure.add_trace(
             go.Scatter(
                 x=[m.x for m in points], y=[m.y for m in points], mode="markers+text",
-                text=[m.label for m in points], textposition="top right", showlegend=False,
+                text=[on_screen(m.label) for m in points], showlegend=False,
+                textposition=_beside([m.x for m in points], NEAR * float(np.ptp(panel.x))),
                 textfont={"color": "white"},
                 marker={"color": "#D55E00", "size": 9, "line": {"color": "white", "width": 1}},
                 hovertemplate="%{text}: %{x:.2f}, %{y:.1f}<extra></extra>",
@@ -185,6 +187,12 @@ def _map(figure: Any, panel: Map, i: int, j: int) -> None:
         )  # fmt: skip
     figure.update_xaxes(range=[float(panel.x[0]), float(panel.x[-1])], row=i, col=j)
     figure.update_yaxes(range=[float(panel.y[0]), float(panel.y[-1])], row=i, col=j)
+
+
+def _beside(places: list[float], near: float) -> list[str]:
+    """To the left of a point whose next one to the right is near, that words keep apart."""
+    gaps = [min((b - a for b in places if b > a), default=np.inf) for a in places]
+    return ["top left" if gap < near else "top right" for gap in gaps]
 
 
 def thinned(x: FloatArray, y: FloatArray, *, log: bool = False) -> tuple[FloatArray, FloatArray]:

@@ -92,7 +92,8 @@ def _at_one(limits: xr.Dataset, longest: float) -> Chart:
         )  # fmt: skip
         rows.append((panel,))
     k_H = float(limits["k_H"][0]) / 1e9
-    return Chart(title=f"Stable steps, predicted, k_H {k_H:.3g} GN/m", rows=tuple(rows))
+    title = f"Stable steps, predicted, k_H {k_H:.3g} GN/m"
+    return Chart(title=title, rows=tuple(rows), share_x=True)
 
 
 def _scheme(name: str, step: float) -> str:

@@ -127,7 +127,13 @@ def _triangles(axes: Any, part: xr.Dataset, low: float) -> None:
     left = right / 4.0
     for order in sorted(set(part["order"].values.tolist())):
         top = 2.0 * low * 4.0**order
-        axes.plot([left, right, right], [2.0 * low, top, 2.0 * low], color=GREY, linewidth=0.7)
+        axes.plot(
+            [left, right, right],
+            [2.0 * low, top, 2.0 * low],
+            color=GREY,
+            linewidth=0.7,
+            linestyle="-",
+        )
         axes.annotate(
             str(order), (right, top), xytext=(3, -3), textcoords="offset points", fontsize=7,
             color="0.35",

@@ -3,6 +3,7 @@
 import csv
 import importlib.util
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -45,6 +46,7 @@ def out(tmp_path_factory):
         capture_output=True, text=True, timeout=1800, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+    (folder / "said.txt").write_text(done.stdout)
     return folder
 
 
@@ -63,6 +65,24 @@ def test_every_figure_has_its_files(out) -> None:
     data = load(out / "figure_7.nc")
     assert data["carbody.z_flexible"].dims == ("wavelength", "speed")
     assert data["carbody.z_flexible"].attrs["units"] == "m/m"
+
+
+COUNTED = re.compile(r"(\d+)(?: of its numbers| numbers)? agree, (\d+) do not")
+
+
+def test_documents_count_alike() -> None:
+    root = Path(__file__).parents[2]
+    counts = [COUNTED.findall((root / page).read_text()) for page in ("README.md", "docs/paper.md")]
+    assert counts[0] == counts[1] != []
+
+
+@pytest.mark.slow
+def test_terminal_and_page_count_alike_and_say_that_it_was_quick(out) -> None:
+    ((agree, differ),) = COUNTED.findall((out / "said.txt").read_text())
+    page = (out / "report.html").read_text()
+    assert f"<b>{agree}</b>agree" in page
+    assert f'<b class="differs">{differ}</b>differ' in page
+    assert page.index("Quick look") < page.index("<nav>")
 
 
 # PAPER numbers that an independent model of the same parameters gives, with its spread.
