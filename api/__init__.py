@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from railcosim.analysis.response.ride import ride
     from railcosim.analysis.response.safety import running_safety
     from railcosim.analysis.response.track_modes import track_modes
+    from railcosim.analysis.response.transmission import transmission
     from railcosim.analysis.response.vehicle_modes import vehicle_modes
     from railcosim.analysis.run import run
     from railcosim.analysis.schemes.advice import advise
@@ -91,6 +92,7 @@ __all__ = [
     "track_dispersion",
     "track_modes",
     "track_receptance",
+    "transmission",
     "vehicle_modes",
 ]
 
@@ -131,6 +133,7 @@ _PLACES = {
     "track_dispersion": "analysis.response.dispersion:track_dispersion",
     "track_modes": "analysis.response.track_modes:track_modes",
     "track_receptance": "analysis.response.receptance:track_receptance",
+    "transmission": "analysis.response.transmission:transmission",
     "vehicle_modes": "analysis.response.vehicle_modes:vehicle_modes",
 }
 

@@ -85,6 +85,11 @@ COMMANDS = {
         "fit",
         "Find track parameters from a measured receptance or decay rate, with 95 % intervals.",
     ),
+    "transmission": Place(
+        "transmission_command",
+        "transmission",
+        "Force on the foundation in third octaves, slab vibration, insertion loss of a track.",
+    ),
     "modes": Place(
         "modes_command",
         "modes",

@@ -71,7 +71,23 @@ class Point:
         return row * {-1: left, 1: 1, BOTH: 1 + left}[self.side]
 
 
-Place = Point | SpringPlace
+class Place(Protocol):
+    """Where a load acts, or a motion is seen."""
+
+    @property
+    def x(self) -> float:
+        """Along the track, m."""
+
+    @property
+    def direction(self) -> Direction:
+        """Of load and motion."""
+
+    @property
+    def on_rail(self) -> bool:
+        """Whether a rail is loaded there, and so gets a node."""
+
+    def row(self, cell: Cell) -> FloatArray:
+        """Participation in the unknowns of its cell, shape (n,)."""
 
 
 class Joined(Protocol):
@@ -232,13 +248,13 @@ def _receptance(
             f"{changes[0].what}@{changes[0].x:g}: single places change in the vertical model only, "
             "for loads and motions down, with [slab] tilts_rails = false"
         )
-    found = _periodic(track, omega, of, at, join, progress, viscous=viscous)
+    found = periodic(track, omega, of, at, join, progress, viscous=viscous)
     if not places:
         return found
     return changed_by(found, np.stack(added, axis=1), len(observed), len(loads))
 
 
-def _periodic(
+def periodic(
     track: Track,
     omega: FloatArray,
     loads: Sequence[Place],
@@ -248,6 +264,7 @@ def _periodic(
     *,
     viscous: bool,
 ) -> ComplexArray:
+    """Of equal cells, joined in some way; see `direct_receptance`."""
     out = np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
     on_rail = [p.x % track.cell_length for p in (*loads, *observed) if p.on_rail]
     directions = directions_for(

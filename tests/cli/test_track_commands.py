@@ -73,3 +73,22 @@ def test_fit_of_what_track_receptance_wrote(railcosim, tmp_path):
     done = railcosim("fit", "m.csv", "--free", "fastening.dampin")
     assert done.status == 2
     assert "did you mean fastening.damping" in done.err
+
+
+def test_transmission_of_a_softer_pad_and_its_picture(railcosim, tmp_path):
+    """--set is of --track alone; a vehicle's numbers are asked for with irregularity only."""
+    given = ("--track", "booted", "--bands", "31.5:40", "--set", "block.stiffness=1e7")
+    done = railcosim(
+        "transmission", *given, "--against", "booted", "--out", "t.csv", "--plot", "t.png"
+    )
+    assert done.status == 0, done.err
+    found = load(tmp_path / "t.csv")
+    assert found["insertion_loss"].attrs["units"] == "dB"
+    assert (found["insertion_loss"] != 0).all()
+    assert (tmp_path / "t.png").stat().st_size > 10_000
+    done = railcosim("transmission", *given, "--vehicle", "paper")
+    assert done.status == 2
+    assert "--vehicle: is of a vehicle; give --input irregularity" in done.err
+    done = railcosim("transmission", "--track", "booted", "--bands", "0.1:40")
+    assert done.status == 2
+    assert "needs 1 <= lowest" in done.err
