@@ -29,8 +29,9 @@ def joined(
 ) -> xr.Dataset:
     """Datasets of points as one; their variables and coordinates are all that any of them has.
 
-    What an attribute says must be the same at all points. One that is a number and is not becomes
-    a variable over the axes: of its own name, or of its variable's and its own.
+    What an attribute says must be the same at all points. One that is a number, or several, and is
+    not becomes a variable over the axes: of its own name, or of its variable's and its own; of
+    several over ``name.index`` as well, NaN behind the last.
 
     Parameters
     ----------
@@ -121,13 +122,24 @@ def _take(
             continue
         name = f"{before}{key}"
         known = [np.asarray(value) for value in values if value is not None]
-        number = all(one.ndim == 0 and one.dtype.kind in NUMBERS for one in known)
+        number = all(one.ndim <= 1 and one.dtype.kind in NUMBERS for one in known)
+        longest = max((one.size for one in known if one.ndim), default=None)
         for one, new in zip(attributes, more, strict=True):
             value = one.pop(key, None)
             if number and value is not None and name not in taken:
-                new[name] = xr.Variable((), float(value))
+                new[name] = _variable(name, value, longest)
         if not number and name not in taken:
             left_out.append(name)
+
+
+def _variable(name: str, value: Any, longest: int | None) -> xr.Variable:
+    """A number, or where any point has several, as many as the point with most."""
+    if longest is None:
+        return xr.Variable((), float(value))
+    row = np.full(longest, np.nan)
+    numbers = np.atleast_1d(np.asarray(value, float))  # a file gives one of one as a number
+    row[: numbers.size] = numbers
+    return xr.Variable((f"{name}.index",), row)
 
 
 def _same(values: Sequence[Any]) -> bool:

@@ -11,9 +11,13 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from .commands import loaded
+from .options import UsageError
 
 if TYPE_CHECKING:
     import xarray as xr
+
+SWITCH = {"true": 1, "false": 0}
+"""How often a switch of a command is given."""
 
 
 def options_of(name: str) -> dict[str, Any]:
@@ -30,7 +34,14 @@ def arguments_of(name: str, values: Mapping[str, object]) -> list[str]:
     known, arguments = options_of(name), []
     for key, value in values.items():
         text = value if isinstance(value, str) else f"{value:.17g}"
-        arguments += [f"--{key}", text] if key in known else ["--set", f"{key}={text}"]
+        if key not in known:
+            arguments += ["--set", f"{key}={text}"]
+        elif not known[key].is_flag:
+            arguments += [f"--{key}", text]
+        elif text not in SWITCH:
+            raise UsageError(f"--set {key}={text}: --{key} is a switch; must be true or false")
+        else:
+            arguments += [f"--{key}"] * SWITCH[text]
     return arguments
 
 

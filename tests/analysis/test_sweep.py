@@ -84,6 +84,26 @@ def test_a_number_that_differs_is_a_variable(tmp_path):
     assert list(chosen.data_vars) == ["z", "z.deviation"]
 
 
+def bands(n):
+    return xr.Dataset({"z": 1.0}, attrs={"stop_bands": np.arange(2 * n)})
+
+
+def test_numbers_that_differ_in_number_end_with_nan(tmp_path):
+    """One of one number comes back from a file as a number."""
+    found = sweep(bands, {"n": [0.5, 1.0, 2.0]}, tmp_path).dataset["stop_bands"]
+    assert found.dims == ("n", "stop_bands.index")
+    nan = np.nan
+    np.testing.assert_array_equal(found, [[0, nan, nan, nan], [0, 1, nan, nan], [0, 1, 2, 3]])
+
+
+def test_switches_are_axes():
+    swept = {"ring": "true", "position": "midspan"}
+    assert arguments_of("track-receptance", swept) == ["--ring", "--position", "midspan"]
+    assert arguments_of("track-receptance", {"ring": "false"}) == []
+    with pytest.raises(UsageError, match="must be true or false"):
+        arguments_of("track-receptance", {"ring": "yes"})
+
+
 def uneven(n):
     return xr.Dataset({"z": ("k", np.ones(int(n)))})
 
