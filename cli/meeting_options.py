@@ -7,12 +7,22 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .options import DimensionName, PositionsOption, UsageError, positions_of, stiffness_of
+from .options import (
+    DimensionName,
+    LocalOption,
+    PositionsOption,
+    UsageError,
+    positions_of,
+    stiffness_of,
+)
 from .parameter_options import FmuOptions
+
+if TYPE_CHECKING:
+    from railcosim.analysis.response.local_track import Local
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +44,7 @@ class MeetingOptions(FmuOptions):
         ),
     ] = None
     position: PositionsOption = None
+    local: LocalOption = None
     believe: Annotated[
         bool,
         typer.Option("--believe", help="Take the response of a vehicle that hunts as it is."),
@@ -64,7 +75,22 @@ class MeetingOptions(FmuOptions):
             "stock": self.stock() if self.tells_vehicle else None,
             "position": positions_of(self.position),
             "believe": self.believe,
+            "local": self._local(),
         }
+
+    def _local(self) -> Local | None:
+        """What is different at single places of our track."""
+        if not self.local:
+            return None
+        if self.track_fmu:
+            raise UsageError("--local: is of parameters; --track-fmu has its own. Leave one out")
+        if self.dimension is DimensionName.SPATIAL:
+            raise UsageError("--local: single places change in the vertical model only")
+        from railcosim.analysis.response.local_track import Local
+        from railcosim.analysis.response.receptance import change_of
+
+        track = self.pair()[1]
+        return Local(track, [change_of(track, text) for text in self.local])
 
     @contextmanager
     def files(self) -> Iterator[tuple[tuple[Path, ...], Path]]:

@@ -12,6 +12,7 @@ from railcosim.analysis.response.choices import Method
 
 from .options import (
     Frequencies,
+    LocalOption,
     Out,
     PlotFile,
     PositionOption,
@@ -139,16 +140,7 @@ def track_receptance(
     ring: Annotated[
         bool, typer.Option("--ring", help="Of the ring of mesh.cells cells that the FMUs have.")
     ] = False,
-    local: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--local",
-            help="What is different at one place: how much of a fastening or a layer is left (0: "
-            "it hangs), fastening.left@railseat+1=0, or kg more on a rail, mass@1.2=15. PLACE is "
-            "in m along the track, as --position. Repeat it for more.",
-            metavar="WHAT@PLACE=VALUE",
-        ),
-    ] = None,
+    local: LocalOption = None,
     plot: PlotFile = None,
 ) -> None:
     """Receptance of the rail on a track without end, where it is loaded, by finite elements.

@@ -18,6 +18,7 @@ from railcosim.master.progress import Progress, unheard
 
 from .excitation import check_excitation, is_mirrored
 from .frequency import apart, coupled, dataset, on_rigid_track, response
+from .local_track import Local
 from .meeting import Stock, in_space, meeting_of, wheels_of
 from .models import linear_models
 
@@ -44,6 +45,7 @@ def frequency_response(
     believe: bool = False,
     assembly: Assembly = Assembly.COUPLED,
     position: Position = None,
+    local: Local | None = None,
     progress: Progress = unheard,
 ) -> xr.Dataset:
     """Linearise both FMUs and couple them in the frequency domain.
@@ -66,6 +68,8 @@ def frequency_response(
         What responds.
     position : float or sequence of float, optional
         Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
+    local : Local, optional
+        What is different at single places of the track, of the vertical model.
     progress : callable
         Told what is done and the total.
 
@@ -97,6 +101,8 @@ def frequency_response(
     omega = 2 * np.pi * frequency
     rigid = assembly is Assembly.RIGID_TRACK
     models = linear_models(cars, None if rigid else rails, progress, position)
+    if local is not None:
+        models = local.under(models)
     if not rigid:
         check_frequencies_of(rails, float(frequency.max()))
     meeting = meeting_of(models, cars, contact_stiffness, stock)

@@ -27,6 +27,7 @@ from railcosim.vehicle.bodies import TURNS
 from .critical import Critical, critical_points
 from .excitation import IRREGULARITIES, check_irregularity, is_mirrored
 from .frequency import Contact, coupled, on_rigid_track
+from .local_track import Local
 from .meeting import Meeting, Stock, in_space, meeting_of, wheels_of
 from .models import Models, linear_models
 from .plane import BySpeed, Tabulated, over_plane, transfer
@@ -123,6 +124,7 @@ def response_map(
     stock: Stock = None,
     believe: bool = False,
     position: Position = None,
+    local: Local | None = None,
     progress: Progress = unheard,
 ) -> ResponseMap:
     """Responses to irregularity which every wheelset meets with its lag, and critical speeds.
@@ -142,6 +144,8 @@ def response_map(
         Take responses as they are of a vehicle that hunts at a speed.
     position : float or sequence of float, optional
         Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
+    local : Local, optional
+        What is different at single places of the track, of the vertical model.
     progress : callable
         Told what is done and the total.
 
@@ -160,6 +164,8 @@ def response_map(
     outputs = outputs_of(in_space=in_space(wheels))
     afford_map(wavelength.size, speed.size, in_space=in_space(wheels))
     models = linear_models(cars, rails, partial(_share, progress, 0.0), position)
+    if local is not None:
+        models = local.under(models)
     known = {v.name for v in models.vehicle.outputs}
     if not known.issuperset(BODIES) or len(models.positions) != len(LEFT):
         raise CouplingError(

@@ -25,6 +25,7 @@ from .comfort import LATERAL, VERTICAL, reaction, sperling, weighted_acceleratio
 from .critical import bogie_distance
 from .frequency import Contact, joints, responses
 from .frf import SPEED
+from .local_track import Local
 from .meeting import Stock, meeting_of, wheels_of
 from .models import Models, linear_models
 from .random import acceleration_psd, response_psd, standard_deviation
@@ -55,6 +56,7 @@ def ride(
     speed: float = SPEED,
     believe: bool = False,
     position: Position = None,
+    local: Local | None = None,
     progress: Progress = unheard,
 ) -> xr.Dataset:
     """Random response of a vehicle on a track of a class, by pseudo-excitation, and its comfort.
@@ -76,6 +78,8 @@ def ride(
         Take the response as it is of a vehicle that hunts at the speed.
     position : float or sequence of float, optional
         Where the last wheelset (of each vehicle) stands, m; where it starts if not given.
+    local : Local, optional
+        What is different at single places of the track, of the vertical model.
     progress : callable
         Told what is done and the total.
 
@@ -97,6 +101,8 @@ def ride(
     of, rails, cars = quality(irregularity), Path(track), files_of(vehicle)
     wheels_of(cars, contact_stiffness)
     models = linear_models(cars, rails, progress, position)
+    if local is not None:
+        models = local.under(models)
     check_frequencies_of(rails, float(frequency.max()))
     meeting = meeting_of(models, cars, contact_stiffness, stock)
     meeting.check(speed, believe=believe)
