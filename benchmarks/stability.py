@@ -8,6 +8,10 @@ owner of the contact integrates it exactly in the prediction; at 8 GN/m its `int
 ms here, so that it nearly does. Rows are added to a table as they are found; those it has are left
 out.
 
+In space wheels roll, under Hertz's law and creep that friction bounds, both linear for the
+prediction: there is no other stiffness than hertz. What learns within a step is not predicted: the
+step is that up to which nothing was seen to grow after a kick.
+
     OPENBLAS_NUM_THREADS=1 python benchmarks/stability.py TABLE.csv \
         [TRAINS [OWNERS [K_H [SCHEMES]]]]
 
@@ -21,7 +25,7 @@ import math
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -34,7 +38,7 @@ from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.growth import Bench, Disturbance
-from railcosim.analysis.schemes.stability import LONGEST, Coupling, SprungPair, Window
+from railcosim.analysis.schemes.stability import FAST, LONGEST, Coupling, SprungPair, Window
 from railcosim.fmus.export import export
 from railcosim.master.schemes import Scheme
 from railcosim.track.parameters import Mesh, Track
@@ -44,6 +48,13 @@ from railcosim.vehicle.train import Train, train_of
 
 INTERNAL_STEP = {"8e9": 2e-5}  # s, of the owner of the contact; else its default
 STIFFNESS = ("1e8", "1e9", "8e9", "hertz")  # N/m
+FIRST_STEP = LONGEST / 1.5**14  # s: 0.034 ms, of schemes that are not predicted
+# What pairs in space run by until their axles have found their speed, at 0.1 ms.
+SETTLING = {
+    Owner.TRACK: "gauss-seidel-linear-vehicle-first",
+    Owner.VEHICLE: "iqn-ils-linear",
+    Owner.MASTER: "interface-jacobian",
+}
 HEADINGS = (
     "train", "contact in", "N/m", "scheme", "predicted ms", "simulated ms", "difference %",
     "at ms", "predicted 1/s", "measured 1/s", "CPU s",
@@ -54,12 +65,33 @@ HEADINGS = (
 SHORT = {"highest_slab_frequency": 800, "highest_frequency": 3000}
 WAGON, LOCOMOTIVE = Path("wagon"), Path(__file__).parents[1] / "examples" / "locomotive.toml"
 SOFT = Coupler(stiffness=2e5, damping=1e4)
-TRAINS: dict[str, tuple[Callable[[], Vehicle | Train], Mesh]] = {
-    "vehicle": (Vehicle, Mesh()),
-    "wagon": (lambda: read_stock(WAGON), Mesh(cells=6, **SHORT)),
-    "locomotive": (lambda: read_stock(LOCOMOTIVE), Mesh(cells=6, **SHORT)),
-    "two wagons": (lambda: several(2, WAGON), Mesh(cells=8, **SHORT)),
-    "eight vehicles": (lambda: several(8, Path("paper")), Mesh(cells=40, **SHORT)),
+
+
+@dataclass(frozen=True)
+class Case:
+    """A train on a ring, and how it is met."""
+
+    stock: Callable[[], Vehicle | Train]
+    mesh: Mesh
+    dimension: str = "vertical"
+    speed: float = 50.0  # m/s
+
+    @property
+    def aside(self) -> bool:
+        """Whether its wheels roll."""
+        return self.dimension == "spatial"
+
+
+# That of tests/system/test_spatial_stability.py; 30 m/s, since the vehicle hunts from 40 on.
+TINY = Mesh(cells=6, elements_per_bay=2, highest_slab_frequency=200, highest_frequency=400)
+TRAINS = {
+    "vehicle": Case(Vehicle, Mesh()),
+    "wagon": Case(lambda: read_stock(WAGON), Mesh(cells=6, **SHORT)),
+    "locomotive": Case(lambda: read_stock(LOCOMOTIVE), Mesh(cells=6, **SHORT)),
+    "two wagons": Case(lambda: several(2, WAGON), Mesh(cells=8, **SHORT)),
+    "eight vehicles": Case(lambda: several(8, Path("paper")), Mesh(cells=40, **SHORT)),
+    "spatial vehicle": Case(Vehicle, TINY, "spatial", 30.0),
+    "spatial vehicle, full track": Case(Vehicle, Mesh(), "spatial", 30.0),
 }
 
 
@@ -86,6 +118,7 @@ def first_fast(coupling: Coupling) -> Window | None:
 
 def one_side(
     folder: Path,
+    case: Case,
     parts: tuple[Part, ...],
     owner: Owner,
     stiffness: str,
@@ -96,25 +129,29 @@ def one_side(
     parameters: dict[str, float | bool] = {"contact.nonlinear": nonlinear}
     k: Stiffness
     if nonlinear:
-        k = static_stiffness(folder / "Vehicle.fmu", folder / "Track.fmu", parameters)
+        pair = folder / "Vehicle.fmu", folder / "Track.fmu"
+        k = static_stiffness(*pair, parameters, speed=case.speed)
     else:
         k = float(stiffness)
         parameters["contact.stiffness"] = k
     disturbance = Disturbance()
-    journey = Journey(speed=50.0, held=True, profile=disturbance)
+    journey = Journey(speed=case.speed, held=True, profile=disturbance)
     cars, rails = (folder / f"{name}.fmu" for name in FMUS[owner])
     if stiffness in INTERNAL_STEP and owner is not Owner.MASTER:
         parameters["internal_step"] = INTERNAL_STEP[stiffness]
     with open_pair(cars, rails, parameters, journey) as pair:
         springs = SprungPair(parts, owner, k)
-        bench = Bench(pair, disturbance)
+        rolls = members()[SETTLING[owner]].scheme if case.aside else None
+        bench = Bench(pair, disturbance, rolls)
         for name in names:
             member = members()[name]
             begun = time.process_time()
-            coupling = Coupling(springs, member.scheme)
-            first = first_fast(coupling)
-            yield (owner.value, stiffness, name, *figures(bench, coupling, member.scheme, first),
-                   f"{time.process_time() - begun:.0f}")  # fmt: skip
+            if member.linear:
+                coupling = Coupling(springs, member.scheme)
+                told = figures(bench, coupling, member.scheme, first_fast(coupling))
+            else:
+                told = seen(bench, member.scheme, springs.exact + FAST)
+            yield (owner.value, stiffness, name, *told, f"{time.process_time() - begun:.0f}")
 
 
 def figures(
@@ -129,6 +166,20 @@ def figures(
     difference = 0.0 if both else 100.0 * (found.step / predicted - 1.0)
     return (ms(predicted), ms(found.step), f"{difference:+.2f}",
             ms(found.at), f"{found.predicted:.4g}", f"{found.measured:.4g}")  # fmt: skip
+
+
+def seen(bench: Bench, scheme: Scheme, most: float) -> tuple[str, ...]:
+    """The same of a scheme that learns within a step: the longest of some steps, one after another.
+
+    The next is half as long again; it grew there, at the rate told, or `LONGEST` was reached.
+    """
+    held, h, rate = 0.0, FIRST_STEP, -math.inf
+    while h <= LONGEST * 1.0001:
+        rate = bench.kicked(scheme, h)
+        if rate > most:
+            return ("", ms(held), "", ms(h), "", f"{rate:.4g}")
+        held, h = h, 1.5 * h
+    return ("", "inf", "", ms(held), "", f"{rate:.4g}")
 
 
 def lacking(
@@ -165,12 +216,12 @@ def main() -> None:
             continue
         with TemporaryDirectory() as folder, table.open("a", buffering=1) as file:
             write = csv.writer(file, lineterminator="\n").writerow
-            stock, mesh = TRAINS[train]
-            export(stock(), Track(mesh=mesh), Path(folder))
+            case = TRAINS[train]
+            export(case.stock(), Track(mesh=case.mesh), Path(folder), dimension=case.dimension)
             cars, rails = (Path(folder) / f"{name}.fmu" for name in FMUS[Owner.MASTER])
             parts = linear_parts(cars, rails, lambda done, total: None)
             for (owner, k), some in wanted.items():
-                for row in one_side(Path(folder), parts, owner, k, some):
+                for row in one_side(Path(folder), case, parts, owner, k, some):
                     write((train, *row))
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import root
 
 from railcosim.mechanics.arrays import FloatArray
+from railcosim.mechanics.contact.geometry import RIGHT
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import FORCE, WHEEL, Layout, Z
 
@@ -75,7 +76,7 @@ def _pressed(track: Content) -> tuple[Heights, Heights]:
     """
     rails, layout = track.body, track.body.layout
     start = {(v.role, v.index): float(v.start or 0) for v in track.table}
-    model = Model(rails, [v.slot for v in track.table])
+    model = Model(rails, [v.slot for v in track.table], track.profiles)
     model.configure(start)
     inputs, outputs = (
         [v for v in track.table if v.causality == way] for way in ("input", "output")
@@ -84,6 +85,11 @@ def _pressed(track: Content) -> tuple[Heights, Heights]:
     down = layout.down
     at = [[v.name for v in inputs].index(name) for name in down.names(WHEEL.motion)]
     told = [[v.name for v in outputs].index(name) for name in down.names(FORCE)]
+    # Of all wheels, or of those of each wheelset.
+    hertz = [start[key] for key in start if key[0] is Role.HERTZ]
+    if track.profiles is not None:
+        middle = track.profiles.touch(np.zeros((1, 8)), np.array([RIGHT]))
+        hertz = middle.patch.ellipse.C.tolist()
 
     def pressed(heights: FloatArray) -> FloatArray:
         u, y = given.copy(), np.zeros(len(outputs))
@@ -98,8 +104,7 @@ def _pressed(track: Content) -> tuple[Heights, Heights]:
         met = rails.at(np.array([start[Role.IN_POSITION, i] for i in range(layout.wheelsets)]))
         ports = vertical(layout)
         every = np.tile(load, len(layout.sides))
-        # Of all wheels, or of those of each wheelset.
-        C = np.resize([start[key] for key in start if key[0] is Role.HERTZ], layout.wheelsets)
+        C = np.resize(hertz, layout.wheelsets)
         below = met.static_compliance()[np.ix_(ports, ports)] @ every
         found: FloatArray = below[: layout.wheelsets] + (load / C) ** (2 / 3)
         return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -9,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from railcosim.mechanics.arrays import FloatArray
+from railcosim.mechanics.contact.profiled import Profiled
 from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import DIMENSIONS, SIDES, Layout
@@ -26,6 +28,7 @@ from railcosim.vehicle.train import Train, train_of
 from .interface import Contact, Scalar, Start, interface, owns_contact
 from .law_variables import OfContact, in_common
 from .rolling_start import rolling_wheels, why_not_inside
+from .rolling_variables import RollingWheels
 
 Annotations = dict[str, dict[str, str]]
 UNTOLD: Mapping[str, Callable[[Train], str]] = {
@@ -63,6 +66,8 @@ class Content:
         What it was made from, as text for people.
     annotations : dict
         Of the model description, by element and attribute: what a master may want to know.
+    profiles : Profiled or None
+        Of wheels and rails where it tells or owns the contact of these.
     """
 
     name: str
@@ -72,6 +77,7 @@ class Content:
     body: ModalBody
     parameters: str
     annotations: Annotations
+    profiles: Profiled | None = None
 
     @property
     def has_contact(self) -> bool:
@@ -293,6 +299,16 @@ def track_under(
     return reduce_track(track, directions).under(Layout(len(start.positions), sides, directions))
 
 
+def profiles_json(profiles: Profiled) -> bytes:
+    """For an FMU's resources, and whoever else owns the contact."""
+    return json.dumps(profiles.told(), indent=1).encode()
+
+
+def _profiles_of(start: Start) -> Profiled | None:
+    contact = start.contact
+    return contact.profiles if isinstance(contact, RollingWheels) else None
+
+
 def _vehicle(
     vehicle: Vehicle | Train, body: ModalBody, start: Start, suffix: str, *, with_contact: bool
 ) -> Content:
@@ -305,6 +321,7 @@ def _vehicle(
         body=body,
         parameters=write_stock(vehicle),
         annotations=wheel_annotations(vehicle),
+        profiles=_profiles_of(start),
     )
 
 
@@ -318,4 +335,5 @@ def _track(track: Track, rails: ModalBody, start: Start, *, with_contact: bool) 
         body=rails,
         parameters=write_toml(track, track.called),
         annotations=ring_annotations(track),
+        profiles=_profiles_of(start) if with_contact else None,
     )

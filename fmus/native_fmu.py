@@ -11,7 +11,7 @@ from pathlib import Path
 
 from railcosim.storage.archive import write_archive
 
-from .content import Content
+from .content import Content, profiles_json
 from .description import fmi2, fmi3
 from .description.about import NATIVE, Description
 from .description.extras import extras
@@ -21,6 +21,7 @@ from .native_runtime.compile import build, headers, sources
 from .native_runtime.platforms import Platform, platforms_named
 from .native_runtime.resource import resource
 from .native_runtime.universal import universal
+from .roles import PROFILES
 
 (MAC,) = platforms_named("darwin64")
 WRITERS = {2: fmi2.model_description, 3: fmi3.model_description}
@@ -68,7 +69,8 @@ class NativeRuntime:
         """All but the binaries, by place in the archive."""
         kind, body, table = KINDS[content.model], content.body, content.table
         states = states_of(body)
-        guid = _guid(resource(body, table, guid=""))
+        profiles = content.profiles
+        guid = _guid(resource(body, table, guid="", profiles=profiles))
         about = Description(
             name=content.name,
             guid=guid,
@@ -81,13 +83,15 @@ class NativeRuntime:
         shown = None if content.has_contact else states
         entries = {
             "modelDescription.xml": WRITERS[self.fmi](about, table, shown, files),
-            "resources/model.bin": resource(body, table, guid),
+            "resources/model.bin": resource(body, table, guid, profiles),
         }
+        if profiles is not None:
+            entries[f"resources/{PROFILES}"] = profiles_json(profiles)
         for path in sources(self.fmi) + headers(self.fmi):
             entries[f"sources/{path.name}"] = path.read_bytes()
         return entries | extras(
             about, kind, table, body, fmi=self.fmi, parameters=content.parameters,
-            model_exchange=shown is not None, sources=files,
+            model_exchange=shown is not None, sources=files, profiles=profiles,
         )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ import shutil
 import tempfile
 import uuid
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.resources import files
@@ -20,11 +20,12 @@ from pythonfmu.builder import FmuBuilder
 from railcosim.storage.archive import write_archive
 from railcosim.storage.temporary import scratch
 
-from .content import Content
+from .content import Content, profiles_json
 from .description.about import PYTHON, Description
 from .description.extras import extras
 from .description.fmi2 import model_description
 from .description.kind import KINDS
+from .roles import PROFILES
 
 # What travels in every FMU, by its place under the package; all of it needs numpy only.
 RUNTIME = {
@@ -47,6 +48,8 @@ RUNTIME = {
         "geometry.py",
         "kalker.py",
         "numbers.py",
+        "profiled.py",
+        "profiles.py",
         "rolling.py",
         "saturation.py",
     ],
@@ -86,9 +89,13 @@ class PythonRuntime:
             np.savez_compressed(work / "model.npz", **content.body.arrays())  # type: ignore[arg-type]
             table = {"variables": [v.as_dict() for v in content.table]}
             (work / "interface.json").write_text(json.dumps(table), encoding="utf-8")
+            told = ["model.npz", "interface.json"]
+            if content.profiles is not None:
+                (work / PROFILES).write_bytes(profiles_json(content.profiles))
+                told.append(PROFILES)
             about = Description(
                 name=content.name,
-                guid=_guid(work),
+                guid=_guid(work, told),
                 version=version("railcosim"),
                 text=content.text,
                 capabilities=PYTHON,
@@ -98,14 +105,12 @@ class PythonRuntime:
             (work / "modelDescription.xml").write_bytes(xml)
             beside = extras(
                 about, KINDS[content.model], content.table, content.body,
-                fmi=2, parameters=content.parameters,
+                fmi=2, parameters=content.parameters, profiles=content.profiles,
             )  # fmt: skip
             # Scripts of one name share a module in the host, so the name says what code it is.
             script = work / f"{package}_{content.name}.py"
             script.write_text(SCRIPT.format(package=package, name=content.name), encoding="utf-8")
-            resources = [
-                work / n for n in (package, "model.npz", "interface.json", "modelDescription.xml")
-            ]
+            resources = [work / n for n in (package, *told, "modelDescription.xml")]
             packed = FmuBuilder.build_FMU(script, dest=work / "built", project_files=resources)
             with zipfile.ZipFile(packed) as archive:  # with today's date, in any order
                 entries = {name: archive.read(name) for name in sorted(archive.namelist())}
@@ -132,9 +137,9 @@ def _module(folder: str, name: str) -> Path:
     return Path(str(files(package).joinpath(name)))
 
 
-def _guid(work: Path) -> str:
+def _guid(work: Path, told: Sequence[str]) -> str:
     """The same content, the same GUID."""
     digest = hashlib.sha256()
-    for name in ("model.npz", "interface.json"):
+    for name in told:
         digest.update((work / name).read_bytes())
     return "{" + str(uuid.UUID(bytes=digest.digest()[:16])) + "}"

@@ -5,6 +5,9 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import NamedTuple
 
+PROFILES = "profiles.json"
+"""Among an FMU's resources, the table of wheel and rail profiles (`Profiled.told`)."""
+
 
 class Role(IntEnum):
     """The numbers are those of native_runtime/c/model.h."""

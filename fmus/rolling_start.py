@@ -9,10 +9,13 @@ import numpy as np
 from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.contact.creep import REFERENCE
 from railcosim.mechanics.contact.geometry import Cone, TextbookCone
+from railcosim.mechanics.contact.profiled import Profiled
 from railcosim.parameters import ParameterError
 from railcosim.vehicle.multibody import Multibody
 from railcosim.vehicle.on_rails import GRAVITY
+from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.properties import Rolling
+from railcosim.vehicle.rolling import geometry_of
 from railcosim.vehicle.train import Train
 
 from .law_variables import in_common
@@ -55,14 +58,24 @@ def why_not_inside(train: Train) -> str:
     """Why FMUs cannot own the contacts of a train's wheels; empty if they can."""
     why = ""
     for rolling in (one.vehicle.rolling for one in train.vehicles):
-        if rolling.wheel_profile or rolling.rail_profile:
-            why = "[rolling] wheel_profile, rail_profile: contacts inside FMUs are of cones"
-        elif rolling.creep not in BOUNDED:
+        if rolling.creep not in BOUNDED:
             known = " or ".join(BOUNDED)
             why = f"[rolling] creep = {rolling.creep!r}: inside FMUs creep is {known}"
         elif rolling.gravity != train.vehicles[0].vehicle.rolling.gravity:
             why = "[rolling] gravity: must be the same of all vehicles for contacts inside FMUs"
+    if len({_profiles_asked(one.vehicle) for one in train.vehicles}) > 1:
+        why = "[rolling] profiles: must be the same of all vehicles for contacts inside FMUs"
     return why and f"{why}; VehicleWithContact and TrackWithContact are left out"
+
+
+def _profiles_asked(vehicle: Vehicle) -> tuple[object, ...]:
+    """What tables follow from, where a vehicle has profiles."""
+    rolling = vehicle.rolling
+    names = rolling.wheel_profile, rolling.rail_profile
+    if not any(names):
+        return ()
+    folders = [getattr(name, "folder", None) for name in names]
+    return (*names, *folders, rolling.profile_range, vehicle.contact, vehicle.wheelset.radius)
 
 
 def rolling_wheels(train: Train, cars: Multibody, load: FloatArray) -> RollingWheels | None:
@@ -71,16 +84,20 @@ def rolling_wheels(train: Train, cars: Multibody, load: FloatArray) -> RollingWh
     Raises
     ------
     ParameterError
-        If they are others, and the train's wheels are not all alike.
+        If they are others, and the train's wheels are not all alike; or profiles cannot be used.
     """
     if why_not_inside(train):
         return None
     rolling = [one.vehicle.rolling for one in train.vehicles for _ in range(one.wheelsets)]
+    first = train.vehicles[0].vehicle
+    geometry = geometry_of(first.rolling, first.contact, radius=cars.wheels[0].radius)
+    profiles = geometry if isinstance(geometry, Profiled) else None
     wheels = [
         Wheel(Cone(**asdict(cone) | {"conicity": own.conicity}), own).numbers()
         for cone, own in zip(cars.wheels, rolling, strict=True)
     ]
-    numbers = {role: in_common(np.array([one[role] for one in wheels])) for role in wheels[0]}
+    roles = [Role.FRICTION] if profiles else list(wheels[0])
+    numbers = {role: in_common(np.array([one[role] for one in wheels])) for role in roles}
     if load.size != len(wheels):
         different = [role.name for role, values in numbers.items() if len(values) > 1]
         if different:
@@ -89,4 +106,5 @@ def rolling_wheels(train: Train, cars: Multibody, load: FloatArray) -> RollingWh
                 f"differently ({different[0].lower()}): must be {len(wheels)}, or all alike"
             )
     gravity = GRAVITY[rolling[0].gravity]
-    return RollingWheels(numbers=numbers, textbook=issubclass(gravity, TextbookCone))
+    textbook = issubclass(gravity, TextbookCone)
+    return RollingWheels(numbers=numbers, textbook=textbook, profiles=profiles)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from railcosim.mechanics.contact.at_ports import PORTS
 from railcosim.mechanics.contact.creep import REFERENCE
+from railcosim.mechanics.contact.profiled import Profiled
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import DIMENSIONS, RAIL, WHEEL, Direction, Port, X, Y, Z
 
@@ -74,19 +75,22 @@ ROWS: Mapping[Role, dict[str, Any]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class RollingWheels:
-    """Conical wheels that roll on round heads.
+    """Wheels that roll: cones on round heads, or by tables of profiles.
 
     Attributes
     ----------
     numbers : dict of tuple of float
         By role, of `ROWS` and of Hertz's coefficient: one number of all wheels, or one of those of
-        each wheelset.
+        each wheelset. Of profiles only friction: the table tells the rest.
     textbook : bool
         Whether springs are vertical and the textbook's gravity stiffness is put in by hand.
+    profiles : Profiled or None
+        Of all wheels and rails; None: cones.
     """
 
     numbers: Mapping[Role, tuple[float, ...]]
     textbook: bool
+    profiles: Profiled | None = None
     directions: ClassVar[tuple[Direction, ...]] = DIMENSIONS["spatial"]
     of_rates: ClassVar[bool] = True
 
@@ -102,6 +106,7 @@ class RollingWheels:
         table = [
             row
             for role, known in ROWS.items()
+            if role in self.numbers
             for row in of_wheels(
                 starts=self.numbers[role],
                 role=role,
@@ -112,6 +117,8 @@ class RollingWheels:
                 },
             )
         ]
+        if self.profiles:
+            return table
         C = "C of normal force by compression, N = C delta^1.5, with loss of contact" + more
         return [
             *coefficient(self.numbers[Role.HERTZ], C),

@@ -20,7 +20,9 @@ from railcosim.mechanics.contact.saturation import Saturated
 from railcosim.parameters import ParameterError
 
 from .on_rails import GRAVITY
+from .parameters import Vehicle
 from .properties import Contact, FileName, Rolling
+from .train import Train, train_of
 
 T = TypeVar("T")
 
@@ -126,6 +128,17 @@ def geometry_of(
         right=table,
         shear_modulus=modulus,
     )
+
+
+def profile_files(stock: Vehicle | Train) -> list[Path]:
+    """Files of profiles that the vehicles' parameters name, those that are there."""
+    names = [
+        name
+        for one in train_of(stock).vehicles
+        for name in (one.vehicle.rolling.wheel_profile, one.vehicle.rolling.rail_profile)
+        if name
+    ]
+    return [path for path in (_within(None, name) for name in names) if path.is_file()]
 
 
 def read_profile(path: Path) -> Curve:

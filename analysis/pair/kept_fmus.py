@@ -25,6 +25,7 @@ from railcosim.storage.temporary import scratch
 from railcosim.track.decay import RingWarning
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.rolling import profile_files
 from railcosim.vehicle.train import Train
 
 NO_MAKERS = {"analysis", "cli", "master", "paper", "plots", "reference"}
@@ -129,6 +130,7 @@ def key_of(vehicle: Vehicle | Train, track: Track, dimension: str = "vertical") 
     parts = {
         "vehicle": asdict(vehicle),
         "track": asdict(track),
+        "profiles": [digest_of(file) for file in profile_files(vehicle)],
         "dimension": dimension,
         "code": _code(),
         "libraries": [version(name) for name in LIBRARIES],

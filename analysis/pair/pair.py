@@ -24,7 +24,6 @@ from railcosim.track.travel import Steady
 
 from .contact import (
     NONLINEAR,
-    STIFFNESS,
     TANGENT,
     Parameters,
     at_load,
@@ -33,8 +32,8 @@ from .contact import (
     layout_of,
 )
 from .journey import Journey
-from .law_in_master import KINDS
-from .numbering import Vehicles, places_of
+from .law_in_master import kind_of
+from .numbering import Vehicles, files_of, places_of
 from .rest import columns, settled
 from .ring import check_ring_of
 from .several import Load, load_vehicles
@@ -107,12 +106,10 @@ def open_pair(
         rails = stack.enter_context(load(track, name="track"))
         layout = layout_of((cars.description.path, _variables(cars)), (track, _variables(rails)))
         journey.check_dimension(aside=layout.dimension != layout.down.dimension)
-        kind = KINDS[layout.dimension]
+        kind = kind_of(layout, files_of(vehicle), track)
         wanted = {NONLINEAR: True, **parameters, **start_positions(vehicle, journey.position)}
         given = completed(wanted, (cars, rails), layout, kind.needed(wanted))
-        first = given
-        if TANGENT in given:  # the static load does not depend on the law: any does to find it
-            first = {**given, NONLINEAR: False, STIFFNESS: given[TANGENT]}
+        first = kind.first(given, layout) if TANGENT in given else given
         _set(first, layout, cars, rails)
         _set_speed(journey, layout, cars, rails)
         for fmu in (cars, rails):

@@ -13,6 +13,7 @@ from railcosim.fmus.stepping_variables import LEAST_SPEED
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.law import ForceLaw, Law
 from railcosim.mechanics.contact.at_ports import PORTS, AtPorts
+from railcosim.mechanics.contact.profiled import Profiled
 from railcosim.mechanics.ports import (
     FORCE,
     IRREGULARITY,
@@ -32,7 +33,9 @@ SENT = [k for k, (face, d) in enumerate(PORTS) if face is WHEEL or d.force == "N
 about each one's own datum."""
 
 
-def at_ports(parameters: Parameters, layout: Layout, speed: float) -> AtPorts:
+def at_ports(
+    parameters: Parameters, layout: Layout, speed: float, profiles: Profiled | None = None
+) -> AtPorts:
     """The law of complete parameters.
 
     Parameters
@@ -43,6 +46,8 @@ def at_ports(parameters: Parameters, layout: Layout, speed: float) -> AtPorts:
         Of the wheels.
     speed : float
         m/s: creepages are velocities over it.
+    profiles : Profiled, optional
+        Of wheels and rails; cones if not given.
 
     Raises
     ------
@@ -62,7 +67,7 @@ def at_ports(parameters: Parameters, layout: Layout, speed: float) -> AtPorts:
             return np.full(layout.contacts, speed)
         return np.resize(numbers_of(ROLLING[role], parameters, layout), layout.contacts)
 
-    return rolling_contact(each, layout)
+    return rolling_contact(each, layout, profiles)
 
 
 @dataclass(frozen=True)
@@ -82,18 +87,23 @@ class OverRates:
 
 
 def rolling_law(
-    parameters: Parameters, layout: Layout, nominal: Mapping[str, float], speed: float
+    parameters: Parameters,
+    layout: Layout,
+    nominal: Mapping[str, float],
+    speed: float,
+    profiles: Profiled | None = None,
 ) -> Law:
     """All contacts as a component, see `over_rates`.
 
     Parameters
     ----------
-    parameters, layout, speed
+    parameters, layout, speed, profiles
         See `at_ports`.
     nominal : mapping
         Nominal values of the forces, N and N m, by name.
     """
-    return over_rates(OverRates(at_ports(parameters, layout, speed)), layout, nominal)
+    law = at_ports(parameters, layout, speed, profiles)
+    return over_rates(OverRates(law), layout, nominal)
 
 
 def over_rates(law: ForceLaw, layout: Layout, nominal: Mapping[str, float]) -> Law:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from railcosim.analysis.pair.contact import ROLLING, layout_of, told
+from railcosim.analysis.pair.profiles import profiles_of, profiles_told
 from railcosim.analysis.pair.rolling import at_ports
 from railcosim.fmus.roles import Role
 from railcosim.master.component import FloatArray
@@ -19,7 +21,10 @@ from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import frequency_response
 from railcosim.master.linear.side_by_side import SideBySide
 from railcosim.master.linear.state_space import StateSpace
+from railcosim.mechanics.contact.at_ports import AtPorts
+from railcosim.mechanics.contact.profiled import Profiled
 from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout, X
+from railcosim.parameters import UnusualWarning
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, infinite_receptance
 from railcosim.vehicle.multibody import SPATIAL, Multibody, build_multibody
@@ -130,21 +135,48 @@ def rolling_of(
     model : LinearForm
         All of them, linear.
 
+    Warns
+    -----
+    UnusualWarning
+        If the parameters have a law of creep or profiles, of which only what is linear about
+        straight running acts.
+
     Notes
     -----
     About straight running what bounds creep is far away.
     """
     if stock is None:
+        loads, vehicle = loads_of(files[0], model), matrices_of(files[0], model)
+        profiles = profiles_of(files)
+        if profiles is not None:
+            return contacts_of(loads.size * [profiled(profiles)], loads, vehicle)
         wheels = [wheel for file in files for wheel in told_wheels(file)]
-        return contacts_told(wheels, loads_of(files[0], model), matrices_of(files[0], model))
+        return contacts_told(wheels, loads, vehicle)
     train = train_of(stock)
     body = loaded(build_multibody(train, SPATIAL), files[0], model)
+    tell_of_linear(train)
     own = [one.vehicle for one in train.vehicles for _ in range(one.wheelsets)]
     geometries = [
         geometry_of(vehicle.rolling, vehicle.contact, radius=cylinder.radius)
         for vehicle, cylinder in zip(own, body.wheels, strict=True)
     ]
     return LinearContacts.of(body, geometries)
+
+
+def tell_of_linear(train: Train) -> None:
+    """Say what of ``[rolling]`` is linear here, where a vehicle has such a table."""
+    if not train.tells_rolling:
+        return
+    own = [one.vehicle.rolling for one in train.vehicles]
+    what = [f"creep = {name!r}" for name in dict.fromkeys(r.creep for r in own) if name != "linear"]
+    what += ["the profiles"] if any(r.wheel_profile for r in own) else []
+    if what:
+        warnings.warn(
+            f"[rolling] {' and '.join(what)} act here by what is linear about straight running: "
+            "Kalker's creep without bound, and slopes and curvatures in the middle; flanges do not",
+            UnusualWarning,
+            stacklevel=4,
+        )
 
 
 def told_wheels(fmu: Path) -> list[dict[str, float]]:
@@ -155,6 +187,11 @@ def told_wheels(fmu: Path) -> list[dict[str, float]]:
     CouplingError
         If it does not tell one of them.
     """
+    if profiles_told(fmu) is not None:
+        raise CouplingError(
+            f"{fmu}: its wheels have profiles, which have no conicity; limit-cycle takes them from "
+            "the vehicle's parameters, and says from what speed on it hunts"
+        )
     about = describe_file(fmu)
     layout = layout_of((fmu, [*about.inputs, *about.outputs]))
     each: list[dict[str, float]] = [{} for _ in layout.axles]
@@ -185,8 +222,19 @@ def contacts_told(
     vehicle : StateSpace
         Which tells what axles weigh that turn.
     """
-    laws = [at_ports(dict(wheel) | STRAIGHT, ONE, 1.0) for wheel in wheels]
-    radius = np.array([wheel[ROLLING[Role.RADIUS]] for wheel in wheels])
+    return contacts_of(
+        [at_ports(dict(wheel) | STRAIGHT, ONE, 1.0) for wheel in wheels], loads, vehicle
+    )
+
+
+def profiled(profiles: Profiled) -> AtPorts:
+    """The law at 1 m/s of a wheelset of profiles, whose creep has no bound."""
+    return at_ports(STRAIGHT, ONE, 1.0, profiles)
+
+
+def contacts_of(laws: Sequence[AtPorts], loads: FloatArray, vehicle: StateSpace) -> LinearContacts:
+    """The same by the laws of wheelsets at 1 m/s."""
+    radius = np.array([np.max(law.contact.geometry.radius) for law in laws])
     return LinearContacts.under(laws, loads, inertia_of(vehicle, radius))
 
 

@@ -60,6 +60,8 @@ SOFTER = 10
 """Times that driving is made softer before growth counts as without bound."""
 FIRST, STILL = 20, 1e-6
 """Steps in which forces change by no more than this part of `SIZE` where all is at rest."""
+SETTLING = 0.1
+"""Time, s, in which axles find their speed, a hundred times that in which they nearly do."""
 FAR = LONGEST * np.array([0.1, 0.3, 1.0])
 """Steps at which nothing may grow where nothing is said to, s."""
 
@@ -120,10 +122,18 @@ class Bench:
         Opened on a journey over `disturbance`.
     disturbance : Disturbance
         The irregularity.
+    settling : Scheme, optional
+        What the pair runs by until it is steady, before anything is looked at: axles that roll
+        begin with V / r0, and find their own speed first. Of a pair that is at rest: none.
     """
 
-    def __init__(self, pair: Pair, disturbance: Disturbance) -> None:
-        self._system, self._disturbance = pair.system, disturbance
+    def __init__(
+        self, pair: Pair, disturbance: Disturbance, settling: Scheme | None = None
+    ) -> None:
+        self._system, self._disturbance, self._start = pair.system, disturbance, 0.0
+        if settling is not None:
+            for point in cosimulate(pair.system, settling, SETTLING / 1000, SETTLING):
+                self._start = point.time
         pair.system.keep_past()
         self._rest = pair.system.save_state()
         told = [name.partition(".")[2] for name in pair.system.names]
@@ -306,11 +316,13 @@ class Bench:
     ) -> FloatArray | None:  # fmt: skip
         """Forces of a run until they are large; None if the scheme fails."""
         self._system.restore_state(self._rest)
-        self._disturbance.heights = heights
+        start = self._start
+        self._disturbance.heights = lambda t: heights(t - start)
         forces = np.empty((steps + 1, len(self._forces)))
-        n = 0
+        n, stop = 0, start + steps * h
         try:
-            for n, point in enumerate(cosimulate(self._system, scheme, h, steps * h, limit=1e12)):
+            run = cosimulate(self._system, scheme, h, stop, start, limit=1e12)
+            for n, point in enumerate(run):
                 forces[n] = point.outputs[self._forces]
                 if n > begin and np.abs(forces[n] - forces[0]).max() > MOST * SIZE:
                     break

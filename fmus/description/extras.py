@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from railcosim.mechanics.contact.profiled import Profiled
 from railcosim.mechanics.modal import ModalBody
 
 from ..interface import Scalar
@@ -34,6 +35,7 @@ def extras(
     parameters: str,
     model_exchange: bool = False,
     sources: Sequence[str] = (),
+    profiles: Profiled | None = None,
 ) -> dict[str, bytes]:
     """Documentation, licences, reference data, terminals, icons, and how to build the sources.
 
@@ -55,13 +57,15 @@ def extras(
         Whether it shows its states.
     sources : sequence of str
         C files to be compiled, relative to ``sources/``; the packer adds them.
+    profiles : Profiled, optional
+        Of its wheels and rails.
 
     Returns
     -------
     dict
         Path in the archive to content.
     """
-    run = reference_run(body, table)
+    run = reference_run(body, table, profiles)
     icon = kind.icon(table, body)
     found = {
         "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(

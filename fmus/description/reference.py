@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from railcosim.mechanics.arrays import FloatArray
+from railcosim.mechanics.contact.profiled import Profiled
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import FORCE, IRREGULARITY, RAIL, WHEEL, Port, Z
 
@@ -75,7 +76,9 @@ class Run:
     formulas: dict[str, str]
 
 
-def reference_run(body: ModalBody, table: Sequence[Scalar]) -> Run:
+def reference_run(
+    body: ModalBody, table: Sequence[Scalar], profiles: Profiled | None = None
+) -> Run:
     """Step a model with inputs held over steps of 0.1 ms, all parameters at their start values.
 
     Parameters
@@ -84,6 +87,8 @@ def reference_run(body: ModalBody, table: Sequence[Scalar]) -> Run:
         The model.
     table : sequence of Scalar
         The interface.
+    profiles : Profiled, optional
+        Of its wheels and rails.
     """
     time: FloatArray = STEP * np.arange(STEPS + 1, dtype=np.float64)
     known = [v for v in table if v.causality == "input"]
@@ -91,7 +96,7 @@ def reference_run(body: ModalBody, table: Sequence[Scalar]) -> Run:
     u = np.array([_input(v, time, wheels) for v in known]).T  # (n, inputs)
     u = u.reshape(time.size, len(known))
     names = [v.name for v in table if v.causality == "output"]
-    made = Model(body, [v.slot for v in table])
+    made = Model(body, [v.slot for v in table], profiles)
     made.configure(
         {(v.role, v.index): float(v.start or 0) for v in table if v.causality == "parameter"}
     )

@@ -14,6 +14,8 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
+from railcosim.mechanics.contact.profiled import NUMBERS, Profiled
+from railcosim.mechanics.contact.profiles import COLUMNS
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.shapes import AlongRing
 from railcosim.parameters import ParameterError
@@ -32,7 +34,9 @@ OUTSIDE = 0  # whose motion presses the contact: nobody's
 Sections = dict[str, NDArray[Any]]
 
 
-def resource(body: ModalBody, table: Sequence[Scalar], guid: str) -> bytes:
+def resource(
+    body: ModalBody, table: Sequence[Scalar], guid: str, profiles: Profiled | None = None
+) -> bytes:
     """The content of model.bin.
 
     Parameters
@@ -43,6 +47,8 @@ def resource(body: ModalBody, table: Sequence[Scalar], guid: str) -> bytes:
         The interface.
     guid : str
         Identity that an importer must ask for.
+    profiles : Profiled, optional
+        Of wheels and rails; they matter to a body that owns contacts which roll.
     """
     layout, nominals = body.layout, [block.nominal for block in states_of(body).blocks]
     known, shapes = body.coordinates, body.shapes
@@ -66,8 +72,17 @@ def resource(body: ModalBody, table: Sequence[Scalar], guid: str) -> bytes:
         **(_along(along, body) if along else _everywhere(body)),
         "guid": _text([guid]),
         "nominals": np.array(nominals),
+        **(_profiles(profiles) if profiles and owns_contact(table) else {}),
         **_interface(table),
     })  # fmt: skip
+
+
+def _profiles(profiles: Profiled) -> Sections:
+    told = profiles.told()
+    return {
+        "profile": np.array([told["columns"][name] for name in COLUMNS]).T,
+        "profile.about": np.array([told[name] for name in NUMBERS]),
+    }
 
 
 def _along(shapes: AlongRing, body: ModalBody) -> Sections:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...mechanics.contact.at_ports import AtPorts, Rolls
 from ...mechanics.contact.creep import LINEAR, Patch
 from ...mechanics.contact.geometry import LEFT, RIGHT, KnownCone, KnownTextbookCone
+from ...mechanics.contact.profiled import Profiled
 from ...mechanics.contact.rolling import Flange, RollingContact
 from ...mechanics.contact.saturation import Saturated
 from ...mechanics.law import HertzContact, LinearContact, OwnLaw, Pressed
@@ -37,7 +38,7 @@ class Places:
         return np.array(at, dtype=int), np.array([self._slots[k].owner for k in at], dtype=int)
 
 
-def own_law(parameters: Parameters, body: ModalBody) -> OwnLaw:
+def own_law(parameters: Parameters, body: ModalBody, profiles: Profiled | None = None) -> OwnLaw:
     """The law the parameters ask for, of all wheels or of those of each wheelset."""
     contacts = body.layout.contacts  # wheelsets from the front, side by side
 
@@ -47,21 +48,35 @@ def own_law(parameters: Parameters, body: ModalBody) -> OwnLaw:
         )
 
     if (Role.NONLINEAR, 0) not in parameters:
-        return Rolls(rolling_contact(each, body.layout), body.face)
+        return Rolls(rolling_contact(each, body.layout, profiles), body.face)
     if parameters[Role.NONLINEAR, 0]:
         return Pressed(HertzContact(C=each(Role.HERTZ)), body.sign)
     return Pressed(LinearContact(k_H=each(Role.STIFFNESS)), body.sign)
 
 
-def rolling_contact(each: Callable[[Role], FloatArray], layout: Layout) -> AtPorts:
+def rolling_contact(
+    each: Callable[[Role], FloatArray], layout: Layout, profiles: Profiled | None = None
+) -> AtPorts:
     """Wheels that roll, by their parameters at each contact; friction of 0 bounds no creep.
 
     A master that owns the contact takes it, too.
     """
-    cone: Any = KnownTextbookCone if each(Role.TEXTBOOK).any() else KnownCone  # a number a contact
-    flange: Any = Flange
     friction: Any = each(Role.FRICTION)
-    geometry = cone(
+    geometry: Any = profiles or _cone(each)  # a number a contact
+    contact = RollingContact(
+        geometry=geometry,
+        side=np.repeat([LEFT, RIGHT][: len(layout.sides)], layout.wheelsets),
+        speed=float(each(Role.SPEED)[0]),
+        creep=Saturated(friction=friction) if friction.any() else LINEAR,
+        flange=None if profiles else _flange(each),
+    )
+    return AtPorts(contact=contact, half_distance=geometry.half_distance)
+
+
+def _cone(each: Callable[[Role], FloatArray]) -> KnownCone:
+    """On a round head."""
+    cone: Any = KnownTextbookCone if each(Role.TEXTBOOK).any() else KnownCone
+    made: KnownCone = cone(
         radius=each(Role.RADIUS),
         half_distance=each(Role.HALF_DISTANCE),
         conicity=each(Role.CONICITY),
@@ -74,18 +89,18 @@ def rolling_contact(each: Callable[[Role], FloatArray], layout: Layout) -> AtPor
             f33=each(Role.CREEP_TURN),
         ),
     )
-    contact = RollingContact(
-        geometry=geometry,
-        side=np.repeat([LEFT, RIGHT][: len(layout.sides)], layout.wheelsets),
-        speed=float(each(Role.SPEED)[0]),
-        creep=Saturated(friction=friction) if friction.any() else LINEAR,
-        flange=flange(
-            stiffness=each(Role.FLANGE_STIFFNESS),
-            clearance=each(Role.FLANGE_CLEARANCE),
-            depth=each(Role.FLANGE_DEPTH),
-        ),
+    return made
+
+
+def _flange(each: Callable[[Role], FloatArray]) -> Flange:
+    """Of a cone; profiles have their own."""
+    flange: Any = Flange
+    made: Flange = flange(
+        stiffness=each(Role.FLANGE_STIFFNESS),
+        clearance=each(Role.FLANGE_CLEARANCE),
+        depth=each(Role.FLANGE_DEPTH),
     )
-    return AtPorts(contact=contact, half_distance=geometry.half_distance)
+    return made
 
 
 class Model:
@@ -97,10 +112,14 @@ class Model:
         What moves.
     slots : sequence of Slot
         Its variables, in the order of the interface.
+    profiles : Profiled, optional
+        Of wheels and rails that roll on each other; cones if not given.
     """
 
-    def __init__(self, body: ModalBody, slots: Sequence[Slot]) -> None:
-        self.body = body
+    def __init__(
+        self, body: ModalBody, slots: Sequence[Slot], profiles: Profiled | None = None
+    ) -> None:
+        self.body, self._profiles = body, profiles
         u, y = Places(slots, "input"), Places(slots, "output")
         self._positions = u(Role.IN_POSITION)
         self._loads, self._less = u(Role.IN_LOAD), u(Role.IN_LOAD_LESS)
@@ -117,7 +136,7 @@ class Model:
         # Where nothing is solved for and no position is an input, a step of any length is exact.
         step = parameters.get((Role.INTERNAL_STEP, 0), np.inf)
         if self._out[Role.OUT_FORCE][0].size:
-            law = own_law(parameters, self.body)
+            law = own_law(parameters, self.body, self._profiles)
             forces, self._given = OwnContact(law), law.given * self.body.layout.contacts
         self.mover = Mover(self.body, forces, step)
         known = self.body.coordinates

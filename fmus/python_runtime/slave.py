@@ -20,9 +20,10 @@ from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
 from ...mechanics.arrays import FloatArray
+from ...mechanics.contact.profiled import Profiled
 from ...mechanics.modal import ModalBody
 from ...mechanics.stepping import State
-from ..roles import Role, Slot
+from ..roles import PROFILES, Role, Slot
 from .models import Model
 
 EXTRAPOLATED, INTERPOLATED = 1, 2  # of input_hold; with 0 inputs are held
@@ -43,7 +44,11 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         self.values = np.array([float(row["start"] or 0) for row in self.table])
         self.u_refs, self.y_refs = self._refs("input"), self._refs("output")
         self.slots = [Slot(row["causality"], Role(row["role"]), row["index"]) for row in self.table]
-        self.model = Model(body, self.slots)
+        table = resources / PROFILES
+        profiles = None
+        if table.is_file():
+            profiles = Profiled.of(json.loads(table.read_text(encoding="utf-8")))
+        self.model = Model(body, self.slots, profiles)
         self.hold_ref = self.names.index("input_hold")
         self.configured: dict[tuple[Role, int], float] | None = None
         self.running, self.stale = False, True

@@ -83,9 +83,9 @@ def windings(
         wide = np.flatnonzero(fast | (np.abs(_difference(value).imag) > _TURN))
         if not wide.size:
             break
-        if len(phi) > _MANY:
-            raise TurningLostError(f"it still turns between {len(phi)} points of a circle")
         new, room = _between(phi[wide], phi[wide + 1], steep[wide], steep[wide + 1])
+        if len(phi) + len(new) > _MANY:
+            raise TurningLostError(f"it still turns between {len(phi)} points of a circle")
         more = _with_slope(turn, new, room)
         phi = np.concatenate([phi, new])
         order = np.argsort(phi, kind="stable")

@@ -15,9 +15,12 @@ from .ellipse import Ellipse
 from .geometry import Touch, relative_pose
 from .kalker import Kalker
 from .numbers import Numbers
-from .profiles import PER_LOAD, ProfileError, ProfileTable
+from .profiles import COLUMNS, PER_LOAD, ProfileError, ProfileTable
 
 Rows: TypeAlias = NDArray[np.int_]
+NUMBERS = ("reference_radius", "half_distance", "first", "step", "shear_modulus")
+"""What there is beside the table of like wheels: m, and N/m2."""
+MOST_ROWS = 100_000  # of a table that comes from a file
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,6 +61,39 @@ class Profiled:
         )  # fmt: skip
         if not (alike and one.first <= 0 <= one.first + one.step * (count - 1)):
             raise ProfileError("tables of left and right wheels must be of the same displacements")
+
+    def told(self) -> dict[str, Any]:
+        """All of it as plain numbers, `NUMBERS` and `COLUMNS`, where left and right are alike."""
+        if self.left is not self.right:
+            raise ProfileError("left and right wheels must be alike to be told")
+        about = {name: getattr(self, name) for name in NUMBERS if name not in ("first", "step")}
+        table = {name: self.left.columns[name].tolist() for name in COLUMNS}
+        return {**about, "first": self.left.first, "step": self.left.step, "columns": table}
+
+    @classmethod
+    def of(cls, told: Any) -> Profiled:
+        """What `told` told, perhaps by strangers.
+
+        Raises
+        ------
+        ProfileError
+            If it is none.
+        """
+        try:
+            about = {name: float(told[name]) for name in NUMBERS}
+            columns = {name: np.array(told["columns"][name], dtype=float) for name in COLUMNS}
+        except (TypeError, KeyError, ValueError) as error:
+            raise ProfileError(f"no table of profiles: {error!r}") from error
+        count = columns[COLUMNS[0]].size
+        if not 2 <= count <= MOST_ROWS or any(c.shape != (count,) for c in columns.values()):
+            raise ProfileError(f"a table of profiles: must be of 2 to {MOST_ROWS} rows")
+        if not all(np.isfinite(c).all() for c in (*columns.values(), np.array([*about.values()]))):
+            raise ProfileError("a table of profiles with a number that is not finite")
+        above = [about[name] for name in NUMBERS if name != "first"]
+        if min(above) <= 0 or min(columns[name].min() for name in PER_LOAD) <= 0:
+            raise ProfileError("a table of profiles: radii, axes and moduli must be above 0")
+        one = ProfileTable(first=about.pop("first"), step=about.pop("step"), columns=columns)
+        return cls(left=one, right=one, **about)
 
     @cached_property
     def _columns(self) -> dict[str, FloatArray]:

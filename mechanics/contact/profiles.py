@@ -24,6 +24,8 @@ MOST_POINTS = 2000  # of a profile; its spline is a full matrix
 SEARCHED = 4001  # places across, to find the nearest; Newton's method does the rest
 POLISHED = 20  # steps of it, at most halves of what is searched
 PER_LOAD = ("along", "across", "C", "C11", "C22", "C23", "C33")
+COLUMNS = ("height", "slope", "y", "z", "lever", "travel", "bow", "sinking", *PER_LOAD)
+"""Of a table, in the order in which FMUs have them."""
 
 
 class ProfileError(ValueError):

@@ -150,7 +150,6 @@ def test_the_icon_is_of_the_train(name, count, wheelsets, bogies, carbodies):
     [
         ("vertical", {"conicity": 0.3}, "is left out: these FMUs are vertical"),
         ("spatial", {"creep": "fastsim"}, "creep = 'fastsim': inside FMUs creep is linear or"),
-        ("spatial", {"wheel_profile": "a", "rail_profile": "b"}, "wheel_profile.* are of cones"),
     ],
 )
 def test_what_a_vehicle_says_of_rolling_is_not_passed_over_in_silence(dimension, rolling, why):

@@ -469,8 +469,8 @@ def test_wheels_are_those_that_the_fmu_tells(tmp_path) -> None:
 
 
 def test_wheels_that_nobody_tells_are_asked_for(tmp_path) -> None:
-    """Profiles are in no FMU."""
-    rolling = Rolling(wheel_profile="wheel.csv", rail_profile="rail.csv")
+    """FASTSIM is in no FMU."""
+    rolling = Rolling(creep="fastsim")
     with pytest.raises(CouplingError, match=r"contact\.wheel_radius.*give its.*--vehicle"):
         told_wheels(alone(replace(DAMPED, rolling=rolling), tmp_path))
 

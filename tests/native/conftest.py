@@ -21,6 +21,7 @@ from railcosim.fmus.description.structure import states_of
 from railcosim.fmus.interface import Scalar
 from railcosim.fmus.native_runtime.compile import headers, sources
 from railcosim.fmus.native_runtime.resource import resource
+from railcosim.mechanics.contact.profiled import Profiled
 from railcosim.mechanics.modal import ModalBody
 from railcosim.track.decay import RingWarning
 from railcosim.track.parameters import Mesh, Track
@@ -218,12 +219,14 @@ def tiny(tmp_path_factory: pytest.TempPathFactory, tiny_track: Track) -> dict[st
     return {name: take_apart(folder / name, c.body, c.table) for name, c in named.items()}
 
 
-def take_apart(folder: Path, body: ModalBody, table: Sequence[Scalar]) -> Fmu:
+def take_apart(
+    folder: Path, body: ModalBody, table: Sequence[Scalar], profiles: Profiled | None = None
+) -> Fmu:
     """An FMU as the C runtime finds it, without the rest."""
     guid = f"{{{uuid.uuid4()}}}"
     resources = folder / "resources"
     resources.mkdir(parents=True)
-    (resources / "model.bin").write_bytes(resource(body, table, guid))
+    (resources / "model.bin").write_bytes(resource(body, table, guid, profiles))
     return Fmu(
         name=folder.name, guid=guid, resources=resources,
         variables={v.name: v for v in table},

@@ -18,6 +18,7 @@ import shutil
 import subprocess
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from railcosim.fmus.content import contents
@@ -27,6 +28,7 @@ from railcosim.track.decay import RingWarning
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.parameters import Vehicle
+from railcosim.vehicle.properties import FileName
 
 HERE = Path(__file__).parent
 FLAGS = [
@@ -55,14 +57,25 @@ def build(program: Path) -> str:
 
 
 def write_seeds(folder: Path) -> None:
-    """The four files of a vertical pair and of one in space, as small as they can be."""
+    """The four files of a vertical pair, of one in space and of one whose wheels have profiles."""
     folder.mkdir()
-    for dimension, stock in (("vertical", Vehicle()), ("spatial", read_stock(Path("wagon")))):
+    wagon = read_stock(Path("wagon"))
+    for name, dimension, stock in (
+        ("vertical", "vertical", Vehicle()),
+        ("spatial", "spatial", wagon),
+        ("profiled", "spatial", on_profiles(wagon)),
+    ):
         with warnings.catch_warnings(category=RingWarning, action="ignore"):
             all_four = contents(stock, Track(mesh=COARSE), dimension=dimension)
         for content in all_four:
-            data = resource(content.body, content.table, "{always the same}")
-            (folder / f"{dimension}-{content.name}").write_bytes(data)
+            made = content.body, content.table, "{always the same}", content.profiles
+            (folder / f"{name}-{content.name}").write_bytes(resource(*made))
+
+
+def on_profiles(vehicle: Vehicle) -> Vehicle:
+    """A vehicle whose wheels are hollow and steep towards their flanges, on heads of two radii."""
+    names = {f"{of}_profile": FileName(f"{of}.csv", HERE / "profiles") for of in ("wheel", "rail")}
+    return replace(vehicle, rolling=replace(vehicle.rolling, profile_range=0.01, **names))
 
 
 def fuzz(program: Path, folder: Path, seed: int, *options: str) -> subprocess.CompletedProcess[str]:

@@ -3,11 +3,17 @@
 import random
 import re
 import struct
+import warnings
 import zlib
+from pathlib import Path
 
 import pytest
 
-from .fuzzing import build, fuzz
+from railcosim.fmus.content import contents
+from railcosim.track.decay import RingWarning
+from railcosim.vehicle.files import read_stock
+
+from .fuzzing import build, fuzz, on_profiles
 
 FILES = 3000
 HEAD, ENTRY = 32, 64  # bytes; see resource.py
@@ -94,6 +100,27 @@ def test_work_without_bound(attempt, tiny):
     least = 3 * tiny["TrackWithContact"].references["internal_step"] + 1
     assert attempt(whole_with(attempt.whole, "ranges", least, 1e-7)) == ""
     assert "internal step" in attempt(whole_with(attempt.whole, "ranges", least, 1e-9))
+
+
+def test_tables_of_profiles(drivers, tiny_track, made, tmp_path):
+    """Rows that are nowhere, wheels without a radius, contacts that do not press."""
+    wagon = on_profiles(read_stock(Path("wagon")))
+    with warnings.catch_warnings(category=RingWarning, action="ignore"):
+        four = contents(wagon, tiny_track, dimension="spatial")
+    (one,) = (c for c in four if c.name == "VehicleWithContact")
+    fmu = made(tmp_path / "fmu", one.body, one.table, one.profiles)
+    file, driver = fmu.resources / "model.bin", drivers()
+    whole, refused = file.read_bytes(), "table of wheel and rail profiles"
+    for section, at, value, said in (
+        ("profile.about", 3, 0.0, refused),  # between rows
+        ("profile.about", 0, -1.0, refused),  # the wheel's radius
+        ("profile.about", 2, 1.0, refused),  # it begins beyond the middle
+        ("profile", 10, 0.0, refused),  # Hertz's C of the first row
+        ("profile", 3, float("nan"), "not finite"),
+    ):
+        file.write_bytes(whole_with(whole, section, at, value))
+        reply = driver("new", 0, "cs", fmu.guid, fmu.resources.as_uri(), 0)
+        assert (reply.status, said in reply.log[0]) == ("NULL", True), (section, at)
 
 
 def test_something_else(attempt, tmp_path):

@@ -15,6 +15,8 @@ from railcosim.fmus.native_runtime.compile import SOURCES
 from railcosim.mechanics.contact.at_ports import AtPorts
 from railcosim.mechanics.contact.creep import LINEAR, CreepLaw
 from railcosim.mechanics.contact.geometry import LEFT, RIGHT, Cone, TextbookCone
+from railcosim.mechanics.contact.profiled import NUMBERS, Profiled
+from railcosim.mechanics.contact.profiles import COLUMNS, Curve, tabulate
 from railcosim.mechanics.contact.rolling import Flange, RollingContact
 from railcosim.mechanics.contact.saturation import Saturated, resultant
 
@@ -43,7 +45,12 @@ def program(tmp_path_factory: pytest.TempPathFactory, sanitizing: Callable[[], l
     return made
 
 
-@pytest.mark.parametrize("creep", [LINEAR, Saturated(friction=FRICTION)], ids=["linear", "Shen"])
+CREEPS = pytest.mark.parametrize(
+    "creep", [LINEAR, Saturated(friction=FRICTION)], ids=["linear", "Shen"]
+)
+
+
+@CREEPS
 @pytest.mark.parametrize("geometry", [Cone, TextbookCone])
 def test_forces_and_tangents(
     program: Path, sanitizers: dict[str, str], geometry: type[Cone], creep: CreepLaw
@@ -63,11 +70,49 @@ def test_forces_and_tangents(
     v = rng.standard_normal((CONTACTS, 8)) * [0.1, 0.1, 0.02, 0.1, 0.02, 0.1, 0.1, 0.1]
     v *= 10 ** rng.uniform(-2, 1.0, (CONTACTS, 1))
     all_cases_there(contact, *(np.einsum("nij,nj->ni", at_ports.coordinates, x) for x in (q, v)))
-    found = asked(program, sanitizers, contact, q, v)
+    alike(asked(program, sanitizers, contact, q, v), at_ports, q, v)
+
+
+def alike(found: Found, at_ports: AtPorts, q: FloatArray, v: FloatArray) -> None:
+    """Forces and tangents are those of the numpy law."""
     wanted = (at_ports.force(q, v), *at_ports.tangents(q, v))
     for a, b in zip(found, wanted, strict=True):
         largest = np.abs(b).reshape(CONTACTS, -1).max(axis=1)
         assert (np.abs(a - b).reshape(CONTACTS, -1).max(axis=1) <= CLOSE * largest).all()
+
+
+@pytest.fixture(scope="module")
+def worn() -> Profiled:
+    """A wheel that is hollow and steep towards its flange, on a head of two radii."""
+    y = np.linspace(-0.04, 0.04, 161)
+    rail = Curve(y, y**2 / 0.6 + 40 * np.maximum(y, 0) ** 3)
+    one = tabulate(
+        Curve(y, -0.05 * y - y**2 / 2 - 10 * y**3), rail, np.linspace(-8e-3, 8e-3, 161),
+        radius=0.43, half_distance=B, shear_modulus=79265e6, poisson_ratio=0.3,
+    )  # fmt: skip
+    return Profiled(
+        reference_radius=0.43, half_distance=B, left=one, right=one, shear_modulus=79265e6
+    )
+
+
+@CREEPS
+def test_forces_and_tangents_of_profiles(
+    program: Path, sanitizers: dict[str, str], worn: Profiled, creep: CreepLaw
+) -> None:
+    """Of contacts on both sides, open and closed, all over the table; nothing beyond it."""
+    rng = np.random.default_rng(2)
+    side = rng.choice([LEFT, RIGHT], CONTACTS)
+    contact = RollingContact(geometry=worn, side=side, speed=60.0, creep=creep)
+    at_ports = AtPorts(contact=contact, half_distance=B)
+    q = rng.standard_normal((CONTACTS, 8)) * [3e-4, 2e-3, 1e-4, 1e-3, 4e-3, 3e-4, 5e-4, 1e-3]
+    v = rng.standard_normal((CONTACTS, 8)) * [0.1, 0.1, 0.02, 0.1, 0.02, 0.1, 0.1, 0.1]
+    normal = contact.normal_force(np.einsum("nij,nj->ni", at_ports.coordinates, q))
+    assert CONTACTS / 10 < (normal > 0).sum() < CONTACTS * 9 / 10
+    alike(asked(program, sanitizers, contact, q, v), at_ports, q, v)
+    q[0, 1] = 0.02
+    force, _, _ = asked(program, sanitizers, contact, q, v)
+    assert np.isnan(force[0]).any()
+    assert np.isfinite(force[1:]).all()
 
 
 def all_cases_there(contact: RollingContact, q: FloatArray, v: FloatArray) -> None:
@@ -90,7 +135,7 @@ def asked(
 ) -> Found:
     """Forces and both tangents by the C law."""
     rows = np.column_stack([contact.side, q, v])
-    text = " ".join(map(repr, [*numbers(contact), *rows.ravel().tolist()]))
+    text = " ".join(map(repr, [*law_of(contact), *rows.ravel().tolist()]))
     told = subprocess.run(
         [str(program)], input=text, capture_output=True, text=True, check=False,
         env=os.environ | sanitizers,
@@ -99,6 +144,18 @@ def asked(
     found = np.array(told.stdout.split(), float).reshape(CONTACTS, 8 + 64 + 64)
     force, by_q, by_v = np.split(found, [8, 72], axis=1)
     return force, by_q.reshape(-1, 8, 8), by_v.reshape(-1, 8, 8)
+
+
+def law_of(contact: RollingContact) -> list[float]:
+    """The law and its table, as c/rolling.c reads them."""
+    if isinstance(contact.geometry, Profiled):
+        told = contact.geometry.told()
+        table = np.array([told["columns"][name] for name in COLUMNS]).T
+        friction = contact.creep.friction if isinstance(contact.creep, Saturated) else 0.0
+        law = [0.0] * 10 + [friction] + [0.0] * 3 + [contact.speed]
+        about = [told[name] for name in NUMBERS]
+        return [*law, float(len(table)), *about, *table.ravel().tolist()]
+    return [*numbers(contact), 0.0]
 
 
 def numbers(contact: RollingContact) -> list[float]:

@@ -13,6 +13,8 @@ from railcosim.fmus.content import contents
 from railcosim.fmus.python_runtime.models import Model
 from railcosim.vehicle.files import read_stock
 
+from .fuzzing import on_profiles
+
 pytestmark = pytest.mark.filterwarnings("ignore:a ring of")  # as short as it can be
 NAMES = pytest.mark.parametrize("name", ["VehicleWithContact", "TrackWithContact"])
 STEP, SPEED = 1e-4, 60.0  # s, m/s
@@ -42,9 +44,23 @@ def fmi():
 @pytest.fixture(scope="module")
 def both(made, tiny_track, tmp_path_factory):
     """A vehicle and a track of two wheelsets, by name: content, and FMU taken apart."""
-    folder, wagon = tmp_path_factory.mktemp("rolling"), read_stock(Path("wagon"))
-    all_four = contents(wagon, tiny_track, dimension="spatial")
-    return {c.name: (c, made(folder / c.name, c.body, c.table)) for c in all_four if c.has_contact}
+    return owners(read_stock(Path("wagon")), tiny_track, made, tmp_path_factory.mktemp("rolling"))
+
+
+@pytest.fixture(scope="module")
+def on_tables(made, tiny_track, tmp_path_factory):
+    """The same, of wheels and rails with profiles."""
+    wagon = on_profiles(read_stock(Path("wagon")))
+    return owners(wagon, tiny_track, made, tmp_path_factory.mktemp("profiled"))
+
+
+def owners(stock, track, made, folder):
+    all_four = contents(stock, track, dimension="spatial")
+    return {
+        c.name: (c, made(folder / c.name, c.body, c.table, c.profiles))
+        for c in all_four
+        if c.has_contact
+    }
 
 
 def swung(table, t):
@@ -118,7 +134,7 @@ def native(driver, both, use):
 def twin(content, parameters, steps, ahead):
     """Outputs of the numpy runtime; inputs are held, or (`ahead` is 1) lines to the next values."""
     table = content.table
-    made, given = Model(content.body, [v.slot for v in table]), {}
+    made, given = Model(content.body, [v.slot for v in table], content.profiles), {}
     for v in table:
         if v.causality == "parameter":
             given[v.role, v.index] = float(parameters.get(v.name, v.start or 0))
@@ -139,9 +155,41 @@ def twin(content, parameters, steps, ahead):
 @pytest.mark.parametrize("ahead", [0, 1], ids=["held", "rolling on"])
 def test_against_the_numpy_runtime(both, native, name, law, ahead):
     """Inputs held, so that wheels jump from step to step; and lines, on which they roll on."""
-    content, _ = both[name]
-    expected = twin(content, LAWS[law], 12, ahead)
-    one, found = native(name, LAWS[law]), []
+    held_against_numpy(both[name][0], native(name, LAWS[law]), LAWS[law], ahead)
+
+
+@NAMES
+def test_profiles_against_the_numpy_runtime(on_tables, driver, use, name):
+    content, fmu = on_tables[name]
+    assert [v.name for v in content.table if v.name.startswith("contact.")] == ["contact.friction"]
+    one, law = Native(use(driver, fmu, 2), content.table), {"contact.friction": 0.2}
+    one.begin(law)
+    held_against_numpy(content, one, law, 1)
+
+
+def test_a_wheel_beyond_its_table_ends_the_step(on_tables, driver, use):
+    """And the next one, back on it, goes on."""
+    content, fmu = on_tables["TrackWithContact"]
+    one = Native(use(driver, fmu, 2), content.table)
+    one.begin({})
+    one.step(0, swung(content.table, 0.0))
+    one.ask("save", 5)
+    far = swung(content.table, STEP)
+    inputs = [v.name for v in content.table if v.causality == "input"]
+    far[inputs.index("wheelset[2].left.wheel_y")] = 0.02
+    one.set(far)
+    reply = one.instance("step", STEP, STEP)
+    assert reply.status == "Error"
+    assert "beyond the table of its profile" in reply.log[0]
+    one.ask("restore", 5)
+    one.step(1, swung(content.table, STEP))
+    assert np.isfinite(one.get()).all()
+    one.ask("free_state", 5)
+
+
+def held_against_numpy(content, one, law, ahead):
+    """An instance that has begun, over twelve steps."""
+    expected, found = twin(content, law, 12, ahead), []
     one.ask("set_integer", one.instance.ref("input_hold"), 2 * ahead)
     found.append(one.get())
     for k in range(12):

@@ -15,6 +15,7 @@ from railcosim.master.energy import EnergyMeter
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.mechanics.contact.geometry import RIGHT
+from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.parameters import ArgumentError
 from railcosim.track.irregularity import Profile, synthesise
@@ -75,6 +76,19 @@ def test_rest(spatial) -> None:
     np.testing.assert_allclose(aside[0][:4], -aside[0][4:], rtol=1e-8)  # left and right
     assert (aside[0][4:] > 0).all()  # the right rail is pushed to the right
     assert (aside[0][4:] < 0.05 * down[0][4:]).all()
+
+
+def test_what_is_pressed_down_only_is_refused(spatial) -> None:
+    """A linear stiffness; and that of Hertz's law at the static load is what it is asked to be."""
+    level = shifted(1.0, height=0.0)
+    for one in ({"contact.stiffness": 1e9}, {"contact.nonlinear": False}):
+        with pytest.raises(CouplingError, match="pressed down only"):
+            forces(spatial, level, **one)
+    journey = Journey(speed=SPEED, held=True, profile=level)
+    with open_pair(spatial["Vehicle"], spatial["Track"], {"contact.tangent": 1e9}, journey) as pair:
+        load = pair.static_loads
+        C = np.array([pair.parameters["contact.hertz_coefficient"]])
+    np.testing.assert_allclose(tangent_stiffness(C, load), 1e9, rtol=1e-6)
 
 
 # 20 s: FMUs of its own, and runs by the law in Python.

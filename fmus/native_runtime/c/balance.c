@@ -165,6 +165,8 @@ int balance(const Question *question, const double *G, const double *free, doubl
         move(question, G, free, force, x);
         ask_all(question, x, found, tangents);
         const double lacks = lacking(all, found, force);
+        if (iteration == 0 && isnan(lacks))
+            return 0;
         if (!(lacks <= wrong) && part >= SMALLEST_PART) { /* all of the change led away */
             part /= 2;
             advance(all, part, before, change, force);

@@ -220,6 +220,24 @@ static void read_vehicle(Reader *reader)
     m->wheelset_x = doubles(reader, "wheelset_x", m->wheelsets, 0, 0);
 }
 
+static void read_profile(Reader *reader)
+{
+    RollingProfile *p = &reader->model->profile;
+    p->rows = reader->model->rolls ? resource_length(&reader->model->resource, "profile") : 0;
+    if (p->rows == 0)
+        return;
+    p->table = doubles(reader, "profile", p->rows, PROFILE_COLUMNS, 0);
+    const double *numbers = doubles(reader, "profile.about", 5, 0, 0);
+    if (!reader->good)
+        return;
+    p->reference = numbers[0];
+    p->half_distance = numbers[1];
+    p->first = numbers[2];
+    p->step = numbers[3];
+    p->shear_modulus = numbers[4];
+    demand(reader, rolling_profile_ready(p), "the table of wheel and rail profiles");
+}
+
 /* Forces at the ports of what the body meets. */
 static size_t forces_out(const Model *m)
 {
@@ -290,6 +308,12 @@ static void read_variable(Reader *reader, size_t k, const int32_t row[4], const 
         m->output[m->outputs++] = (uint32_t)k;
 }
 
+/* Whether the law asks for such a number: of profiles the table tells all but friction. */
+static int in_law(const Model *m, size_t which)
+{
+    return m->profile.rows == 0 || which == law_number(ROLE_FRICTION);
+}
+
 /* One number is of all wheelsets, else there must be one of each. */
 static void share_law(Reader *reader)
 {
@@ -297,6 +321,8 @@ static void share_law(Reader *reader)
     const size_t first = m->rolls ? law_number(ROLE_HERTZ) : law_number(ROLE_STIFFNESS);
     const size_t end = m->contact_sign == 0 ? 0 : m->rolls ? LAW_NUMBERS : 2;
     for (size_t which = first; reader->good && which < end; which++) {
+        if (!in_law(m, which))
+            continue;
         uint32_t *law = m->law + which * m->wheelsets;
         size_t given = 0;
         for (size_t k = 0; k < m->wheelsets; k++)
@@ -315,7 +341,7 @@ static int is_needed(const Model *m, int role)
     case ROLE_HOLD: return 1;
     case ROLE_INTERNAL_STEP: return m->contact_sign != 0 || m->nodes > 0;
     case ROLE_NONLINEAR: return m->contact_sign != 0 && !m->rolls;
-    case ROLE_TEXTBOOK: return m->rolls;
+    case ROLE_TEXTBOOK: return m->rolls && m->profile.rows == 0;
     case ROLE_SPEED: return m->coordinates > 0 || m->rolls;
     case ROLE_START_POSITION: return m->coordinates > 0;
     default: return 0;
@@ -377,6 +403,7 @@ int model_read(Model *model, Resource resource, char *why, size_t room)
             read_track(&reader);
         else
             read_vehicle(&reader);
+        read_profile(&reader);
         read_interface(&reader);
         const size_t length = resource_length(&model->resource, "guid");
         model->guid = section(&reader, "guid", TYPE_BYTE, length, 0, 0);

@@ -11,6 +11,7 @@
 
 #include "memory_rule.h"
 #include "resource.h"
+#include "rolling.h"
 
 /* Kernels take modes and rows by so many. */
 enum { BLOCK = 4 };
@@ -152,6 +153,7 @@ typedef struct {
     const double *preloads; /* contact forces that load nothing: a vehicle's own weight, N */
     size_t given; /* loads of a contact: forces; a height; or motions and rates of wheel and rail */
     int rolls;    /* whether it has contacts of its own that roll */
+    RollingProfile profile; /* of its wheels on their rails; without rows they are cones */
     int contact_sign; /* 0: forces from outside; 1: moving down presses; -1: it relieves */
     /* Interface. */
     size_t variables, inputs, outputs;

@@ -252,7 +252,8 @@ double motion_internal_steps(const Motion *motion, int is_still, double h)
 
 const char MOTION_TOO_MANY[] = "takes over 10 million internal steps; use a shorter step";
 const char MOTION_NO_CONTACT[] = "the contact forces could not be found: the wheel or rail motions "
-                                 "set from outside are far off";
+                                 "set from outside are far off, or a wheel is beyond the table of "
+                                 "its profile";
 
 const char *motion_step(Motion *motion, const InputPath *path, double h, const double *x,
                         double *next)

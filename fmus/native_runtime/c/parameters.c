@@ -20,7 +20,15 @@ static RollingLaw rolling_law(const Instance *i, size_t k)
 {
     /* The creep coefficients are told at a normal force of so much. */
     const double root = cbrt(1 / ROLLING_REFERENCE);
+    const RollingProfile *profile = &i->model.profile;
+    if (profile->rows > 0) {
+        const RollingLaw of_profile = {
+            .profile = profile, .radius = profile->radius, .half_distance = profile->half_distance,
+            .friction = law_value(i, ROLE_FRICTION, k), .speed = instance_parameter(i, ROLE_SPEED)};
+        return of_profile;
+    }
     const RollingLaw law = {
+        NULL,
         law_value(i, ROLE_RADIUS, k),
         law_value(i, ROLE_HALF_DISTANCE, k),
         law_value(i, ROLE_CONICITY, k),

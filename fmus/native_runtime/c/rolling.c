@@ -38,19 +38,26 @@ static void add_normal(const Press *press, const Known *N, Forces *f)
     }
 }
 
-static void add_creep(const RollingLaw *law, const Slip *slip, const Known *N, const double v[SIX],
-                      Forces *f)
+/* `patch` is NULL where what the contact does is the same wherever it is. */
+static void add_creep(const RollingLaw *law, const Patch *patch, const Slip *slip, const Known *N,
+                      const double v[SIX], Forces *f)
 {
     Known creepage[3];
-    double force[3], by[3][4], by_rates[3][SIX];
+    double force[3], by[3][CREEP_BY_ALL], by_rates[3][SIX], own[4];
     creepages(slip, v, law->speed, creepage, by_rates);
     const double at[3] = {creepage[0].at, creepage[1].at, creepage[2].at};
-    rolling_creep(law, N->at, at, force, by);
+    for (int j = 0; patch != NULL && j < 4; j++)
+        own[j] = patch->creep[j].at;
+    rolling_creep(law->friction, patch == NULL ? law->creep : own, N->at, at,
+                  patch == NULL ? CREEP_BY : CREEP_BY_ALL, force, by);
     for (int i = 0; i < 3; i++) {
         double by_q[FIVE], by_v[SIX]; /* of this part of the force */
         for (int b = 0; b < FIVE; b++)
             by_q[b] = by[i][0] * N->by[b] + by[i][1] * creepage[0].by[b] +
                       by[i][2] * creepage[1].by[b] + by[i][3] * creepage[2].by[b];
+        for (int j = 0; patch != NULL && j < 4; j++)
+            for (int b = 0; b < FIVE; b++)
+                by_q[b] += by[i][CREEP_BY + j] * patch->creep[j].by[b];
         for (int b = 0; b < SIX; b++)
             by_v[b] = by[i][1] * by_rates[0][b] + by[i][2] * by_rates[1][b] +
                       by[i][3] * by_rates[2][b];
@@ -66,21 +73,41 @@ static void add_creep(const RollingLaw *law, const Slip *slip, const Known *N, c
     }
 }
 
+/* N = C closed^1.5 */
+static Known normal_force(Known C, Known closed)
+{
+    const double root = sqrt(closed.at);
+    return known_product(C, known_of(closed, closed.at * root, 1.5 * root));
+}
+
+/* Without numbers where the wheel is beyond the table of its profile. */
+static void nowhere(Forces *f)
+{
+    for (int a = 0; a < SIX; a++)
+        f->force[a] = NAN;
+}
+
 static void add_contact(const RollingLaw *law, double side, const double q[SIX],
                         const double v[SIX], Forces *f)
 {
     Press press;
     Slip slip;
-    rolling_place(law, side, q, &press, &slip);
-    const double closed = press.overlap.at;
-    if (!(closed > 0))
+    Patch own, *patch = NULL;
+    Known hertz = known_constant(law->hertz);
+    if (law->profile == NULL)
+        rolling_place(law, side, q, &press, &slip);
+    else if (rolling_place_profile(law->profile, side, q, &press, &slip, &own)) {
+        patch = &own;
+        hertz = own.hertz;
+    } else {
+        nowhere(f);
         return;
-    Known N = {law->hertz * closed * sqrt(closed), {0}};
-    const double stiffness = 1.5 * law->hertz * sqrt(closed);
-    for (int b = 0; b < FIVE; b++)
-        N.by[b] = stiffness * press.overlap.by[b];
+    }
+    if (!(press.overlap.at > 0))
+        return;
+    const Known N = normal_force(hertz, press.overlap);
     add_normal(&press, &N, f);
-    add_creep(law, &slip, &N, v, f);
+    add_creep(law, patch, &slip, &N, v, f);
 }
 
 /* A stiff stop across, without friction. */

@@ -2,12 +2,33 @@
 #ifndef RAILCOSIM_ROLLING_H
 #define RAILCOSIM_ROLLING_H
 
+#include <stddef.h>
+
 /* Motions of a contact: z, y, roll, x, yaw of the wheel's datum, then z, y, roll of the rail's; and
    the forces of the wheel on the rail that do work on them (mechanics/contact/at_ports.py). */
 enum { ROLLING_WHEEL = 5, ROLLING_MOTIONS = 8 };
 #define ROLLING_REFERENCE 1e5 /* normal force at which creep coefficients are told, N */
 
+/* Where a wheel touches its rail and how, a row every `step` of how far it has gone outwards on it
+   (mechanics/contact/profiles.py). */
+enum {
+    PROFILE_HEIGHT, PROFILE_SLOPE, PROFILE_Y, PROFILE_Z, PROFILE_LEVER, PROFILE_TRAVEL, PROFILE_BOW,
+    PROFILE_SINKING, PROFILE_ALONG, PROFILE_ACROSS, PROFILE_C, PROFILE_C11, PROFILE_C22,
+    PROFILE_C23, PROFILE_C33, PROFILE_COLUMNS
+};
 typedef struct {
+    size_t rows; /* at least 2; 0: there is no table */
+    const double *table; /* (rows, PROFILE_COLUMNS) */
+    double reference;    /* radius of the wheel at its profile's reference point, m */
+    double half_distance, first, step, shear_modulus;
+    double radius, apart; /* found: r0; the reference point below the rail's datum in the middle */
+} RollingProfile;
+
+/* Find what is to be found in a table that has been filled; 0: it makes no sense. */
+int rolling_profile_ready(RollingProfile *profile);
+
+typedef struct {
+    const RollingProfile *profile; /* NULL: a cone */
     double radius, half_distance; /* r0 of the wheel; b, of the datum from the middle, m */
     double conicity, head_radius; /* of the cone; R of the rail's head across, m */
     int textbook;                 /* springs are vertical, and gravity stiffness is put in by hand */
@@ -19,7 +40,7 @@ typedef struct {
 } RollingLaw;
 
 /* Forces of the contact on a side (-1 left, 1 right), and (NULL: not asked for) their derivatives by
-   motions and by rates. */
+   motions and by rates; no numbers where the wheel is beyond the table of its profile. */
 void rolling_force(const RollingLaw *law, double side, const double q[ROLLING_MOTIONS],
                    const double v[ROLLING_MOTIONS], double force[ROLLING_MOTIONS],
                    double by_q[ROLLING_MOTIONS][ROLLING_MOTIONS],

@@ -13,6 +13,38 @@ typedef struct {
     double at, by[FIVE];
 } Known;
 
+/* a f + b g */
+static inline Known known_sum(double a, Known f, double b, Known g)
+{
+    f.at = a * f.at + b * g.at;
+    for (int j = 0; j < FIVE; j++)
+        f.by[j] = a * f.by[j] + b * g.by[j];
+    return f;
+}
+
+static inline Known known_product(Known f, Known g)
+{
+    for (int j = 0; j < FIVE; j++)
+        f.by[j] = f.at * g.by[j] + f.by[j] * g.at;
+    f.at *= g.at;
+    return f;
+}
+
+static inline Known known_constant(double at)
+{
+    const Known found = {at, {0}};
+    return found;
+}
+
+/* A function of x, by its value and its slope there. */
+static inline Known known_of(Known x, double at, double slope)
+{
+    x.at = at;
+    for (int j = 0; j < FIVE; j++)
+        x.by[j] *= slope;
+    return x;
+}
+
 /* How the undeformed bodies overlap, m, with first and second derivatives. */
 typedef struct {
     Known overlap;
@@ -27,12 +59,23 @@ typedef struct {
 static const int SLIPS[3] = {2, SIX, 2};
 static const int SLIPPING[3][SIX] = {{YAW, SPIN}, {Y, Z, ROLL, YAW, RAIL_ROLL, SPIN}, {YAW, SPIN}};
 
-/* How a contact at coordinates q is pressed and, if it is closed, how it slides. */
+/* What a contact does where it is: C of N = C delta^1.5, and coefficients of creep as in RollingLaw. */
+typedef struct {
+    Known hertz, creep[4];
+} Patch;
+
+/* How a contact at coordinates q is pressed and, if it is closed, how it slides: of a cone; and by a
+   table of profiles, with its patch. 0: the wheel is beyond the table. */
 void rolling_place(const RollingLaw *law, double side, const double q[SIX], Press *press,
                    Slip *slip);
+int rolling_place_profile(const RollingProfile *profile, double side, const double q[SIX],
+                          Press *press, Slip *slip, Patch *patch);
+
 /* Forces of creep on the wheel, along and across, and the moment about the normal, by a normal force
-   N > 0 and creepages; and their derivatives by N and by the three. */
-void rolling_creep(const RollingLaw *law, double N, const double creepage[3], double force[3],
-                   double by[3][4]);
+   N > 0, three creepages and four coefficients; and their derivatives by N, by the three and, of
+   CREEP_BY_ALL columns, by the four. */
+enum { CREEP_BY = 4, CREEP_BY_ALL = 8 };
+void rolling_creep(double friction, const double c[4], double N, const double creepage[3],
+                   int columns, double force[3], double by[3][CREEP_BY_ALL]);
 
 #endif

@@ -89,56 +89,33 @@ static void press_textbook(const RollingLaw *law, const Place *p, const double q
     press->second[YAW][YAW] = -turn;
 }
 
-/* a f + b g */
-static Known sum(double a, const Known *f, double b, const Known *g)
-{
-    Known found = {a * f->at + b * g->at, {0}};
-    for (int j = 0; j < FIVE; j++)
-        found.by[j] = a * f->by[j] + b * g->by[j];
-    return found;
-}
-
-static Known product(const Known *f, const Known *g)
-{
-    Known found = {f->at * g->at, {0}};
-    for (int j = 0; j < FIVE; j++)
-        found.by[j] = f->at * g->by[j] + f->by[j] * g->at;
-    return found;
-}
-
-static Known constant(double at)
-{
-    const Known found = {at, {0}};
-    return found;
-}
-
 static void slip_of(const RollingLaw *law, const Place *p, const double q[SIX], Slip *slip)
 {
     const double r0 = law->radius;
-    const Known one = constant(1), cos_roll = {p->cos_roll, {[ROLL] = -p->sin_roll}};
+    const Known one = known_constant(1), cos_roll = {p->cos_roll, {[ROLL] = -p->sin_roll}};
     const Known sin_roll = {p->sin_roll, {[ROLL] = p->cos_roll}};
     const Known yaw = {q[YAW], {[YAW] = 1}};
     /* The contact from the axle, the rolling radius; and from the middle, along the axle. */
-    const Known r = sum(-p->sin_slope, &p->along, r0, &one);
-    const Known y = sum(p->cos_slope, &p->along, p->middle, &one);
-    const Known in = product(&cos_roll, &y), less = product(&sin_roll, &r);
-    const Known out = sum(1, &in, -1, &less); /* from the middle, across the track */
-    const Known behind = sum(1, &y, -p->sin_slope / p->cos_slope, &r);
-    const Known x = product(&behind, &yaw), turned = product(&r, &yaw);
-    const Known forward = product(&p->c, &x);
+    const Known r = known_sum(-p->sin_slope, p->along, r0, one);
+    const Known y = known_sum(p->cos_slope, p->along, p->middle, one);
+    const Known in = known_product(cos_roll, y), less = known_product(sin_roll, r);
+    const Known out = known_sum(1, in, -1, less); /* from the middle, across the track */
+    const Known behind = known_sum(1, y, -p->sin_slope / p->cos_slope, r);
+    const Known x = known_product(behind, yaw), turned = known_product(r, yaw);
+    const Known forward = known_product(p->c, x);
     slip->J[0][SPIN] = r;
-    slip->J[0][YAW] = sum(-1, &out, 0, &one);
+    slip->J[0][YAW] = known_sum(-1, out, 0, one);
     slip->J[1][Y] = p->c;
-    slip->J[1][Z] = sum(-1, &p->s, 0, &one);
-    slip->J[1][ROLL] = constant(-p->above);
-    slip->J[1][SPIN] = sum(1 / p->cos_slope, &turned, 0, &one);
-    slip->J[1][YAW] = sum(-1, &forward, 0, &one);
+    slip->J[1][Z] = known_sum(-1, p->s, 0, one);
+    slip->J[1][ROLL] = known_constant(-p->above);
+    slip->J[1][SPIN] = known_sum(1 / p->cos_slope, turned, 0, one);
+    slip->J[1][YAW] = known_sum(-1, forward, 0, one);
     slip->J[1][RAIL_ROLL] = p->off;
-    slip->J[2][SPIN] = constant(p->sin_slope);
+    slip->J[2][SPIN] = known_constant(p->sin_slope);
     slip->J[2][YAW] = p->c;
-    slip->rolling[0] = sum(p->sin_slope / r0, &p->along, 0, &one);
-    slip->rolling[1] = sum(-1 / (p->cos_slope * r0), &turned, 0, &one);
-    slip->rolling[2] = constant(-p->sin_slope / r0);
+    slip->rolling[0] = known_sum(p->sin_slope / r0, p->along, 0, one);
+    slip->rolling[1] = known_sum(-1 / (p->cos_slope * r0), turned, 0, one);
+    slip->rolling[2] = known_constant(-p->sin_slope / r0);
 }
 
 void rolling_place(const RollingLaw *law, double side, const double q[SIX], Press *press,

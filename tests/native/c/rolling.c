@@ -1,6 +1,8 @@
-/* Reads a rolling law, then contacts: a side, motions and rates of each; writes forces, and their
-   derivatives by motions and by rates. */
+/* Reads a rolling law, the rows of a table of profiles (0: cones), what is about it and the table, then
+   contacts: a side, motions and rates of each; writes forces, and their derivatives by motions and by
+   rates. */
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "rolling.h"
 
@@ -20,23 +22,49 @@ static void write(size_t n, const double *numbers)
         printf("%.17g ", numbers[k]);
 }
 
+static RollingProfile profile;
+
+/* 0: there should be a table, and is none. */
+static int read_profile(double rows)
+{
+    double about[5];
+    double *table = malloc((size_t)rows * PROFILE_COLUMNS * sizeof(double));
+    const RollingProfile found = {
+        (size_t)rows, table, 0, 0, 0, 0, 0, 0, 0};
+    profile = found;
+    if (table == NULL || !read(5, about) || !read((size_t)rows * PROFILE_COLUMNS, table))
+        return 0;
+    profile.reference = about[0];
+    profile.half_distance = about[1];
+    profile.first = about[2];
+    profile.step = about[3];
+    profile.shear_modulus = about[4];
+    return rolling_profile_ready(&profile);
+}
+
 int main(void)
 {
-    double n[15], side, q[N], v[N], force[N], alone[N], by_q[N][N], by_v[N][N];
-    if (!read(15, n))
+    double n[15], rows, side, q[N], v[N], force[N], alone[N], by_q[N][N], by_v[N][N];
+    if (!read(15, n) || !read(1, &rows) || (rows > 0 && !read_profile(rows)))
         return 1;
-    const RollingLaw law = {n[0], n[1], n[2], n[3], n[4] != 0, n[5], {n[6], n[7], n[8], n[9]},
+    RollingLaw law = {NULL, n[0], n[1], n[2], n[3], n[4] != 0, n[5], {n[6], n[7], n[8], n[9]},
                             n[10], n[11], n[12], n[13], n[14]};
+    if (rows > 0) {
+        law.profile = &profile;
+        law.radius = profile.radius;
+        law.half_distance = profile.half_distance;
+    }
     while (read(1, &side) && read(N, q) && read(N, v)) {
         rolling_force(&law, side, q, v, force, by_q, by_v);
         rolling_force(&law, side, q, v, alone, NULL, NULL);
         for (size_t k = 0; k < N; k++)
-            if (force[k] != alone[k])
+            if (force[k] != alone[k] && force[k] == force[k])
                 return 2;
         write(N, force);
         write(N * N, by_q[0]);
         write(N * N, by_v[0]);
         printf("\n");
     }
+    free((void *)profile.table);
     return 0;
 }
