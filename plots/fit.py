@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
 from .chart import Chart, Curve, FloatArray, Panel
+from .results import phase_ticks
 
 Part = Callable[[np.ndarray], FloatArray]
 
@@ -46,7 +48,10 @@ def _column(fitted: xr.Dataset, which: str) -> tuple[Panel, ...]:
 
     panels = [panel(bars.format(unit), np.abs, y_log=True, title=title)]
     if np.iscomplexobj(measured.values):
-        panels.append(panel("phase (degrees)", lambda v: np.rad2deg(np.unwrap(np.angle(v)))))
+        phase = panel("phase of receptance (°)", lambda v: np.rad2deg(np.unwrap(np.angle(v))))
+        shown: FloatArray = np.concatenate([c.y for c in phase.curves])
+        ticks = phase_ticks(float(np.nanmin(shown)), float(np.nanmax(shown)))
+        panels.append(replace(phase, y_ticks=ticks))
     off = np.asarray(fitted[f"residual{which}"], float)
     zero = Curve(name="0 dB", x=f[[0, -1]], y=np.zeros(2), dashed=True)
     curves = (Curve(name="fitted over measured", x=f, y=off), zero)

@@ -12,12 +12,18 @@ from .chart import Chart, Curve, FloatArray, Panel
 from .names import in_words
 from .style import parted
 
+TURNS = 3  # of a phase: of more, ticks at 90 degrees are too many
 ROUNDING = (
     1e-9  # of the greatest of a group: what a mirror leaves out is not zero to the last digit
 )
 
-PHASES = tuple((float(at), f"{at}".replace("-", "\N{MINUS SIGN}")) for at in range(-180, 181, 90))
-"""Ticks of an axis of phases."""
+
+def phase_ticks(low: float, high: float) -> tuple[tuple[float, str], ...]:
+    """Ticks of an axis of phases: at 90 degrees, of more than three turns at a whole one each."""
+    step = 90 if high - low <= TURNS * 360 else 360
+    first, last = int(np.floor(low / step)), int(np.ceil(high / step))
+    at = range(step * first, step * last + 1, step)
+    return tuple((float(k), f"{k}".replace("-", "\N{MINUS SIGN}")) for k in at)
 
 
 @dataclass(frozen=True)
@@ -97,7 +103,7 @@ def phase_panel(curves: Mapping[str, tuple[FloatArray, np.ndarray]], quantity: s
     return Panel(
         x_label="frequency (Hz)", y_label=f"phase of {quantity} (°)", curves=tuple(phases),
         x_log=True, x_range=_span([f for f, _ in curves.values()]), y_range=(-190.0, 190.0),
-        y_ticks=PHASES,
+        y_ticks=phase_ticks(-180.0, 180.0),
     )  # fmt: skip
 
 
