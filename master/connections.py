@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 from railcosim.master.component import Component, Type, Variable
 from railcosim.master.suggest import suggest
@@ -84,6 +85,63 @@ def connect_by_name(
     if missing:
         raise CouplingError(f"no output feeds the required inputs {', '.join(missing)}")
     return connections
+
+
+def element_wise(
+    components: Sequence[Component], connections: Iterable[Connection]
+) -> tuple[Connection, ...]:
+    """Connections with those of whole arrays as connections of their elements.
+
+    Raises
+    ------
+    CouplingError
+        If two arrays are of different lengths, or one meets a single value.
+    """
+    outputs = {c.name: {v.name: v for v in c.outputs} for c in components}
+    inputs = {c.name: {v.name: v for v in c.inputs} for c in components}
+    return tuple(
+        c if (output, input_) == (c.output, c.input) else replace(c, output=output, input=input_)
+        for c in connections
+        for output, input_ in element_pairs(
+            str(c), (c.output, outputs.get(c.source, {})), (c.input, inputs.get(c.target, {}))
+        )
+    )
+
+
+def element_pairs(
+    connection: str, output: tuple[str, Collection[str]], input_: tuple[str, Collection[str]]
+) -> list[tuple[str, str]]:
+    """Which element feeds which, of two names that may be those of whole arrays.
+
+    Parameters
+    ----------
+    connection : str
+        For the message.
+    output, input_ : tuple of (str, collection of str)
+        A name, and what names there are.
+
+    Raises
+    ------
+    CouplingError
+        If the two do not fit.
+    """
+    if output[0] in output[1] and input_[0] in input_[1]:
+        return [(output[0], input_[0])]
+    ends = [_indices(*end) for end in (output, input_)]
+    if not any(ends):
+        return [(output[0], input_[0])]  # names that there are not are for others to tell
+    if ends[0] != ends[1]:
+        sizes = [f"an array of {len(end)}" if end else "one value" for end in ends]
+        raise CouplingError(f"{connection}: {sizes[0]} feeds {sizes[1]}; their indices must agree")
+    return [(output[0] + index, input_[0] + index) for index in ends[0]]
+
+
+def _indices(name: str, known: Collection[str]) -> list[str]:
+    """Indices of the elements of an array, ``[1]``, ``[2]`` ...; none if there is no such array."""
+    if name in known:
+        return []
+    index = re.compile(re.escape(name) + r"(\[\d+(?:,\d+)*\])")
+    return [match[1] for one in known if (match := index.fullmatch(one))]
 
 
 def check_connections(components: Sequence[Component], connections: Iterable[Connection]) -> None:

@@ -11,7 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.master.component import Component, FloatArray, Variable
-from railcosim.master.connections import Connection, CouplingError, check_connections
+from railcosim.master.connections import (
+    Connection,
+    CouplingError,
+    check_connections,
+    element_wise,
+)
 from railcosim.master.continuation import NAMES, Continuation, Held, continuation, follow
 from railcosim.master.exchange import exchange_plan
 from railcosim.master.suggest import suggest
@@ -54,14 +59,14 @@ class System:
     components : sequence of Component
         With different names.
     connections : iterable of Connection
-        For instance from `connect_by_name`.
+        For instance from `connect_by_name`; of whole arrays, or of elements.
 
     Attributes
     ----------
     components : tuple of Component
         In the given order; methods take the index in it.
     connections : tuple of Connection
-        As given.
+        As given; of arrays those of their elements.
     variables : tuple of Variable
         All outputs of all components.
     names : tuple of str
@@ -81,7 +86,7 @@ class System:
 
     def __init__(self, components: Sequence[Component], connections: Iterable[Connection]) -> None:
         self.components = tuple(components)
-        self.connections = tuple(connections)
+        self.connections = element_wise(self.components, connections)
         check_connections(self.components, self.connections)
         self.variables: tuple[Variable, ...] = tuple(v for c in components for v in c.outputs)
         self.names = tuple(f"{c.name}.{v.name}" for c in components for v in c.outputs)

@@ -73,8 +73,13 @@ class Counted:
             For whole numbers that are no floating-point numbers.
         """
         self._values[...] = self._own
-        if self._is_long and not (np.abs(self._values) <= EXACT).all():
-            k = int(np.argmin(np.abs(self._values) <= EXACT))
+        if self._is_long:
+            self._check_exact()
+
+    def _check_exact(self) -> None:
+        fits = (self._own <= EXACT) & (self._own >= -EXACT)
+        if not fits.all():
+            k = int(np.argmin(fits))
             raise ComponentError(
                 f"{self._variables[k].name} = {self._own[k]}: is beyond {EXACT}, up to which whole "
                 "numbers are exact here"

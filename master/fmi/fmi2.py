@@ -136,7 +136,7 @@ class Fmi2Calls(Calls):
         return self.prepare(
             f"fmi2{way}{passed.function}",
             ctypes.byref(references_of(passed.references)),
-            ctypes.c_size_t(passed.count),
+            ctypes.c_size_t.from_param(passed.count),
             ctypes.byref(values),
         )
 

@@ -154,9 +154,9 @@ class Fmi3Calls(Calls):
         call = self.prepare(
             f"fmi3{way}{passed.function}",
             ctypes.byref(references_of(passed.references)),
-            ctypes.c_size_t(len(passed.references)),
+            ctypes.c_size_t.from_param(len(passed.references)),
             ctypes.byref(values),
-            ctypes.c_size_t(passed.count),
+            ctypes.c_size_t.from_param(passed.count),
         )
         if way == "Set" and self._events is not None and not passed.is_shared:
             return self._keep(self._events.around(call))

@@ -40,13 +40,13 @@ class Interpolation:
         self._u: FloatArray = np.empty(0)
         self._derivatives: FloatArray = np.empty((0, 0))
         self._order = 0
-        self._values: FloatArray = np.empty(passed.count)
+        self._values: FloatArray = np.empty(0)
         self._set: PreparedCall | None = None
         self._failure = ""
 
     def bind(self, passed: Passed, u: FloatArray, highest: int) -> Callable[[FloatArray], None]:
         """Take the values of the beginning from `u`; what takes their derivatives."""
-        self._u = u
+        self._u, self._values = u, np.empty(passed.count)
         self._derivatives = np.zeros((highest, passed.count))
         self._set = self._calls.unkept("Set", passed, memory_of(self._values))
 

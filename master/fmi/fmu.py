@@ -47,7 +47,7 @@ class FmuComponent(LoadedFmu):
     """
 
     def __init__(self, name: str, description: FmuDescription, folder: Path) -> None:
-        super().__init__(name, description)
+        super().__init__(name, description, folder)
         self._calls = CALLS[description.fmi](name, description, folder)
         self._phase = _Phase.INSTANTIATED
         self._parameters: dict[str, Scalar] = {}
@@ -112,10 +112,19 @@ class FmuComponent(LoadedFmu):
     def set_parameters(self, values: Mapping[str, Scalar]) -> None:
         """Set parameters; see `LoadedFmu`."""
         initialised = self._phase is _Phase.RUNNING
-        settings = [
-            setting_of(self.description, name, value, initialised=initialised)
-            for name, value in values.items()
-        ]
+        description = self._resized(values) if self._phase is _Phase.INSTANTIATED else None
+        settings, structural = [], []
+        for name, value in values.items():
+            setting = setting_of(
+                description or self.description, name, value, initialised=initialised
+            )
+            (structural if setting.is_structural else settings).append(setting)
+        if structural:
+            self._check_phase(_Phase.INSTANTIATED)
+            self._calls.resize(structural)
+        if description is not None and description is not self.description:
+            self._reshape(description)
+            self.bind(self.u, self.y)
         for setting in settings:
             self._calls.set_value(setting)
         self._parameters.update(values)

@@ -30,6 +30,8 @@ class Setting:
         In its unit.
     element, size : int
         Which element of how many it is.
+    is_structural : bool
+        Whether it is the length of arrays.
     """
 
     kind: Kind
@@ -37,6 +39,7 @@ class Setting:
     value: Any
     element: int = 0
     size: int = 1
+    is_structural: bool = False
 
 
 def setting_of(
@@ -74,7 +77,14 @@ def setting_of(
             f"{path}: parameter {name} is a {parameter.kind.name}; {value!r} does not fit"
         )
     given = _given(parameter.kind, number)
-    return Setting(parameter.kind, parameter.reference, given, parameter.element, parameter.size)
+    return Setting(
+        parameter.kind,
+        parameter.reference,
+        given,
+        parameter.element,
+        parameter.size,
+        parameter.is_structural,
+    )
 
 
 def _given(kind: Kind, value: Scalar) -> Any:

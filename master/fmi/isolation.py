@@ -50,7 +50,7 @@ class IsolatedComponent(LoadedFmu):
     """
 
     def __init__(self, name: str, description: FmuDescription, folder: Path, limit: float) -> None:
-        super().__init__(name, description)
+        super().__init__(name, description, folder)
         self._process = FmuProcess(name, description.path, folder, limit)
         self._keys = itertools.count()
 
@@ -75,7 +75,7 @@ class IsolatedComponent(LoadedFmu):
         Raises
         ------
         FmuError
-            If the file is not a usable FMI 2.0 Co-Simulation FMU.
+            If the file is not a usable FMU for Co-Simulation, FMI 2.0 or 3.0.
         ComponentError
             If the process ends or hangs.
         """
@@ -109,6 +109,9 @@ class IsolatedComponent(LoadedFmu):
     def set_parameters(self, values: Mapping[str, Scalar]) -> None:
         """Set parameters; see `LoadedFmu`."""
         self._process.ask("set_parameters", dict(values))
+        description = self._resized(values)
+        if description is not self.description:
+            self._reshape(description)
 
     def enter_initialization(
         self, start: float, stop: float | None = None, tolerance: float | None = None

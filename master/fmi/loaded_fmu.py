@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from abc import abstractmethod
 from collections.abc import Mapping
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -12,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.master.component import Component, Hold, Type
-from railcosim.master.fmi.description import FmuDescription
-from railcosim.master.fmi.fmu_parameters import Scalar
+from railcosim.master.fmi.description import FmuDescription, read_description
+from railcosim.master.fmi.fmu_parameters import Scalar, setting_of
 
 
 class FmuWarning(UserWarning):
@@ -29,22 +30,46 @@ class LoadedFmu(Component):
         Name, unique in a system.
     description : FmuDescription
         What the FMU says of itself.
+    folder : Path, optional
+        Where it is unpacked; for structural parameters.
 
     Attributes
     ----------
     description
-        As given.
+        As given; another one when structural parameters have been set.
     """
 
-    def __init__(self, name: str, description: FmuDescription) -> None:
+    def __init__(self, name: str, description: FmuDescription, folder: Path | None = None) -> None:
         super().__init__(name, description.inputs, description.outputs)
         self.description = description
+        self._folder = folder
+        self._sizes: dict[str, int] = {}
         self._told: tuple[float, float | None, float | None] = (0.0, None, None)
         self._step = description.default_step
 
     def expect_step(self, step: float) -> None:
         """Be told how long (s) steps will be, for the test of going back."""
         self._step = step
+
+    def _resized(self, values: Mapping[str, Scalar]) -> FmuDescription:
+        """The description with structural parameters that are among `values`; checks them."""
+        known = self.description.parameters
+        sizes = {
+            name: int(setting_of(self.description, name, value, initialised=False).value)
+            for name, value in values.items()
+            if name in known and known[name].is_structural
+        }
+        if not sizes or self._folder is None:
+            return self.description
+        every = self._sizes | sizes
+        description = read_description(self.description.path, self._folder, every)
+        self._sizes = every
+        return description
+
+    def _reshape(self, description: FmuDescription) -> None:
+        """Have the inputs and outputs of another description."""
+        Component.__init__(self, self.name, description.inputs, description.outputs)
+        self.description = description
 
     @property
     def feedthrough(self) -> NDArray[np.bool_]:
@@ -106,8 +131,10 @@ class LoadedFmu(Component):
         Parameters
         ----------
         values : mapping of str to float, int, bool or str
-            By name; of an enumeration a number or a name. Fixed parameters only before
-            `exit_initialization`, start values of other variables only before initialisation.
+            By name; of an enumeration a number or a name, of bytes hexadecimals, of an array its
+            elements (``gain[2]``). Fixed parameters only before `exit_initialization`, start values
+            of other variables only before initialisation. Structural ones, before that, change the
+            interface.
 
         Raises
         ------

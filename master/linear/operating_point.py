@@ -233,12 +233,10 @@ class OperatingPoint:
             setting_of(self.description, name, value, initialised=False)
             for name, value in parameters.items()
         ]
-        structural = [s for s, name in zip(settings, parameters, strict=True)
-                      if self.description.parameters[name].is_structural]  # fmt: skip
-        if structural:
-            calls.resize(structural)
+        if any(s.is_structural for s in settings):
+            calls.resize([s for s in settings if s.is_structural])
         for setting in settings:
-            if setting not in structural:
+            if not setting.is_structural:
                 calls.set_value(setting)
         calls.enter_initialization(time, None, None)
         inputs = {v.name: v for v in self.inputs}

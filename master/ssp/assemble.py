@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from railcosim.master.component import Component, Type, Variable
-from railcosim.master.connections import Connection, CouplingError, check_types
+from railcosim.master.connections import Connection, CouplingError, check_types, element_pairs
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.fmu_parameters import Scalar
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
@@ -75,11 +76,20 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
         For variables that are not there or of another kind, and units that do not fit.
     """
     units = {name: fmu_units(file) for name, file in structure.fmus.items()}
+    for name, fmu in fmus.items():
+        known = fmu.description.parameters
+        lengths = {
+            k: start.value
+            for k, start in structure.starts[name].items()
+            if k in known and known[k].is_structural
+        }
+        if lengths:
+            fmu.set_parameters(lengths)
     outputs = {name: {v.name: v for v in fmu.outputs} for name, fmu in fmus.items()}
     inputs = {name: {v.name: v for v in fmu.inputs} for name, fmu in fmus.items()}
     notes = list(structure.notes)
     maps: dict[Connection, Linear] = {}
-    for wire in structure.wires:
+    for wire in _element_wise(path, structure.wires, outputs, inputs):
         output, input_ = outputs[wire.source].get(wire.output), inputs[wire.target].get(wire.input)
         if output is None:
             _check_other(path, wire, fmus[wire.source], wire.output, "output")
@@ -122,6 +132,25 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
         step=structure.step,
         notes=tuple(notes),
     )
+
+
+def _element_wise(
+    path: Path,
+    wires: Iterable[Wire],
+    outputs: Mapping[str, Mapping[str, Variable]],
+    inputs: Mapping[str, Mapping[str, Variable]],
+) -> list[Wire]:
+    """Wires with those of whole arrays as wires of their elements."""
+    try:
+        return [
+            replace(wire, output=output, input=input_)
+            for wire in wires
+            for output, input_ in element_pairs(
+                str(wire), (wire.output, outputs[wire.source]), (wire.input, inputs[wire.target])
+            )
+        ]
+    except CouplingError as error:
+        raise FmuError(f"{path}: {error}") from None
 
 
 def _check_other(path: Path, wire: Wire, fmu: LoadedFmu, name: str, kind: str) -> None:
