@@ -16,8 +16,9 @@ from railcosim.master.fmi.archive import FmuError, unpack
 from railcosim.master.fmi.calls import WARNING, FmuState, PreparedCall, memory_of
 from railcosim.master.fmi.counted import counted
 from railcosim.master.fmi.description import HOLD_PARAMETER, FmuDescription, read_description
-from railcosim.master.fmi.fmu_parameters import Scalar, setting_of
+from railcosim.master.fmi.fmu_parameters import Scalar, Setting, setting_of
 from railcosim.master.fmi.kinds import Passed
+from railcosim.master.fmi.layers import tell_layers
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.fmi.rollback import rollback_fault
 from railcosim.master.fmi.versions import CALLS
@@ -81,6 +82,7 @@ class FmuComponent(LoadedFmu):
         folder = unpack(path)
         try:
             description = read_description(path, folder)
+            tell_layers(path, folder)
             return cls(name or description.model_name, description, folder)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
@@ -113,7 +115,8 @@ class FmuComponent(LoadedFmu):
         """Set parameters; see `LoadedFmu`."""
         initialised = self._phase is _Phase.RUNNING
         description = self._resized(values) if self._phase is _Phase.INSTANTIATED else None
-        settings, structural = [], []
+        settings: list[Setting] = []
+        structural: list[Setting] = []
         for name, value in values.items():
             setting = setting_of(
                 description or self.description, name, value, initialised=initialised

@@ -22,6 +22,7 @@ from railcosim.master.fmi.archive import FmuError, unpack
 from railcosim.master.fmi.description import FmuDescription, read_description
 from railcosim.master.fmi.fmu_parameters import Scalar
 from railcosim.master.fmi.fmu_process import FmuProcess
+from railcosim.master.fmi.layers import tell_layers
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
 
 LIMIT = 60.0
@@ -83,6 +84,7 @@ class IsolatedComponent(LoadedFmu):
         folder = unpack(path)
         try:
             description = read_description(path, folder)
+            tell_layers(path, folder)
             return cls(name or description.model_name, description, folder, limit)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
