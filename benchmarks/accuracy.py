@@ -25,7 +25,7 @@ from rich.table import Table
 from railcosim.analysis.compare import frequency_errors
 from railcosim.analysis.response.models import Models, linear_models
 from railcosim.cli.compare import error_table
-from railcosim.fmus.export import export
+from railcosim.fmus.export import WITH_STATES, export
 from railcosim.master.linear.receptance import frequency_response
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import Layout
@@ -175,7 +175,7 @@ def main() -> None:
     console.print(ring())
     console.print(reduced())
     with TemporaryDirectory() as folder:
-        fmus = export(vehicle, track, Path(folder))
+        fmus = export(vehicle, track, Path(folder), runtime=WITH_STATES)
         console.print(shown(fmus["Track"]))
         models = linear_models(fmus["Vehicle"], fmus["Track"], lambda done, total: None)
     console.print(identified(models, reduce_track(track).under(Layout())))

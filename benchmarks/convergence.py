@@ -19,7 +19,7 @@ from rich.table import Table
 
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.fmus.export import export
+from railcosim.fmus.export import WITH_STATES, export
 from railcosim.master.course import Course
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
@@ -90,7 +90,7 @@ def main() -> None:
     with TemporaryDirectory() as folder:
         place = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(folder)
         if len(sys.argv) == 1:
-            export(Vehicle(), Track(), place)
+            export(Vehicle(), Track(), place, runtime=WITH_STATES)
         for name, (errors, order) in observed_orders(place).items():
             cells = [f"{e:.2e}" for e in errors]
             table.add_row(name, *cells, f"{order:.2f}", str(SCHEMES[name][1]))

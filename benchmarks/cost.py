@@ -29,7 +29,7 @@ from rich.table import Table
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.response.frequency import coupled
 from railcosim.analysis.response.models import linear_models
-from railcosim.fmus.export import export
+from railcosim.fmus.export import WITH_STATES, export
 from railcosim.fmus.native_runtime.compilers import compiler_for
 from railcosim.fmus.native_runtime.platforms import local_platform
 from railcosim.master.cosimulation import cosimulate
@@ -173,7 +173,12 @@ def main() -> None:
     memory = Memory(Path(__file__).with_suffix(".csv"))
     with TemporaryDirectory(prefix="railcosim_") as name:
         folder = Path(name)
-        rows = [("export of four FMUs", seconds(lambda: export(Vehicle(), Track(), folder), 3))]
+        rows = [
+            (
+                "export of four FMUs",
+                seconds(lambda: export(Vehicle(), Track(), folder, runtime=WITH_STATES), 3),
+            )
+        ]
         for owner in PAIRS:
             for held in (False, True):
                 rows += coupled_steps(folder, owner, held=held)

@@ -32,7 +32,7 @@ from railcosim.analysis.response.frequency import coupled, response
 from railcosim.analysis.response.models import Models, linear_models
 from railcosim.analysis.response.plane import plane, transfer
 from railcosim.analysis.response.rolling_pair import rolling_of
-from railcosim.fmus.export import export
+from railcosim.fmus.export import WITH_STATES, export
 from railcosim.mechanics.law import LinearContact
 from railcosim.mechanics.ports import Layout
 from railcosim.paper.maps import OUTPUTS
@@ -88,7 +88,7 @@ def frequency_domain(models: Models, memory: Memory) -> Rows:
 
 def in_space(folder: Path, memory: Memory) -> Rows:
     """The coupled response of wheels that roll: the four irregularities at once, all outputs."""
-    fmus = export(Vehicle(), Track(), folder, dimension="spatial")
+    fmus = export(Vehicle(), Track(), folder, dimension="spatial", runtime=WITH_STATES)
     models = linear_models(fmus["Vehicle"], fmus["Track"], lambda done, total: None)
     contact = rolling_of(Vehicle(), [fmus["Vehicle"]], models.vehicle).at(100 / 3.6)
     omega = 2 * np.pi * np.geomspace(0.14, 1111, 500)
@@ -155,7 +155,7 @@ def main() -> None:
         python = arguments[arguments.index("--rolland") + 1]
     with TemporaryDirectory(prefix="railcosim_") as name:
         folder = Path(name)
-        fmus = export(Vehicle(), Track(), folder)
+        fmus = export(Vehicle(), Track(), folder, runtime=WITH_STATES)
         begun = perf_counter()
         models = linear_models(fmus["Vehicle"], fmus["Track"], lambda done, total: None)
         rows: Rows = [("linearise both FMUs, once", f"{perf_counter() - begun:.0f} s", "")]

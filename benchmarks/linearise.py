@@ -28,7 +28,7 @@ from scipy.sparse.linalg import splu
 
 from railcosim.analysis.response.frequency import coupled
 from railcosim.analysis.response.models import Models, pulses, wheelset_positions
-from railcosim.fmus.export import export
+from railcosim.fmus.export import WITH_STATES, export
 from railcosim.master.component import FloatArray
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT, Wanted, Way
@@ -196,7 +196,7 @@ def main() -> None:
     found: dict[tuple[str, str], LinearForm] = {}
     with TemporaryDirectory() as place:
         folder = Path(place)
-        export(Vehicle(), Track(), folder)
+        export(Vehicle(), Track(), folder, runtime=WITH_STATES)
         for name in ("Vehicle", "Track"):
             for way in (EXACT, DIFFERENCES, pulses(4)):
                 true = found.get((name, EXACT.description))

@@ -28,7 +28,7 @@ from railcosim.analysis.schemes.coupled_reference import (
     compression_model,
     converged_forces,
 )
-from railcosim.fmus.export import export
+from railcosim.fmus.export import WITH_STATES, export
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
 from railcosim.master.schemes.variants import VARIANTS, Variant
@@ -170,7 +170,7 @@ def main() -> None:
     with TemporaryDirectory() as folder:
         place = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(folder)
         if len(sys.argv) == 1:
-            export(Vehicle(), Track(), place)
+            export(Vehicle(), Track(), place, runtime=WITH_STATES)
         long_steps(place)
         orders(place)
 

@@ -39,7 +39,7 @@ from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.growth import Bench, Disturbance
 from railcosim.analysis.schemes.stability import FAST, LONGEST, Coupling, SprungPair, Window
-from railcosim.fmus.export import export
+from railcosim.fmus.export import WITH_STATES, export
 from railcosim.master.schemes import Scheme
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.files import read_stock
@@ -217,7 +217,10 @@ def main() -> None:
         with TemporaryDirectory() as folder, table.open("a", buffering=1) as file:
             write = csv.writer(file, lineterminator="\n").writerow
             case = TRAINS[train]
-            export(case.stock(), Track(mesh=case.mesh), Path(folder), dimension=case.dimension)
+            export(
+                case.stock(), Track(mesh=case.mesh), Path(folder),
+                dimension=case.dimension, runtime=WITH_STATES,
+            )  # fmt: skip
             cars, rails = (Path(folder) / f"{name}.fmu" for name in FMUS[Owner.MASTER])
             parts = linear_parts(cars, rails, lambda done, total: None)
             for (owner, k), some in wanted.items():

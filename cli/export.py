@@ -49,6 +49,14 @@ def export(
         typer.Option("--runtime", help="native: needs nothing where imported. python: numpy."),
     ] = RuntimeName.NATIVE,
     fmi: Annotated[int, typer.Option("--fmi", help="Version of FMI: 2 or 3.")] = 2,
+    model_exchange: Annotated[
+        bool,
+        typer.Option(
+            "--model-exchange",
+            help="Track.fmu for Model Exchange as well, which frf and others linearise exactly: "
+            "12,000 variables, slow to load elsewhere. Vehicle.fmu always is, and so is FMI 3.",
+        ),
+    ] = False,
     platforms: Annotated[
         str | None,
         typer.Option(
@@ -99,7 +107,7 @@ def export(
     """Write Vehicle, Track, VehicleWithContact, TrackWithContact as FMUs, and Pair.ssp."""
     from railcosim.analysis.pair.export_pair import PAIR
 
-    chosen = runtime_of(runtime, fmi, platforms)
+    chosen = runtime_of(runtime, fmi, platforms, model_exchange=model_exchange)
     if wheelsets is None and (positions is not None or one_rail):
         raise UsageError("--positions and --one-rail: need --wheelsets, how many there are")
     if wheelsets is not None and separate:
@@ -147,7 +155,9 @@ def positions_of(wheelsets: int, text: str | None) -> list[float]:
     return places
 
 
-def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:
+def runtime_of(
+    name: RuntimeName, fmi: int, platforms: str | None, *, model_exchange: bool = False
+) -> Runtime:
     """The runtime that options ask for."""
     from railcosim.fmus.export import NativeRuntime, PythonRuntime
     from railcosim.fmus.native_runtime.platforms import platforms_named
@@ -156,8 +166,8 @@ def runtime_of(name: RuntimeName, fmi: int, platforms: str | None) -> Runtime:
         raise UsageError(f"--fmi {fmi}: must be 2 or 3")
     if name is RuntimeName.NATIVE:
         chosen = None if platforms is None else platforms_named(platforms)
-        return NativeRuntime(fmi=fmi, platforms=chosen)
-    if fmi != 2 or platforms is not None:
+        return NativeRuntime(fmi=fmi, platforms=chosen, model_exchange=model_exchange)
+    if fmi != 2 or platforms is not None or model_exchange:
         raise UsageError("--runtime python: is FMI 2 only, for every platform; leave out the rest")
     return PythonRuntime()
 

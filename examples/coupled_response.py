@@ -14,7 +14,7 @@ import numpy as np
 
 from railcosim.analysis.response.frequency import coupled, on_rigid_track, response
 from railcosim.analysis.response.models import linear_models
-from railcosim.fmus.export import export
+from railcosim.fmus.export import WITH_STATES, export
 from railcosim.plots.picture import save_picture
 from railcosim.plots.results import receptance_chart
 from railcosim.track.parameters import Track
@@ -25,7 +25,7 @@ omega = 2 * np.pi * frequency
 k_H = 0.3e9  # N/m, of each contact
 
 with TemporaryDirectory() as folder:
-    fmus = export(Vehicle(), Track(), Path(folder))
+    fmus = export(Vehicle(), Track(), Path(folder), runtime=WITH_STATES)
     models = linear_models(fmus["Vehicle"], fmus["Track"], lambda done, total: None)
 
 curves = {}

@@ -112,12 +112,12 @@ def main(picture="linear_track.png", path=None):
     """Print and plot the receptance of the rail under wheel 4, a railseat."""
     with tempfile.TemporaryDirectory() as folder:
         if path is None:
-            from railcosim.fmus.export import export  # noqa: PLC0415 (only to have an FMU)
+            from railcosim.fmus.export import WITH_STATES, export  # noqa: PLC0415 (only to have an FMU)
             from railcosim.track.parameters import Track  # noqa: PLC0415
             from railcosim.vehicle.parameters import Vehicle  # noqa: PLC0415
 
             print("exporting Track.fmu", flush=True)
-            path = export(Vehicle(), Track(), Path(folder))["Track"]
+            path = export(Vehicle(), Track(), Path(folder), runtime=WITH_STATES)["Track"]
         fmu = LinearFmu(path)
         frequency = np.union1d(np.geomspace(5, 1500, 300), np.arange(1040, 1075, 1.0))  # Hz
         sides = [f"wheelset[4].{side}" for side in ("left", "right")]

@@ -19,11 +19,13 @@ from .native_fmu import NativeRuntime
 from .python_fmu import PythonRuntime
 
 __all__ = [
-    "NATIVE", "NativeRuntime", "PythonRuntime", "Runtime", "Start", "export", "export_track",
-    "packed",
+    "NATIVE", "WITH_STATES", "NativeRuntime", "PythonRuntime", "Runtime", "Start", "export",
+    "export_track", "packed",
 ]  # fmt: skip
 
 NATIVE = NativeRuntime()  # FMI 2.0, for this machine
+WITH_STATES = NativeRuntime(model_exchange=True)
+"""The same, tracks for Model Exchange as well: what our own linear models are made of."""
 
 
 class Runtime(Protocol):

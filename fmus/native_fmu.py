@@ -22,6 +22,7 @@ from .native_runtime.platforms import Platform, platforms_named
 from .native_runtime.resource import resource
 from .native_runtime.universal import universal
 from .roles import PROFILES
+from .stepping_variables import derivatives_of_step
 
 (MAC,) = platforms_named("darwin64")
 WRITERS = {2: fmi2.model_description, 3: fmi3.model_description}
@@ -37,10 +38,15 @@ class NativeRuntime:
         Version, 2 or 3.
     platforms : tuple of Platform, optional
         What to compile for; this machine if not given.
+    model_exchange : bool
+        Whether tracks are for Model Exchange as well in FMI 2.0, which lists each of their
+        thousands of states as a variable: some tools take minutes to load that. Vehicles, and
+        FMI 3.0 with its arrays, always have it.
     """
 
     fmi: int = 2
     platforms: tuple[Platform, ...] | None = None
+    model_exchange: bool = False
 
     def prepare(self, progress: Callable[[str], None]) -> None:
         """Compile, so that a missing compiler is told before anything is computed."""
@@ -67,10 +73,12 @@ class NativeRuntime:
 
     def _entries(self, content: Content) -> dict[str, bytes]:
         """All but the binaries, by place in the archive."""
-        kind, body, table = KINDS[content.model], content.body, content.table
-        states = states_of(body)
+        kind, body = KINDS[content.model], content.body
+        table = [*content.table, derivatives_of_step()]
+        shown = states_of(body) if self._shows_states(content) else None
         profiles = content.profiles
-        guid = _guid(resource(body, table, guid="", profiles=profiles))
+        model = resource(body, table, guid="", profiles=profiles)
+        guid = _guid(model, with_states=shown is not None)
         about = Description(
             name=content.name,
             guid=guid,
@@ -80,7 +88,6 @@ class NativeRuntime:
             annotations=content.annotations,
         )
         files = [path.name for path in sources(self.fmi)]
-        shown = None if content.has_contact else states
         entries = {
             "modelDescription.xml": WRITERS[self.fmi](about, table, shown, files),
             "resources/model.bin": resource(body, table, guid, profiles),
@@ -94,8 +101,12 @@ class NativeRuntime:
             model_exchange=shown is not None, sources=files, profiles=profiles,
         )  # fmt: skip
 
+    def _shows_states(self, content: Content) -> bool:
+        is_long = self.fmi == 2 and content.model == "track"
+        return not content.has_contact and (self.model_exchange or not is_long)
 
-def _guid(model: bytes) -> str:
+
+def _guid(model: bytes, *, with_states: bool) -> str:
     """The same content, the same GUID."""
-    digest = hashlib.sha256(model).digest()
+    digest = hashlib.sha256(model + bytes([with_states])).digest()
     return "{" + str(uuid.UUID(bytes=digest[:16])) + "}"

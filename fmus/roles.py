@@ -56,6 +56,7 @@ class Role(IntEnum):
     FLANGE_DEPTH = 30
     TEXTBOOK = 31
     """Of all contacts."""
+    DERIVATIVES_OF_STEP = 32
 
 
 class Slot(NamedTuple):

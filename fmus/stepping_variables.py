@@ -39,6 +39,26 @@ def input_hold() -> Scalar:
     )
 
 
+def derivatives_of_step() -> Scalar:
+    """What directional derivatives in Co-Simulation are of.
+
+    FMI 2.0 has them at the communication point, by what ModelStructure lists; a master that solves
+    for forces at the end of a step needs to know what the step makes of them.
+    """
+    return Scalar(
+        name="derivatives_of_step",
+        role=Role.DERIVATIVES_OF_STEP,
+        unit="",
+        type="Boolean",
+        causality="parameter",
+        variability="tunable",
+        start=False,
+        description="directional derivatives in Co-Simulation: false: of outputs by inputs at "
+        "once, at the communication point; true: of outputs at the end of the last step by the "
+        "inputs over it",
+    )
+
+
 def internal_step() -> Scalar:
     """Of the stepping inside.
 

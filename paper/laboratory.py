@@ -30,7 +30,7 @@ from railcosim.analysis.response.rolling_pair import (
     matrices_of,
     told_wheels,
 )
-from railcosim.fmus.export import export
+from railcosim.fmus.export import WITH_STATES, export
 from railcosim.master.component import FloatArray
 from railcosim.master.course import Course
 from railcosim.master.files import load, save
@@ -187,7 +187,9 @@ def prepare(
         Of the FMUs: vertical, or spatial, whose wheels roll.
     """
     vehicle, track = Vehicle(), Track()
-    fmus = export(vehicle, track, out / FOLDERS[dimension], dimension=dimension)
+    fmus = export(
+        vehicle, track, out / FOLDERS[dimension], dimension=dimension, runtime=WITH_STATES
+    )
     positions = wheelset_positions(fmus["Vehicle"])
     places = {"railseat": positions}
     if midspan:

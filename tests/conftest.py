@@ -12,7 +12,7 @@ from hypothesis import settings
 
 from railcosim.analysis.pair.export_pair import export_pair
 from railcosim.fmus.content import contents
-from railcosim.fmus.export import NATIVE, packed
+from railcosim.fmus.export import WITH_STATES, packed
 from railcosim.track.parameters import Mesh, Track
 from railcosim.track.reduced import reduce_track
 from railcosim.vehicle.parameters import Vehicle
@@ -50,8 +50,11 @@ def short_reduced(short_track):
 
 @pytest.fixture(scope="session")
 def exported(tmp_path_factory, short_track):
-    """The four FMUs of the default vehicle and the short track, by name; Pair.ssp beside them."""
-    return export_pair(Vehicle(), short_track, tmp_path_factory.mktemp("fmus"))
+    """The four FMUs of the default vehicle and the short track, by name; Pair.ssp beside them.
+
+    With the track's states, as commands make them that linearise.
+    """
+    return export_pair(Vehicle(), short_track, tmp_path_factory.mktemp("fmus"), runtime=WITH_STATES)
 
 
 @pytest.fixture(scope="session")
@@ -66,7 +69,7 @@ def packed_by(exported, short_contents, tmp_path_factory):
 
     @cache
     def made(runtime):
-        if runtime == NATIVE:
+        if runtime == WITH_STATES:
             return exported
         folder = tmp_path_factory.mktemp("packed")
         with packed(short_contents.values(), folder, runtime=runtime) as files:

@@ -177,10 +177,12 @@ def _export(
     out: Path,
     progress: Callable[[str], None],
 ) -> dict[str, Path]:
-    # Here, since it loads what draws icons and documentation.
+    # Here, since they load what draws icons and documentation.
+    from railcosim.fmus.export import WITH_STATES  # noqa: PLC0415
+
     from .export_pair import export_pair  # noqa: PLC0415
 
-    return export_pair(vehicle, track, out, progress, dimension=dimension)
+    return export_pair(vehicle, track, out, progress, runtime=WITH_STATES, dimension=dimension)
 
 
 @contextmanager

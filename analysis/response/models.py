@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,9 +23,10 @@ from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.description import FmuDescription, describe_file
 from railcosim.master.fmi.fmu import FmuComponent
-from railcosim.master.linear.linear_fmu import Pulses, Wanted, best_way
+from railcosim.master.linear.linear_fmu import Pulses, Wanted, Way, best_way
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.linearise import values_of
+from railcosim.master.linear.operating_point import OURS
 from railcosim.master.linear.side_by_side import SideBySide
 from railcosim.master.progress import Progress
 from railcosim.mechanics.ports import FORCE, RAIL, Layout
@@ -130,7 +132,7 @@ def linear_vehicle(
             **standing(fmu, position).get("parameters", {}),
         },
     )
-    return best_way(fmu, pulses(layout.wheelsets))(fmu, "vehicle", wanted, progress), about.sha256
+    return way_to(fmu, layout)(fmu, "vehicle", wanted, progress), about.sha256
 
 
 def linear_vehicles(
@@ -169,7 +171,26 @@ def linear_track(fmu: Path, positions: FloatArray, progress: Progress) -> tuple[
         outputs=[v.name for v in about.outputs if v.name in rails],
         at=track_at(positions, layout, about.inputs),
     )
-    return best_way(fmu, pulses(layout.wheelsets))(fmu, "track", wanted, progress), about.sha256
+    return way_to(fmu, layout)(fmu, "track", wanted, progress), about.sha256
+
+
+def way_to(fmu: Path, layout: Layout) -> Way:
+    """The best way an FMU allows, and a word on a better one.
+
+    Warns
+    -----
+    UserWarning
+        If it has no Model Exchange.
+    """
+    from_outside = pulses(layout.wheelsets)
+    way = best_way(fmu, from_outside)
+    if way is from_outside:
+        warnings.warn(
+            f"{fmu}: no Model Exchange in it, so it is linearised by pulses; with that ({OURS}) it "
+            "is exact, and faster",
+            stacklevel=2,
+        )
+    return way
 
 
 def _taking_forces(fmu: Path) -> tuple[FmuDescription, Layout]:

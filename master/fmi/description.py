@@ -30,6 +30,10 @@ from railcosim.master.fmi.variables import (
 HOLD_PARAMETER = "input_hold"
 """Integer parameter by which an FMU lets its master choose a `Hold`."""
 
+OF_STEP_PARAMETER = "derivatives_of_step"
+"""Boolean parameter by which an FMU tells directional derivatives of its last step, not of the
+communication point, where FMI 2.0 has them."""
+
 
 @dataclass(frozen=True)
 class Clock:
@@ -152,6 +156,16 @@ class FmuDescription:
             and parameter.type == "Integer"
             and parameter.size == 1
             and parameter.variability in {"fixed", "tunable"}
+        )
+
+    @property
+    def tells_step_derivatives(self) -> bool:
+        """Whether the FMU can tell how outputs answer to inputs over a step."""
+        parameter = self.parameters.get(OF_STEP_PARAMETER)
+        return (
+            self.has_directional_derivatives
+            and parameter is not None
+            and (parameter.type, parameter.variability) == ("Boolean", "tunable")
         )
 
     def as_attributes(self) -> dict[str, str]:

@@ -15,7 +15,12 @@ from railcosim.master.component import ComponentError, FloatArray, Hold
 from railcosim.master.fmi.archive import FmuError, unpack
 from railcosim.master.fmi.calls import WARNING, FmuState, PreparedCall, memory_of
 from railcosim.master.fmi.counted import counted
-from railcosim.master.fmi.description import HOLD_PARAMETER, FmuDescription, read_description
+from railcosim.master.fmi.description import (
+    HOLD_PARAMETER,
+    OF_STEP_PARAMETER,
+    FmuDescription,
+    read_description,
+)
 from railcosim.master.fmi.fmu_parameters import Scalar, Setting, setting_of
 from railcosim.master.fmi.kinds import Passed
 from railcosim.master.fmi.layers import tell_layers
@@ -206,8 +211,12 @@ class FmuComponent(LoadedFmu):
 
     def step_derivative(self) -> FloatArray | None:
         """Change of the outputs per change of an input held over the last step; see `Component`."""
-        if not self.description.has_directional_derivatives:
+        if not self.description.tells_step_derivatives:
             return None
+        # Each time: a state restored brings the parameter's old value back.
+        self._calls.set_value(
+            setting_of(self.description, OF_STEP_PARAMETER, True, initialised=True)
+        )
         matrix = np.zeros((self.u.size, self.y.size))
         for knowns in _reals(self.description.passed_in):
             for unknowns in _reals(self.description.passed_out):

@@ -151,7 +151,7 @@ class IsolatedComponent(LoadedFmu):
 
     def step_derivative(self) -> FloatArray | None:
         """Change of the outputs per change of an input held over the last step; see `Component`."""
-        if not self.description.has_directional_derivatives:
+        if not self.description.tells_step_derivatives:
             return None
         n, m = self.y.size, self.u.size
         # Transposed as from an FMU in this process: sums over it then have the same bits.

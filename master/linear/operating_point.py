@@ -24,6 +24,9 @@ from railcosim.master.fmi.versions import CALLS
 from railcosim.master.linear.state_space import IndexArray
 from railcosim.master.suggest import suggest
 
+OURS = "ours: railcosim export --model-exchange"
+"""How FMUs of this package get what this needs."""
+
 Values: TypeAlias = Mapping[str, float | int | bool]
 
 
@@ -146,7 +149,10 @@ class OperatingPoint:
         try:
             raw = read_raw(path, folder)
             if raw.modelExchange is None:
-                raise FmuError(f"{path}: no Model Exchange in it; linearise it by pulses")
+                raise FmuError(
+                    f"{path}: no Model Exchange in it; export it with that ({OURS}), or linearise "
+                    "it by pulses"
+                )
             sizes = _sizes(describe(path, raw, raw.modelExchange), parameters)
             description = describe(path, raw, raw.modelExchange, sizes)
             calls = CALLS[description.fmi](raw.modelName, description, folder, MODEL_EXCHANGE)

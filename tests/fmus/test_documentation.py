@@ -13,7 +13,7 @@ from fmpy.util import read_csv
 from lxml import etree, html
 
 from railcosim.fmus.description.drawing import signs
-from railcosim.fmus.export import NATIVE, NativeRuntime, PythonRuntime
+from railcosim.fmus.export import WITH_STATES, NativeRuntime, PythonRuntime
 
 from ..c_compiler import c_compiler
 from ..fmpy_problems import problems_of
@@ -23,7 +23,7 @@ REPOSITORY = Path(__file__).parents[2]
 
 
 RUNTIMES = {
-    "native, FMI 2": NATIVE, "native, FMI 3": NativeRuntime(fmi=3), "python": PythonRuntime()
+    "native, FMI 2": WITH_STATES, "native, FMI 3": NativeRuntime(fmi=3), "python": PythonRuntime()
 }  # fmt: skip
 
 

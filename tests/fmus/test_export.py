@@ -10,11 +10,15 @@ import zipfile
 import fmpy
 import numpy as np
 import pytest
+from fmpy import read_model_description
 
+from railcosim.analysis.response.models import way_to
 from railcosim.fmus.content import contact_defaults
-from railcosim.fmus.export import NATIVE, PythonRuntime, export
+from railcosim.fmus.export import NATIVE, WITH_STATES, PythonRuntime, export
 from railcosim.master.component import ComponentError, Hold
+from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.linear.model_exchange import linear_model
 from railcosim.mechanics.law import HertzContact, LinearContact, Pressed
 from railcosim.mechanics.motion import FromOutside, Inputs, Mover, OwnContact
 from railcosim.mechanics.ports import Layout
@@ -30,7 +34,7 @@ WHEELS = [f"wheelset[{i}].{side}" for side in ("left", "right") for i in (1, 2, 
 STEP = 1e-3
 
 
-@pytest.fixture(scope="module", params=[NATIVE, PythonRuntime()], ids=["native", "python"])
+@pytest.fixture(scope="module", params=[WITH_STATES, PythonRuntime()], ids=["native", "python"])
 def runtime(request):
     return request.param
 
@@ -203,6 +207,24 @@ def test_an_interrupted_export_leaves_the_older_file(short_contents, tmp_path, m
         NATIVE.pack(content, target, str)
     assert target.read_bytes() == b"an older one"
     assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_plain_track_is_small(short_contents, exported, tmp_path):
+    """A tool that lists variables and draws what depends on what sees the interface alone."""
+    track, content = tmp_path / "Track.fmu", short_contents["Track"]
+    NATIVE.pack(content, track, str)
+    small, large = (read_model_description(str(p)) for p in (track, exported["Track"]))
+    assert len(small.modelVariables) == len(content.table) + 1  # derivatives_of_step
+    assert small.modelExchange is None
+    assert large.modelExchange is not None
+    assert len(large.modelVariables) > 20 * len(small.modelVariables)
+    assert small.guid != large.guid  # who knows one by it does not know the other
+    with pytest.raises(FmuError, match=r"no Model Exchange in it; .* export --model-exchange"):
+        linear_model(track)
+    with pytest.warns(
+        UserWarning, match=r"linearised by pulses; .*export --model-exchange\) it is"
+    ):
+        way_to(track, Layout())
 
 
 # --- the start --------------------------------------------------------------------------------

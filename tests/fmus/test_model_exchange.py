@@ -194,7 +194,7 @@ def test_a_solver_follows_the_exact_steps(exported, third, fmi):
         assert np.abs(stepped).max() > 1e-6, name
 
 
-# --- Co-Simulation: over the last step -----------------------------------------------------------
+# --- Co-Simulation: at the communication point, and over the last step ---------------------------
 
 
 def moving(fmu, k, h, speed=60.0):
@@ -210,12 +210,59 @@ def moving(fmu, k, h, speed=60.0):
     return values
 
 
+STEPS_OF_INPUTS = {"position": 1e-4, "force_z": 1e3}
+
+
+def alike(fmu, found, difference, what, tolerance=2e-5):
+    """Outputs of one kind are alike in size; their derivatives agree.
+
+    Central differences are good to (step / scale)^2, and position's shapes have small kinks at
+    nodes, 1e-4 m from which none of these is.
+    """
+    for kind in ("_z", "_vz", ".z", ".vz", ".az", ".pitch", "position"):
+        rows = [j for j, output in enumerate(fmu.outputs) if output.endswith(kind)]
+        if rows:
+            largest = np.abs(difference[rows]).max()
+            assert found[rows] == pytest.approx(difference[rows], abs=tolerance * largest), (
+                what, kind,
+            )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"])
+def test_derivative_at_the_communication_point(importer, name):
+    """Against outputs for inputs set a little more and less, and zero where nothing is declared.
+
+    What PyFMI and others take for what passes straight through: that of a step is a thousand times
+    as large, and a master that corrects its inputs by it makes meganewtons.
+    """
+    fmu, h = importer(name), 2e-4
+    fmu.fmu.exitInitializationMode()
+    for k in range(3):
+        fmu.set(moving(fmu, k, h))
+        fmu.step(h)
+    declared = {u.variable.name: {d.name for d in u.dependencies} for u in fmu.description.outputs}
+    now, size = moving(fmu, 3, h), 0.0
+    for known in fmu.inputs[:: max(1, len(fmu.inputs) // 6)]:
+        step = STEPS_OF_INPUTS.get(known.split(".")[-1], 1e-7)
+        ends = []
+        for sign in (1, -1):
+            fmu.set({**now, known: now[known] + sign * step})
+            ends.append(fmu.get(fmu.outputs))
+        fmu.set(now)
+        found = fmu.derivative(fmu.outputs, {known: 1.0})
+        alike(fmu, found, (ends[0] - ends[1]) / (2 * step), known)
+        assert not found[[known not in declared[output] for output in fmu.outputs]].any()
+        size = max(size, np.abs(found).max())
+    assert size > 0  # something passes straight through each of them
+
+
 @pytest.mark.parametrize("hold", [0, 1, 2], ids=["held", "extrapolated", "interpolated"])
 @pytest.mark.parametrize("name", ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"])
 def test_derivative_of_the_last_step(importer, name, hold):
     """Against repeated steps with inputs a little more and a little less."""
     fmu, h = importer(name), 2e-4
     fmu.fmu.setInteger([fmu.reference["input_hold"]], [hold])
+    fmu.fmu.setBoolean([fmu.reference["derivatives_of_step"]], [True])
     fmu.fmu.exitInitializationMode()
     for k in range(3):
         fmu.set(moving(fmu, k, h))
@@ -231,20 +278,12 @@ def test_derivative_of_the_last_step(importer, name, hold):
         return fmu.get(fmu.outputs)
 
     for known in fmu.inputs[:: max(1, len(fmu.inputs) // 6)]:
-        step = {"position": 1e-4, "force_z": 1e3}.get(known.split(".")[-1], 1e-7)
+        step = STEPS_OF_INPUTS.get(known.split(".")[-1], 1e-7)
         more, less = (after({**now, known: now[known] + sign * step}) for sign in (1, -1))
         difference = (more - less) / (2 * step)
         after(now)
         found = fmu.derivative(fmu.outputs, {known: 1.0})
-        # Outputs of one kind are alike in size; central differences are good to (step / scale)^2,
-        # and position's shapes have small kinks at nodes, 1e-4 m from which none of these is.
-        for kind in ("_z", "_vz", ".z", ".vz", ".az", ".pitch", "position"):
-            rows = [j for j, output in enumerate(fmu.outputs) if output.endswith(kind)]
-            if rows:
-                largest = np.abs(difference[rows]).max()
-                assert found[rows] == pytest.approx(difference[rows], abs=2e-5 * largest), (
-                    known, kind,
-                )  # fmt: skip
+        alike(fmu, found, difference, known)
     fmu.fmu.freeFMUState(state)
 
 

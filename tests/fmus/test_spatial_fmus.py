@@ -14,7 +14,7 @@ from fmpy import simulate_fmu
 
 from railcosim.analysis.pair.contact import CouplingError, layout_of
 from railcosim.analysis.response.models import linear_models
-from railcosim.fmus.export import NativeRuntime, PythonRuntime, export, export_track
+from railcosim.fmus.export import WITH_STATES, NativeRuntime, PythonRuntime, export, export_track
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.mechanics.ports import DIMENSIONS, FORCE, RAIL, Layout
@@ -27,7 +27,7 @@ from .test_any_wheelsets import TINY, start_of, table
 
 pytestmark = pytest.mark.filterwarnings("ignore:a ring of")  # as short as it can be
 SPATIAL, VERTICAL = Layout(2, directions=DIMENSIONS["spatial"]), Layout(2)
-RUNTIMES = {"native": NativeRuntime(), "FMI 3": NativeRuntime(fmi=3), "python": PythonRuntime()}
+RUNTIMES = {"native": WITH_STATES, "FMI 3": NativeRuntime(fmi=3), "python": PythonRuntime()}
 STEP, SPEED = 1e-4, 70.0  # s, m/s
 
 

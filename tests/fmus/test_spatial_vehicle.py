@@ -20,7 +20,7 @@ from railcosim.analysis.response.models import linear_models
 from railcosim.analysis.response.ride import ride
 from railcosim.analysis.response.rolling_pair import told_wheels
 from railcosim.fmus.content import Content, contents, start_of
-from railcosim.fmus.export import NativeRuntime, PythonRuntime, export, packed
+from railcosim.fmus.export import WITH_STATES, NativeRuntime, PythonRuntime, export, packed
 from railcosim.fmus.interface import interface
 from railcosim.master.component import Hold
 from railcosim.master.connections import CouplingError
@@ -50,7 +50,7 @@ from .test_spatial_fmus import inputs_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:a ring of")  # as short as it can be
 LAYOUT = Layout(4, directions=OF_WHEELS["spatial"])
-RUNTIMES = {"native": NativeRuntime(), "FMI 3": NativeRuntime(fmi=3), "python": PythonRuntime()}
+RUNTIMES = {"native": WITH_STATES, "FMI 3": NativeRuntime(fmi=3), "python": PythonRuntime()}
 SHORT = Track(
     mesh=Mesh(cells=6, elements_per_bay=2, highest_slab_frequency=150, highest_frequency=200)
 )

@@ -6,6 +6,7 @@ numpy twins, responses, a map, largest stable steps, and every scheme on the pai
 
     python tests/frozen/test_frozen.py            how far each is from what is stored, and the bits
     python tests/frozen/test_frozen.py --store    store them anew, with a reason in the commit
+    python tests/frozen/test_frozen.py --words    the descriptions only
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from railcosim.analysis.response.models import linear_models
 from railcosim.analysis.response.plane import plane, transfer
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.stability import Coupling, SprungPair
+from railcosim.fmus.export import WITH_STATES
 from railcosim.master.component import Hold
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.fmi.fmu import FmuComponent
@@ -201,7 +203,7 @@ def numbers(folder: Path) -> Arrays:
 def exported_into(folder: Path) -> Path:
     """FMUs on the shortest ring with room to spare."""
     mesh = Mesh(cells=6, highest_slab_frequency=800, highest_frequency=1500)
-    export_pair(Vehicle(), Track(mesh=mesh), folder)
+    export_pair(Vehicle(), Track(mesh=mesh), folder, runtime=WITH_STATES)
     return folder
 
 
@@ -267,7 +269,12 @@ def main() -> None:
     """Compare with what is stored, or store."""
     with tempfile.TemporaryDirectory() as place:
         folder = exported_into(Path(place))
-        found, told = numbers(folder), words(folder)
+        told = words(folder)
+        if "--words" in sys.argv:
+            content = json.loads(WORDS.read_text(encoding="utf-8")) | {"words": told}
+            WORDS.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+            return
+        found = numbers(folder)
     if "--store" in sys.argv:
         np.savez_compressed(ARRAYS, **found)
         content = {"machine": machine(), "words": told}

@@ -78,6 +78,15 @@ def test_functions_that_nobody_asks_for_may_be_missing(tmp_path):
     text = description(able='providesDirectionalDerivative="true"')
     with initialised(make_fmu(tmp_path / "A.fmu", text=text), name="a") as a:
         a.do_step(0.0, 0.5)
+        # Derivatives at the communication point, as of anybody's FMU, say nothing of a step.
+        assert a.step_derivative() is None
+    of_step = (
+        '<ScalarVariable name="derivatives_of_step" valueReference="2" causality="parameter" '
+        'variability="tunable"><Boolean start="false"/></ScalarVariable></ModelVariables>'
+    )
+    text = text.replace("</ModelVariables>", of_step)
+    with initialised(make_fmu(tmp_path / "B.fmu", text=text), name="a") as a:
+        a.do_step(0.0, 0.5)
         with pytest.raises(FmuError, match="a: its library has no fmi2GetDirectionalDerivative"):
             a.step_derivative()
 

@@ -122,7 +122,7 @@ def test_an_fmu_for_co_simulation_only(pendulum, tmp_path) -> None:
     other = tmp_path / "other.fmu"
     with zipfile.ZipFile(other, "w") as archive:
         archive.writestr("modelDescription.xml", XML.replace("<ModelExchange", "<CoSimulation"))
-    with pytest.raises(FmuError, match="no Model Exchange in it; linearise it by pulses"):
+    with pytest.raises(FmuError, match=r"no Model Exchange in it; .*or linearise it by pulses"):
         linear_model(other)
     assert best_way(other, PULSES) is PULSES
     assert EXACT.description != DIFFERENCES.description != PULSES.description

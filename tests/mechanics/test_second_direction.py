@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from railcosim.fmus.content import Content, contact_defaults
-from railcosim.fmus.export import NATIVE
+from railcosim.fmus.export import WITH_STATES
 from railcosim.fmus.interface import Start, interface
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.model_exchange import linear_model
@@ -95,7 +95,7 @@ def native(body, folder):
         table=interface(body, start, with_contact=False), body=body,
     )  # fmt: skip
     path = folder / "Track.fmu"
-    NATIVE.pack(content, path, lambda text: None)
+    WITH_STATES.pack(content, path, lambda text: None)
     return path
 
 

@@ -21,6 +21,7 @@ from railcosim.fmus.description.structure import states_of
 from railcosim.fmus.interface import Scalar
 from railcosim.fmus.native_runtime.compile import headers, sources
 from railcosim.fmus.native_runtime.resource import resource
+from railcosim.fmus.stepping_variables import derivatives_of_step
 from railcosim.mechanics.contact.profiled import Profiled
 from railcosim.mechanics.modal import ModalBody
 from railcosim.track.decay import RingWarning
@@ -223,6 +224,7 @@ def take_apart(
     folder: Path, body: ModalBody, table: Sequence[Scalar], profiles: Profiled | None = None
 ) -> Fmu:
     """An FMU as the C runtime finds it, without the rest."""
+    table = [*table, derivatives_of_step()]
     guid = f"{{{uuid.uuid4()}}}"
     resources = folder / "resources"
     resources.mkdir(parents=True)

@@ -110,6 +110,7 @@ class Native:
 
     def along(self, direction):
         """Changes of all outputs by inputs over the last step."""
+        self.ask("set_boolean", self.instance.ref("derivatives_of_step"), 1)
         known = len(self.inputs)
         reply = self.ask(
             "directional", len(self.outputs), *self.outputs, known, *self.inputs,

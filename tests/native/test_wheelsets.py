@@ -128,6 +128,7 @@ def test_derivatives_by_forces_of_the_step(driver, use, track, wheelsets):
     loads = np.linspace(5e4, 1e5, 2 * wheelsets)
     outputs = [p.name("rail_{}") for p in layout.ports]
     begin(one, x, loads, FORCE, layout)
+    one("set_boolean", one.ref("derivatives_of_step"), 1)
     place(one, x, loads, FORCE, layout)
     one("save", 0)
     one("step", 0.0, STEP)

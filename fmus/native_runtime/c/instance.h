@@ -107,8 +107,9 @@ Status instance_step(Instance *instance, double time, double step);
 /* --- derivatives, in linear.c ------------------------------------------------------------------ */
 
 /* dy = J dv: in Model Exchange of outputs and state derivatives by states and inputs; in
-   Co-Simulation of outputs at the end of the last step by inputs over it; in initialisation of
-   what is at rest by inputs and parameters. */
+   Co-Simulation of outputs by inputs at once, the state being what it is, or with the parameter
+   derivatives_of_step of outputs at the end of the last step by inputs over it; in initialisation
+   of what is at rest by inputs and parameters. */
 Status instance_directional(Instance *instance, const uint32_t *unknowns, size_t n_unknowns,
                             const uint32_t *knowns, size_t n_knowns, const double *seed,
                             double *sensitivity);

@@ -205,7 +205,8 @@ Status instance_directional(Instance *i, const uint32_t *unknowns, size_t n_unkn
                             double *sensitivity)
 {
     Seeds seeds = {i->plan[0], i->dx, 0, 0, 0, i->dheights, i->dlaw};
-    const int stepped = !i->model_exchange && i->clock->step > 0;
+    const int stepped = !i->model_exchange && i->clock->step > 0 &&
+                        instance_parameter(i, ROLE_DERIVATIVES_OF_STEP) != 0;
     const double *end = stepped ? i->u_end : i->shown;
     double *du = seeds.du;
     const char *failed = NULL;

@@ -61,6 +61,7 @@ typedef enum {
     ROLE_FLANGE_CLEARANCE = 29,
     ROLE_FLANGE_DEPTH = 30,
     ROLE_TEXTBOOK = 31, /* of all */
+    ROLE_DERIVATIVES_OF_STEP = 32,
     ROLES
 } Role;
 
