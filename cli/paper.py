@@ -77,9 +77,9 @@ def figures_of(text: str) -> list[int]:
 
 def _differences(findings: list[Finding]) -> Table:
     """What does not agree, and how much does."""
-    from railcosim.plots.page import counted
+    from railcosim.plots.page import VERDICTS, counted, verdict
 
-    differing = [finding for finding in findings if finding.agrees is False]
+    differing = [finding for finding in findings if verdict(finding) == VERDICTS[False]]
     n = counted(findings)
     table = Table(
         title=f"{n['agrees']} numbers agree, {n['differs']} do not, {n['nothing to compare with']} "

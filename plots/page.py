@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -140,7 +141,7 @@ def write_page(
     page = environment.get_template("page.html.j2").render(
         sections=list(zip(sections, charts, strict=True)), title=title, intro=intro, about=about,
         counts=counts, columns=columns, place=place,
-        differing=[row for row in rows if row.agrees is False],
+        differing=[row for row in rows if verdict(row) == VERDICTS[False]],
         script=Markup(plotly_script()),
     )  # fmt: skip
     write_whole(path, page)
@@ -148,8 +149,13 @@ def write_page(
 
 def counted(rows: Iterable[Judged]) -> dict[str, int]:
     """How many there are of each verdict: the one count, wherever it is told."""
-    verdicts = [row.agrees for row in rows]
-    return {word: sum(one is agrees for one in verdicts) for agrees, word in VERDICTS.items()}
+    found = Counter(map(verdict, rows))
+    return {word: found[word] for word in VERDICTS.values()}
+
+
+def verdict(row: Judged) -> str:
+    """One of `VERDICTS`, also where numpy said it: its True is not Python's."""
+    return VERDICTS[None if row.agrees is None else bool(row.agrees)]
 
 
 def number(value: float | str | None, digits: int = 4) -> str:

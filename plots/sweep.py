@@ -31,7 +31,8 @@ def sweep_chart(
     if name not in swept.data_vars:
         raise ValueError(f"--show {name}: must be one of {', '.join(map(str, swept.data_vars))}")
     values = swept[name]
-    if np.iscomplexobj(values):
+    turns = np.iscomplexobj(values)
+    if turns:
         values = abs(values)
     first = [str(d) for d in values.dims[: len(axes)]]
     own = [str(d) for d in values.dims[len(axes) :]]
@@ -51,7 +52,8 @@ def sweep_chart(
             (
                 Panel(
                     x_label=_label(swept, along), y_label=_label(swept, name), curves=curves,
-                    x_log=_even_in_ratios(values[along]), y_log=_spans_decades(values),
+                    x_log=_even_in_ratios(values[along]) or (turns and _is_wide(values[along])),
+                    y_log=turns or _spans_decades(values),
                     x_ticks=_words(values[along]), title=_named(values, over, k) if over else "",
                 ),
             )
@@ -96,6 +98,11 @@ def _spans_decades(values: xr.DataArray) -> bool:
     """Whether they are all above zero, and some thousand times as large as others."""
     known = values.values[np.isfinite(values.values)]
     return known.size > 0 and bool(known.min() > 0 and known.max() > 1e3 * known.min())
+
+
+def _is_wide(x: xr.DataArray) -> bool:
+    """Whether an axis of a response, which is of frequencies, spans more than a decade."""
+    return x.dtype.kind in "if" and bool(x.min() > 0 and x.max() > 10 * x.min())
 
 
 def _even_in_ratios(x: xr.DataArray) -> bool:

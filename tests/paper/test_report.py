@@ -3,6 +3,7 @@
 import csv
 import importlib.util
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import pytest
 from railcosim.paper.finding import Finding
 from railcosim.paper.report import write_table
 from railcosim.plots.chart import Chart, Curve, Map, Panel
-from railcosim.plots.page import Section, write_page
+from railcosim.plots.page import Section, counted, write_page
 
 HERE = Path(__file__).parent
 spec = importlib.util.spec_from_file_location("browser", HERE / "browser.py")
@@ -85,6 +86,13 @@ def test_the_page_fetches_nothing(page) -> None:
     assert "figure_4.png" in links.found
     assert not [link for link in links.found if "//" in link]
     assert not re.search(r"<script[^>]+src=", text)
+
+
+def test_numpy_s_verdicts_count_as_well() -> None:
+    """Six of 57 numbers that agree were told of in the terminal, and not on the page."""
+    agrees = (True, np.bool_(True), np.bool_(False), None)
+    rows = [replace(ROWS[0], agrees=one) for one in agrees]
+    assert list(counted(rows).values()) == [2, 1, 1]
 
 
 def test_text_is_escaped_and_disagreement_is_in_words(page) -> None:
