@@ -11,15 +11,28 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from railcosim.master.component import Component, ComponentError, FloatArray, Hold, Variable
+from railcosim.master.fmi.flaws import FlawWarning
 from railcosim.master.linear.doubts import Doubts
-from railcosim.master.linear.linear_form import relative_difference
+from railcosim.master.linear.linear_form import alike, relative_difference
 from railcosim.master.linear.pulse_response import PulseResponse, analyse
-from railcosim.master.linear.pulses import CHECK_STEP, CHECK_STEPS, FINER, Bench, Records, record
+from railcosim.master.linear.pulses import (
+    CHECK_STEP,
+    CHECK_STEPS,
+    FINER,
+    Bench,
+    Records,
+    record,
+    scale_of,
+)
 from railcosim.master.linear.realisation import ComplexArray
+from railcosim.master.linear.undeclared import told
 from railcosim.master.suggest import suggest
 
 SHORTER = 0.9
 """Part of the record that the rougher model is made of."""
+REFUSED = 0.1
+"""Difference of what should add up, relative, above which it is no estimate of an error any more.
+Of a smooth law the error falls with the pulses' height as it does, and is then no more than it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,7 +156,8 @@ def linearise(
     ValueError
         If a name is unknown, or sizes, `step` or `steps` make no sense.
     ComponentError
-        If the component cannot return to a saved state, refuses a step or gives no number.
+        If the component cannot return to a saved state, refuses a step, gives no number, or is
+        not linear within the pulses.
 
     Warns
     -----
@@ -155,7 +169,8 @@ def linearise(
     A held input is the only one whose effect over a step is known exactly without looking inside.
     A run without a pulse is subtracted, so the operating point may drift. A second record of a
     pulse of another height, in finer steps, shows what happens between the first samples, and
-    whether the component is linear; a third, of a shorter pulse, whether that was all, and whether
+    whether the component is linear; one of minus half of all pulses at once, as long as the first,
+    whether they add up; a third, of a shorter pulse, whether that was all, and whether
     the component answers later as it did before. Outputs of the same unit are weighted alike; what
     is a thousandth of its like is known a thousand times worse. Between distant points observe the
     acceleration, too: its response falls least steeply with frequency, and -1/omega^2 of it is the
@@ -188,11 +203,19 @@ def linearise(
     with ThreadPoolExecutor(max_workers=1) as background:
         work = [background.submit(_identify, one, step) for one in record(bench, pulses, observed)]
         found = [identified.result() for identified in work]
+    superposed = _superposed(bench, pulses, observed, found)
     bench.rewind()
     bench.finished()
+    if superposed.max(initial=0.0) > REFUSED:
+        raise ComponentError(
+            f"{component.name}: minus half of all pulses at once gives a response that is wrong by "
+            f"{superposed.max():.1e} of what the pulses add up to: it is not linear within them; "
+            "try a tenth of the amplitude, or an operating point at which it is"
+        )
+    _tell_undeclared(component, rows, columns, together, found)
     # Responses to the pulses are H @ (together * height).T; what is wanted is H.
     mixing = np.linalg.inv((together * height).T)
-    best = _model(component, columns, observed, found, mixing, bench, tolerance)
+    best = _model(component, columns, observed, found, superposed, mixing, bench, tolerance)
     return replace(best, standing=standing)
 
 
@@ -243,6 +266,7 @@ def _model(
     columns: Sequence[int],
     observed: tuple[Variable, ...],
     found: Sequence[_Identified],
+    superposed: FloatArray,
     mixing: FloatArray,
     bench: Bench,
     tolerance: float,
@@ -268,10 +292,9 @@ def _model(
         inputs: FloatArray = np.stack([runs[:, part].max(axis=1) for part in parts], axis=1)
         return inputs
 
-    omega = 2.0 * np.pi * np.geomspace(1.0 / (bench.steps * bench.step), 0.2 / bench.step, 100)
     doubts = Doubts(
-        disagreement=by_input([one.disagreement for one in found]),
-        difference=relative_difference(best, rougher, omega),
+        disagreement=by_input([np.maximum(one.disagreement, superposed) for one in found]),
+        difference=relative_difference(best, rougher, _looked_at(bench)),
         unforeseen=by_input([one.unforeseen for one in found]),
         changed=by_input([one.changed for one in found]),
         at_end=by_input([one.at_end for one in found]),
@@ -280,6 +303,58 @@ def _model(
     for sentence in advice:
         warnings.warn(f"{component.name}: {sentence}", RuntimeWarning, stacklevel=3)
     return replace(best, error_floor=doubts.floor, error_estimate=doubts.error, advice=advice)
+
+
+def _superposed(
+    bench: Bench,
+    pulses: FloatArray,
+    observed: Sequence[Variable],
+    found: Sequence[_Identified],
+) -> FloatArray:
+    """Error of the responses' sum as the response to all pulses at once, of minus their half.
+
+    Relative, shape (n_outputs,): in time, and at frequencies, as a resonance adds up what a sample
+    hardly has.
+    """
+    assert bench.sums is not None
+    whole, finer = bench.sums
+    scale, other = scale_of(whole, observed), bench.superposed(pulses)
+    other[:, scale == 0.0] = 0.0
+    response = analyse(other, finer[FINER:], FINER, bench.step, scale)
+    omega = _looked_at(bench)
+    together = sum(one.response.frequency_response(omega) for one in found)
+    size, off = np.abs(together), np.abs(response.frequency_response(omega) - together)
+    for like in alike(observed):
+        size[:, like] = size[:, like].max(axis=1, keepdims=True)
+    by_frequency = np.zeros_like(off)
+    np.divide(off, size, out=by_frequency, where=(size > 0.0) & (scale > 0.0))
+    found_error: FloatArray = np.maximum(_relative(other - whole, scale), by_frequency.max(axis=0))
+    return found_error
+
+
+def _looked_at(bench: Bench) -> FloatArray:
+    """Frequencies at which models are compared, rad/s."""
+    grid: FloatArray = np.geomspace(1.0 / (bench.steps * bench.step), 0.2 / bench.step, 100)
+    return 2.0 * np.pi * grid
+
+
+def _tell_undeclared(
+    component: Component,
+    rows: Sequence[int],
+    columns: Sequence[int],
+    together: FloatArray,
+    found: Sequence[_Identified],
+) -> None:
+    """Warn of outputs that answer at once to an input on which they are not declared to depend."""
+    declared = component.feedthrough[np.ix_(rows, columns)]
+    for one, excited in zip(found, together != 0.0, strict=True):
+        silent = ~declared[:, excited].any(axis=1)
+        at_once = np.flatnonzero(silent & (one.response.lasting.direct != 0.0))
+        if at_once.size:
+            inputs = [component.inputs[columns[k]].name for k in np.flatnonzero(excited)]
+            pairs = [(component.outputs[rows[i]].name, " or ".join(inputs)) for i in at_once]
+            warnings.warn(told(component.name, pairs), FlawWarning, stacklevel=3)
+            return
 
 
 def _relative(error: FloatArray, scale: FloatArray) -> FloatArray:

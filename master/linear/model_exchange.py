@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,8 +14,10 @@ from scipy.sparse import csc_array
 from railcosim.master.component import FloatArray
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.description import FmuDescription
+from railcosim.master.fmi.flaws import FlawWarning
 from railcosim.master.linear.operating_point import Element, OperatingPoint, Values
 from railcosim.master.linear.state_space import IndexArray, StateSpace
+from railcosim.master.linear.undeclared import told, undeclared
 from railcosim.master.suggest import suggest
 
 STEP = 1e-3
@@ -22,36 +25,36 @@ STEP = 1e-3
 fourth power of it; rounding adds 1e-16 over it."""
 
 Slope: TypeAlias = Callable[
-    [OperatingPoint, Sequence[Element], IndexArray], tuple[FloatArray, FloatArray]
+    [OperatingPoint, Sequence[Element], IndexArray, FloatArray], tuple[FloatArray, FloatArray]
 ]
-"""Change of the unknowns while the states and inputs at some positions change by their magnitudes;
-and the same, known less exactly."""
+"""Change of the unknowns while the states and inputs at some positions change by so much; and the
+same, known less exactly."""
 
 
 def exact(
-    point: OperatingPoint, unknowns: Sequence[Element], moved: IndexArray
+    point: OperatingPoint, unknowns: Sequence[Element], moved: IndexArray, amounts: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """By the FMU's directional derivatives."""
-    change = point.derivative(unknowns, moved, point.magnitudes[moved])
+    change = point.derivative(unknowns, moved, amounts)
     return change, change
 
 
 def adjoint(
-    point: OperatingPoint, unknowns: Sequence[Element], moved: IndexArray
+    point: OperatingPoint, unknowns: Sequence[Element], moved: IndexArray, amounts: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """By the FMU's adjoint derivatives."""
-    change = point.adjoint_jacobian(unknowns)[:, moved] @ point.magnitudes[moved]
+    change = point.adjoint_jacobian(unknowns)[:, moved] @ amounts
     return change, change
 
 
 def differences(
-    point: OperatingPoint, unknowns: Sequence[Element], moved: IndexArray
+    point: OperatingPoint, unknowns: Sequence[Element], moved: IndexArray, amounts: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """By central differences of three steps, extrapolated from two and two."""
     central = []
     for factor in (1.0, 2.0, 4.0):
         step = np.zeros_like(point.values)
-        step[moved] = factor * STEP * point.magnitudes[moved]
+        step[moved] = factor * STEP * amounts
         ahead, behind = (point.evaluate(unknowns, point.values + s * step) for s in (1.0, -1.0))
         central.append((ahead - behind) / (2.0 * factor * STEP))
     first, second, third = central
@@ -102,10 +105,16 @@ def linear_model(
     ComponentError
         If the FMU refuses a call.
 
+    Warns
+    -----
+    FlawWarning
+        If it depends on more than its model description says.
+
     Notes
     -----
     Columns that have no row in common are found together [1]_: the declared dependencies of a
-    track of 6000 modal states let two calls do for its state matrix.
+    track of 6000 modal states let two calls do for its state matrix. One more call, of all columns,
+    tells whether something depends on more than is declared; that is found then, and told.
 
     References
     ----------
@@ -125,7 +134,7 @@ def linear_model(
         ):
             if way is one and not has:
                 raise FmuError(f"{path}: provides no {kind} derivatives; use finite differences")
-        jacobians = _jacobians(p, (p.rates, rows), wanted, way, progress)
+        jacobians = _checked(p, (p.rates, rows), wanted, way, progress)
         best, rougher = (
             StateSpace(
                 name=name or p.description.model_name,
@@ -149,24 +158,58 @@ def best_slope(description: FmuDescription) -> Slope:
     return adjoint if description.has_adjoint_derivatives else differences
 
 
-def _jacobians(
+def _checked(
     point: OperatingPoint,
     unknowns: Sequence[Sequence[Element]],
     wanted: IndexArray,
     slope: Slope,
     progress: Callable[[int, int], None] | None,
 ) -> list[tuple[csc_array, csc_array]]:
-    """Derivatives of each set of unknowns by the states and inputs `wanted`; each matrix twice."""
+    """Derivatives of each set of unknowns by the states and inputs `wanted`; each matrix twice.
+
+    By what is declared, and by what else is found.
+    """
     if not point.is_scalar:
         return [_by_column(point, rows, wanted, slope, progress) for rows in unknowns]
     patterns = [csc_array(point.dependencies(rows)[:, wanted]) for rows in unknowns]
+    found = _jacobians(point, unknowns, patterns, wanted, slope, progress)
+    names = [v.name for v in (*point.states, *point.inputs)]
+    missing = list[tuple[str, str]]()
+    for k, (rows, jacobian) in enumerate(zip(unknowns, found, strict=True)):
+        pairs = undeclared(
+            lambda columns, amounts, rows=rows: slope(point, rows, wanted[columns], amounts),  # type: ignore[misc]
+            *jacobian, point.magnitudes[wanted],
+        )  # fmt: skip
+        missing += [(rows[i].name, names[wanted[j]]) for i, j in pairs]
+        if pairs:
+            i, j = np.array(pairs).T
+            patterns[k] = csc_array(
+                patterns[k] + csc_array((np.ones(i.size), (i, j)), patterns[k].shape)
+            )
+    if not missing:
+        return found
+    warnings.warn(
+        told(point.description.path, list(dict.fromkeys(missing))), FlawWarning, stacklevel=3
+    )
+    return _jacobians(point, unknowns, patterns, wanted, slope, progress)
+
+
+def _jacobians(
+    point: OperatingPoint,
+    unknowns: Sequence[Sequence[Element]],
+    patterns: Sequence[csc_array],
+    wanted: IndexArray,
+    slope: Slope,
+    progress: Callable[[int, int], None] | None,
+) -> list[tuple[csc_array, csc_array]]:
+    """The same, by these dependencies."""
     groups = [_groups(pattern) for pattern in patterns]
     done, total = 0, sum(len(columns) for columns in groups)
     found = []
     for rows, pattern, columns in zip(unknowns, patterns, groups, strict=True):
         values = np.zeros((2, pattern.nnz))
         for group in columns:
-            change = np.stack(slope(point, rows, wanted[group]))
+            change = np.stack(slope(point, rows, wanted[group], point.magnitudes[wanted[group]]))
             for k in group:
                 part = slice(pattern.indptr[k], pattern.indptr[k + 1])
                 size = point.magnitudes[wanted[k]]
@@ -191,7 +234,8 @@ def _by_column(
     """As `_jacobians`, of arrays: what their elements depend on shows in what is not zero."""
     found: list[tuple[list[FloatArray], list[IndexArray]]] = [([], []), ([], [])]
     for done, k in enumerate(wanted.tolist(), start=1):
-        changes = slope(point, rows, np.array([k], dtype=np.intp))
+        one = np.array([k], dtype=np.intp)
+        changes = slope(point, rows, one, point.magnitudes[one])
         for (values, places), change in zip(found, changes, strict=True):
             places.append(np.flatnonzero(change))
             values.append(change[places[-1]] / point.magnitudes[k])

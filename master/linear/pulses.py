@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -40,12 +40,25 @@ class Bench:
     done: int = 0
     end: Any = None
     """State after the whole record without a pulse, if it is another."""
+    sums: tuple[FloatArray, FloatArray] | None = None
+    """Of all responses to the pulses, `Records.whole` and `finer`."""
+    rest: FloatArray = field(default_factory=lambda: np.zeros(0))
+    """Outputs without a pulse."""
 
     @property
     def total(self) -> int:
         """Steps if the component does not stand still."""
         each = self.steps + FINER + FINER_STEPS + 2 * (1 + CHECK_STEPS)
-        return (self.n_pulses + 1) * each
+        return (self.n_pulses + 1) * each + self.steps
+
+    def superposed(self, pulses: FloatArray) -> FloatArray:
+        """Response to all pulses at once, of minus their half, scaled to their height.
+
+        As `Records.whole`: over the whole time, in which a nonlinearity shows that the beginning
+        does not meet.
+        """
+        record: FloatArray = self.whole(SECOND_PULSE * pulses.sum(axis=0)) - self.rest
+        return record / SECOND_PULSE
 
     def rewind(self) -> None:
         """Go back to the operating point."""
@@ -148,23 +161,26 @@ def record(bench: Bench, pulses: FloatArray, observed: Sequence[Variable]) -> It
         whole = bench.whole(pulse)
         if rest is None:
             # Whoever has not stirred in 1200 steps is at rest, and will stay there.
-            scale = _scale(whole - still[:1], observed)
+            scale = scale_of(whole - still[:1], observed)
             stirs = np.ptp(still, axis=0) > STILL * scale
             rest = bench.without_pulse() if np.any(stirs & (scale > 0.0)) else still[:1]
             still_later = still_check if bench.end is None else bench.later_check(nothing)
         whole = whole - rest
+        bench.rest = rest
         finer = (bench.beginning(pulse) - still) / SECOND_PULSE
         check = (bench.check(pulse) - still_check) / SECOND_PULSE
         later = check
         if bench.end is not None:
             later = (bench.later_check(pulse) - still_later) / SECOND_PULSE
-        scale = _scale(whole, observed)
+        before = bench.sums or (np.zeros_like(whole), np.zeros_like(finer))
+        bench.sums = before[0] + whole, before[1] + finer
+        scale = scale_of(whole, observed)
         for one in (whole[1:], finer, check, later):
             one[:, scale == 0.0] = 0.0
         yield Records(whole, finer, check, later, scale)
 
 
-def _scale(record: FloatArray, outputs: Sequence[Variable]) -> FloatArray:
+def scale_of(record: FloatArray, outputs: Sequence[Variable]) -> FloatArray:
     """Largest response among the outputs of the same unit; 0 where all of them are rounding.
 
     Each output by its own size would turn one that only answers by rounding (the pitch of a bogie

@@ -191,7 +191,7 @@ def test_track() -> None:
     model = linearise(fake, at=np.zeros(8), amplitude=1e3, step=7e-5, steps=13_000, inputs=["f0"])
     error = np.abs(model.frequency_response(OMEGA) - exact[:, :, :1])
     assert model.advice == ()
-    assert fake.steps == model.steps < 16_000
+    assert fake.steps == model.steps < 30_000  # a second record, of minus half a pulse
     for kind in (slice(8), slice(8, 16)):
         largest = np.abs(exact[:, kind, :1]).max(axis=1, keepdims=True)
         assert (error[:, kind] / largest).max() < 1e-6
@@ -277,7 +277,9 @@ def test_noise_costs_accuracy_but_no_sense() -> None:
     assert len(model.responses[0].lasting.poles) < 20
     # 1e-8 of the peak is 1e-6 of the displacement at ten times the resonance; a factor of margin.
     assert np.median(error) < 1e-5
-    assert 1e-9 < model.error_estimate.max() < 1e-6  # of the order of the noise
+    # Of the order of the noise, over the least response: of the acceleration at half a hertz, 6e-4
+    # of its peak.
+    assert 1e-9 < model.error_estimate.max() < 1e-4
 
 
 @pytest.mark.parametrize("hertz", [700.0, 1300.0])
@@ -308,19 +310,54 @@ def test_aliasing_is_noticed(hertz: float) -> None:
     assert model.error_estimate.max() > 0.1
 
 
-def test_nonlinearity_is_noticed() -> None:
-    class Hardening(Fake):
-        def do_step(self, t: float, h: float) -> None:
-            force = self.input
-            self.input = force - 1e5 * self.x[:1] ** 3
-            super().do_step(t, h)
-            self.input = force
+class Pushed(Fake):
+    """A spring of another law beside the linear one, its force held over a step."""
 
+    def law(self, x: FloatArray) -> FloatArray:
+        return 1e5 * x**3
+
+    def do_step(self, t: float, h: float) -> None:
+        force = self.input
+        self.input = force - self.law(self.x[:1])
+        super().do_step(t, h)
+        self.input = force
+
+
+def test_nonlinearity_is_noticed() -> None:
     linear = mechanical(*oscillator(20.0))
-    fake = Hardening(linear.A, linear.B, linear.C, linear.D, ("m", "m/s", "m/s2"))
-    with pytest.warns(RuntimeWarning, match="amplitude"):
+    fake = Pushed(linear.A, linear.B, linear.C, linear.D, ("m", "m/s", "m/s2"))
+    with pytest.raises(ComponentError, match="not linear within them; try a tenth of the ampl"):
         linearise(fake, at=[0.0], amplitude=1e4, step=1e-3, steps=1000)
     assert not linearise(fake, at=[0.0], amplitude=1.0, step=1e-3, steps=1000).advice
+
+
+def test_estimates_of_a_nonlinear_component_are_believed_or_refused() -> None:
+    """A spring of third order, a stop on one side, a spring of second order beside a linear one.
+
+    The third order is wrong by the same part of all pulses squared: stated is no less than what is
+    true, and at its worst frequency some times that. Small swings do not reach the stop. Pulses of
+    either sign know of the second order.
+    """
+    linear = mechanical(*oscillator(20.0))
+    parts = linear.A, linear.B, linear.C, linear.D, ("m", "m/s", "m/s2")
+    omega = 2 * np.pi * np.array([3.0, 15.0, 19.9, 25.0, 60.0])
+
+    def model(law, amplitude):
+        fake = Pushed(*parts)
+        fake.law = law
+        return linearise(fake, at=[0.0], amplitude=amplitude, step=1e-3, steps=1000)
+
+    true = model(lambda x: 0.0 * x, 1.0).frequency_response(omega)
+    with pytest.warns(RuntimeWarning, match="amplitude"):
+        third = model(lambda x: 1e5 * x**3, 100.0)
+    wrong = np.abs(third.frequency_response(omega) / true - 1.0).max()
+    assert wrong > 1e-5
+    assert wrong < error_estimate(third, omega).max() < 20 * wrong
+    stop = lambda x: np.where(x > 1e-4, 3e4 * (x - 1e-4), 0.0)  # noqa: E731
+    assert not model(stop, 10.0).advice
+    for law, amplitude in ((stop, 100.0), (lambda x: 1e7 * x**2, 0.1)):
+        with pytest.raises(ComponentError, match="not linear within them"):
+            model(law, amplitude)
 
 
 def test_moving_away_is_noticed() -> None:

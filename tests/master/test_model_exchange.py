@@ -12,6 +12,7 @@ import pytest
 
 from railcosim.master.component import ComponentError
 from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.flaws import FlawWarning
 from railcosim.master.linear.linear_fmu import DIFFERENCES, EXACT, Pulses, best_way
 from railcosim.master.linear.linear_form import error_estimate
 from railcosim.master.linear.model_exchange import exact, linear_model
@@ -61,6 +62,30 @@ def pendulum(tmp_path_factory) -> Path:
         archive.writestr("modelDescription.xml", XML)
         archive.write(library, f"binaries/{fmpy.platform}/{library.name}")
     return folder / "pendulum.fmu"
+
+
+def test_what_is_not_declared_is_found_and_told(pendulum, tmp_path) -> None:
+    """A pendulum that says its acceleration depends on its speed alone: right all the same."""
+    phi = 0.7
+    held = {"parameters": {"phi0": phi}, "at": {"torque": INERTIA * G / LENGTH * np.sin(phi)}}
+    wrong = tmp_path / "wrong.fmu"
+    with zipfile.ZipFile(pendulum) as old, zipfile.ZipFile(wrong, "w") as new:
+        for name in old.namelist():
+            text = old.read(name)
+            if name == "modelDescription.xml":
+                text = text.replace(
+                    b'<Derivatives><Unknown index="3"/><Unknown index="4"/>',
+                    b'<Derivatives><Unknown index="3" dependencies="2"/>'
+                    b'<Unknown index="4" dependencies="2"/>',
+                ).replace(
+                    b'<Outputs><Unknown index="4"', b'<Outputs><Unknown index="4" dependencies="2"'
+                )
+            new.writestr(name, text)
+    with pytest.warns(FlawWarning, match=r"does not say that a depends on phi, and 1 more like it"):
+        found = linear_model(wrong, **held)
+    true = linear_model(pendulum, **held)
+    np.testing.assert_array_equal(found.A.toarray(), true.A.toarray())
+    np.testing.assert_array_equal(found.B, true.B)
 
 
 def test_pendulum_by_differences(pendulum) -> None:
