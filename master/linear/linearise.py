@@ -349,9 +349,9 @@ def _tell_undeclared(
     declared = component.feedthrough[np.ix_(rows, columns)]
     for one, excited in zip(found, together != 0.0, strict=True):
         silent = ~declared[:, excited].any(axis=1)
-        at_once = np.flatnonzero(silent & (one.response.lasting.direct != 0.0))
-        if at_once.size:
-            inputs = [component.inputs[columns[k]].name for k in np.flatnonzero(excited)]
+        at_once = np.flatnonzero(silent & (one.response.lasting.direct != 0.0)).tolist()
+        if at_once:
+            inputs = [component.inputs[columns[k]].name for k in np.flatnonzero(excited).tolist()]
             pairs = [(component.outputs[rows[i]].name, " or ".join(inputs)) for i in at_once]
             warnings.warn(told(component.name, pairs), FlawWarning, stacklevel=3)
             return
