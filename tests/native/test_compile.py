@@ -3,6 +3,7 @@
 import ctypes
 import importlib.metadata
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -103,6 +104,19 @@ def test_compiled_once(counted):
     assert build(2, progress=told.append) == first
     assert counted() == 1
     assert told == []
+
+
+def test_what_is_left_to_compile_is_told_and_for_how_long(stub, monkeypatch):
+    """By what the first took: three platforms are compiled, one after the other."""
+    monkeypatch.setattr(compiling, "make", lambda fmi, platform, *more: stub / platform.fmi2)
+    monkeypatch.setattr(compiling, "compiler_for", lambda platform: compilers.Compiler(("cc",), ""))
+    told = []
+    made = build(2, platforms_named("linux64,win64,darwin64"), told.append)
+    assert set(made.values()) == {stub / name for name in ("linux64", "win64", "darwin64")}
+    assert told[0] == "compiling for darwin64, linux64, win64"
+    assert [re.sub("for .* [(]|[0-9]+ s", "", words) for words in told[1:]] == [
+        "compiling 1 took : about 0 more)", "compiling 2 took : about 0 more)"
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("change", ["common.c", "common.h", "compiler", "version of FMI"])
