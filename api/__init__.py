@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from railcosim.analysis.response.receptance import receptance, track_receptance
     from railcosim.analysis.response.ride import ride
     from railcosim.analysis.response.safety import running_safety
+    from railcosim.analysis.response.sensitivity import sensitivities
     from railcosim.analysis.response.track_modes import track_modes
     from railcosim.analysis.response.transmission import transmission
     from railcosim.analysis.response.vehicle_modes import vehicle_modes
@@ -85,6 +86,7 @@ __all__ = [
     "running_safety",
     "save_result",
     "scheme",
+    "sensitivities",
     "stability",
     "study",
     "sweep",
@@ -126,6 +128,7 @@ _PLACES = {
     "running_safety": "analysis.response.safety:running_safety",
     "save_result": "master.files:save",
     "scheme": "analysis.schemes.choice:scheme",
+    "sensitivities": "analysis.response.sensitivity:sensitivities",
     "stability": "analysis.schemes.limits:stability",
     "study": "analysis.schemes.grid_run:study",
     "sweep": "analysis.sweep:sweep",

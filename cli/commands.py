@@ -95,6 +95,11 @@ COMMANDS = {
         "modes",
         "Modes of a vehicle in space or of a track, by their names: frequencies and damping.",
     ),
+    "sensitivity": Place(
+        "sensitivity_command",
+        "sensitivity",
+        "How much each parameter moves the resonances of a vehicle, a track, or both.",
+    ),
     "critical-speed": Place(
         "critical_speed_command",
         "critical_speed_command",

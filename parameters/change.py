@@ -78,6 +78,20 @@ def keys_of(parameters: object) -> list[str]:
     return list(_keys(parameters))
 
 
+def numbers_of(parameters: object) -> list[str]:
+    """Keys of all that can be a little more or less: no whole numbers, switches, names, zeros.
+
+    Each number once, by name where it has one and a number; what names several of a train is
+    another one.
+    """
+    found: dict[tuple[Path, ...], str] = {}
+    for key, one in _keys(parameters).items():
+        values = [_at(parameters, (*path, one.declared.name)) for path in one.paths]
+        if all(isinstance(value, float) and value for value in values):
+            found[tuple((*path, one.declared.name) for path in one.paths)] = key
+    return list(found.values())
+
+
 def value_at(parameters: object, key: str) -> Value:
     """The number that a key names; ParameterError if there is none, or it names several."""
     known = _key(parameters, key)

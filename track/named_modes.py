@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import linear_sum_assignment
 
-from railcosim.mechanics.arrays import FloatArray
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.ports import Direction
 
 from .below import Crossing
@@ -42,12 +42,15 @@ class NamedMode:
         Of the undamped shape: its dampers' work, and that of loss factors at its frequency.
     share : float
         Of its mass that moves as the name says, 0 to 1.
+    shape : array, shape (n,)
+        Undamped, in the unknowns of the cell, its ends a phase apart.
     """
 
     name: str
     frequency: float
     damping_ratio: float
     share: float
+    shape: ComplexArray
 
 
 def named_modes(track: Track, directions: Collection[Direction], parity: int) -> list[NamedMode]:
@@ -89,7 +92,7 @@ def _named(cell: Cell, phase: float, motions: dict[str, FloatArray]) -> list[Nam
         lost = (u.conj() @ (w * C + K_loss) @ u).real
         modes.append(NamedMode(
             name=name, frequency=float(w / (2 * np.pi)), damping_ratio=float(lost / (2 * w**2)),
-            share=float(share[i, r]),
+            share=float(share[i, r]), shape=T @ u,
         ))  # fmt: skip
     return modes
 

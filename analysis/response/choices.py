@@ -37,3 +37,11 @@ class Rails(StrEnum):
 
     ALIKE = "alike"
     OPPOSITE = "opposite"
+
+
+class Subject(StrEnum):
+    """Whose resonances."""
+
+    VEHICLE = "vehicle"
+    TRACK = "track"
+    PAIR = "pair"

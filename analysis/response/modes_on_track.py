@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from functools import cached_property
 
 import numpy as np
@@ -69,7 +70,46 @@ def on_track(
     return Oscillations(modes=tuple(found), free=first.free)
 
 
-class Together:
+class Following(ABC):
+    """A vehicle on rails whose dynamics are brought in by stages, and modes that follow."""
+
+    body: Multibody
+
+    @abstractmethod
+    def stiffness(self, s: complex, dynamic: float) -> ComplexArray:
+        """Of everything at a complex frequency, (n, n).
+
+        `dynamic` is the part of the rails' compliance that is as it is at s, the rest is static.
+        """
+
+    def followed(self, mode: Oscillation) -> Oscillation | None:
+        """What a mode on the static track becomes; None if it only fades away."""
+        s, v = mode.pole, mode.shape
+        for stage in range(1, STAGES + 1):
+            s, v = self._settled(s, v, stage / STAGES)
+        return Oscillation.of(s, v, self.body.M) if s.imag > 0 or s.real > 0 else None
+
+    def _settled(self, s: complex, v: ComplexArray, dynamic: float) -> tuple[complex, ComplexArray]:
+        """Pole and shape near given ones, by inverse iteration."""
+        for _ in range(MOST_STEPS):
+            h = STEP * abs(s)
+            here, ahead = self.stiffness(s, dynamic), self.stiffness(s + h, dynamic)
+            try:
+                u = np.linalg.solve(here, (ahead - here) @ v / h)
+            except np.linalg.LinAlgError:  # not even rounding is left between s and a pole
+                return s, v
+            change = complex(np.vdot(v, v) / np.vdot(v, u))
+            s -= change
+            if abs(change) <= SETTLED * abs(s):
+                return s, v  # as it was: of several with one pole each keeps its own shape
+            v = (u / np.linalg.norm(u)).astype(complex)
+        raise ArithmeticError(
+            f"no mode of vehicle and track found near {abs(s) / (2 * np.pi):g} Hz in {MOST_STEPS} "
+            "steps; take wheels on their contact springs instead"
+        )
+
+
+class Together(Following):
     """The dynamic stiffness of a vehicle on its track, at any complex frequency.
 
     Parameters
@@ -131,32 +171,6 @@ class Together:
         return whole
 
     def stiffness(self, s: complex, dynamic: float) -> ComplexArray:
-        """Of everything, (n, n)."""
+        """See `Following`."""
         M, C = self.body.M, self.body.C + self.damping
         return s * s * M + s * C + self.held(s, dynamic)
-
-    def followed(self, mode: Oscillation) -> Oscillation | None:
-        """What a mode on the static track becomes; None if it only fades away."""
-        s, v = mode.pole, mode.shape
-        for stage in range(1, STAGES + 1):
-            s, v = self._settled(s, v, stage / STAGES)
-        return Oscillation.of(s, v, self.body.M) if s.imag > 0 or s.real > 0 else None
-
-    def _settled(self, s: complex, v: ComplexArray, dynamic: float) -> tuple[complex, ComplexArray]:
-        """Pole and shape near given ones, by inverse iteration."""
-        for _ in range(MOST_STEPS):
-            h = STEP * abs(s)
-            here, ahead = self.stiffness(s, dynamic), self.stiffness(s + h, dynamic)
-            try:
-                u = np.linalg.solve(here, (ahead - here) @ v / h)
-            except np.linalg.LinAlgError:  # not even rounding is left between s and a pole
-                return s, v
-            change = complex(np.vdot(v, v) / np.vdot(v, u))
-            s -= change
-            if abs(change) <= SETTLED * abs(s):
-                return s, v  # as it was: of several with one pole each keeps its own shape
-            v = (u / np.linalg.norm(u)).astype(complex)
-        raise ArithmeticError(
-            f"no mode of vehicle and track found near {abs(s) / (2 * np.pi):g} Hz in {MOST_STEPS} "
-            "steps; take wheels on their contact springs instead"
-        )

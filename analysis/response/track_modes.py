@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from railcosim.mechanics.ports import Direction
 from railcosim.parameters import ParameterError
 from railcosim.track.cell import EVEN, ODD
 from railcosim.track.named_modes import NamedMode, named_modes
@@ -33,19 +34,11 @@ def track_modes(track: Track | None = None) -> xr.Dataset:
         ``share``, the part of its mass that moves as the name says.
     """
     track = track or Track()
-    try:
-        check_directions(track, SPATIAL)
-        asked = SPATIAL
-    except ParameterError:
-        asked = VERTICAL
     found: dict[str, NamedMode] = {}
-    for directions in independent(track, asked):
+    for directions in independent(track, asked_of(track)):
         modes = {parity: named_modes(track, directions, parity) for parity in (EVEN, ODD)}
         for parity, some in modes.items():
-            others = {mode.name: mode.frequency for mode in modes[-parity]}
-            for mode in some:
-                same = abs(others.get(mode.name, 0.0) / mode.frequency - 1) < SAME
-                found[mode.name if same else f"{mode.name} ({_rails(mode, parity)})"] = mode
+            found |= called(some, modes[-parity], parity)
     order = sorted(found, key=lambda name: found[name].frequency)
     return xr.Dataset(
         {
@@ -65,6 +58,25 @@ def track_modes(track: Track | None = None) -> xr.Dataset:
         {"name": ("name", np.array(order))},
         {"title": "modes of the track"},
     )  # fmt: skip
+
+
+def asked_of(track: Track) -> tuple[Direction, ...]:
+    """Directions in which it moves."""
+    try:
+        check_directions(track, SPATIAL)
+    except ParameterError:  # layers without lateral stiffness
+        return VERTICAL
+    return SPATIAL
+
+
+def called(some: list[NamedMode], others: list[NamedMode], parity: int) -> dict[str, NamedMode]:
+    """Modes of one parity by names that say how rails move, where the other parity differs."""
+    frequency = {mode.name: mode.frequency for mode in others}
+    found = {}
+    for mode in some:
+        same = abs(frequency.get(mode.name, 0.0) / mode.frequency - 1) < SAME
+        found[mode.name if same else f"{mode.name} ({_rails(mode, parity)})"] = mode
+    return found
 
 
 def _rails(mode: NamedMode, parity: int) -> str:

@@ -38,3 +38,17 @@ def test_critical_speed_and_its_picture(railcosim, tmp_path):
     found = load(tmp_path / "c.csv")
     assert float(found["critical_speed"][0]) == pytest.approx(84.0, abs=0.05)
     assert found["critical_speed"].attrs["units"] == "km/h"
+
+
+def test_sensitivity(railcosim, tmp_path):
+    done = railcosim("sensitivity", "vehicle", "--out", "s.nc")
+    assert done.status == 0, done.err
+    found = load(tmp_path / "s.nc")
+    bounce = found.sel(name="car body bounce")
+    assert float(bounce["frequency_slope"].sel(parameter="carbody.mass")) < 0
+    done = railcosim("sensitivity", "vehicle", "--track", "paper")
+    assert done.status == 2
+    assert "--track: is of a track" in done.err
+    done = railcosim("sensitivity", "track", "--out", "s.csv")
+    assert done.status == 2
+    assert "must end in .nc" in done.err
