@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from functools import partial
 from itertools import pairwise
@@ -15,16 +15,18 @@ import typer
 from .fmus import tell_of_losses
 from .options import (
     DimensionName,
+    LocalOption,
     UsageError,
     console,
     errors,
     status,
 )
-from .parameter_options import PairOptions
+from .parameter_options import PairOptions, changes_at
 from .results import folder_of
 
 if TYPE_CHECKING:
     from railcosim.fmus.export import Runtime
+    from railcosim.track.local import LocalChange
     from railcosim.track.parameters import Track
     from railcosim.vehicle.parameters import Vehicle
     from railcosim.vehicle.train import Train
@@ -95,6 +97,7 @@ def export(
             "inside roll.",
         ),
     ] = DimensionName.VERTICAL,
+    local: LocalOption = None,
     separate: Annotated[
         bool,
         typer.Option(
@@ -110,6 +113,8 @@ def export(
     chosen = runtime_of(runtime, fmi, platforms, model_exchange=model_exchange)
     if wheelsets is None and (positions is not None or one_rail):
         raise UsageError("--positions and --one-rail: need --wheelsets, how many there are")
+    if wheelsets is not None and local:
+        raise UsageError("--local: is of the pair; leave out --wheelsets")
     if wheelsets is not None and separate:
         raise UsageError("--separate: is of vehicles, and --wheelsets exports tracks only")
     if wheelsets is not None:
@@ -120,7 +125,10 @@ def export(
     else:
         cars, rails = given.pair()
         folder_of("--out", out)
-        files = exported(cars, rails, out, chosen, separate=separate, dimension=dimension)
+        files = exported(
+            cars, rails, out, chosen, separate=separate, dimension=dimension,
+            changes=changes_at(rails, local),
+        )  # fmt: skip
     for path in files.values():
         console.print(f"{path}  {path.stat().st_size / 1e6:.1f} MB")
     if wheelsets is None and chosen.fmi == 2 and "TrackWithContact" in files:
@@ -180,13 +188,15 @@ def exported(
     *,
     separate: bool = False,
     dimension: str = "vertical",
+    changes: Sequence[LocalChange] = (),
 ) -> dict[str, Path]:
     """Export into a folder, with a status line."""
     from railcosim.analysis.pair.export_pair import export_pair
 
     make = partial(
-        export_pair, vehicle, track, out, runtime=runtime, separate=separate, dimension=dimension
-    )
+        export_pair, vehicle, track, out, runtime=runtime, separate=separate, dimension=dimension,
+        changes=changes,
+    )  # fmt: skip
     return _told(track, out, runtime, make)
 
 

@@ -14,6 +14,7 @@ from railcosim.analysis.pair.owner import Owner
 from .options import UsageError, errors, status
 
 if TYPE_CHECKING:
+    from railcosim.track.local import LocalChange
     from railcosim.track.parameters import Track
     from railcosim.vehicle.parameters import Vehicle
     from railcosim.vehicle.train import Train
@@ -25,7 +26,12 @@ FreshOption = Annotated[
 
 @contextmanager
 def made(
-    vehicle: Vehicle | Train, track: Track, *, dimension: str = "vertical", fresh: bool = False
+    vehicle: Vehicle | Train,
+    track: Track,
+    *,
+    dimension: str = "vertical",
+    fresh: bool = False,
+    changes: Sequence[LocalChange] = (),
 ) -> Iterator[dict[str, Path]]:
     """Our four FMUs of these parameters by name, for as long as the block lasts."""
     from railcosim.analysis.pair.kept_fmus import fmus_of_pair
@@ -34,7 +40,9 @@ def made(
     with ExitStack() as stack:
         with status("exporting FMUs") as tell:
             ours = stack.enter_context(
-                fmus_of_pair(vehicle, track, tell, dimension=dimension, fresh=fresh)
+                fmus_of_pair(
+                    vehicle, track, tell, dimension=dimension, fresh=fresh, changes=changes
+                )
             )
         if ours.kept is not None:
             how = "made before (--fresh makes them anew)" if ours.found else "made now and kept"
@@ -53,6 +61,7 @@ def fmus_of(
     rails: Track | None = None,
     dimension: str = "vertical",
     fresh: bool = False,
+    changes: Sequence[LocalChange] = (),
 ) -> Iterator[tuple[tuple[Path, ...], Path]]:
     """FMU files given by the user, of vehicles from the front, or ours of a vehicle and a track.
 
@@ -72,7 +81,9 @@ def fmus_of(
     if given and track is not None:
         yield given, track
         return
-    with made(stock or Vehicle(), rails or Track(), dimension=dimension, fresh=fresh) as ours:
+    with made(
+        stock or Vehicle(), rails or Track(), dimension=dimension, fresh=fresh, changes=changes
+    ) as ours:
         for name in (vehicle_name, track_name):
             if name not in ours:
                 raise UsageError(

@@ -20,6 +20,7 @@ from .fmus import FreshOption, fmus_of
 from .options import TrackFmu, UsageError, VehicleFmus
 
 if TYPE_CHECKING:
+    from railcosim.track.local import LocalChange
     from railcosim.track.parameters import Track
     from railcosim.vehicle.parameters import Vehicle
     from railcosim.vehicle.train import Train
@@ -160,7 +161,11 @@ class FmuOptions(PairOptions):
 
     @contextmanager
     def fmus(
-        self, *names: str, dimension: str = "vertical", told: bool = False
+        self,
+        *names: str,
+        dimension: str = "vertical",
+        told: bool = False,
+        local: Sequence[str] | None = None,
     ) -> Iterator[tuple[tuple[Path, ...], Path]]:
         """Vehicle and track FMUs, the user's or ours.
 
@@ -172,10 +177,12 @@ class FmuOptions(PairOptions):
             Of ours.
         told : bool
             Whether the vehicle's parameters say something about a vehicle FMU as well.
+        local : sequence of str
+            What is different at single places of our track.
         """
         fmus = {
             "--vehicle-fmu": self.tells_vehicle if self.vehicle_fmu and not told else "",
-            "--track-fmu": self.tells_track if self.track_fmu else "",
+            "--track-fmu": (self.tells_track or (local and "--local")) if self.track_fmu else "",
         }
         for fmu, option in fmus.items():
             if option:
@@ -183,9 +190,18 @@ class FmuOptions(PairOptions):
         stock, rails = (None, None) if self.vehicle_fmu and self.track_fmu else self.pair()
         with fmus_of(
             self.vehicle_fmu, self.track_fmu, *names, stock=stock, rails=rails,
-            dimension=dimension, fresh=self.fresh,
+            dimension=dimension, fresh=self.fresh, changes=changes_at(rails, local),
         ) as found:  # fmt: skip
             yield found
+
+
+def changes_at(track: Track | None, texts: Sequence[str] | None) -> list[LocalChange]:
+    """What ``--local`` says is different at single places of a track."""
+    if not texts or track is None:
+        return []
+    from railcosim.analysis.response.receptance import change_of
+
+    return [change_of(track, text) for text in texts]
 
 
 def _vehicle_of(file: Path | None, count: int) -> Vehicle | Train:

@@ -15,6 +15,7 @@ from .keeping_options import KeepingOptions
 from .options import (
     DimensionName,
     DimensionOption,
+    LocalOption,
     Out,
     PlotFile,
     PositionsOption,
@@ -37,8 +38,8 @@ if TYPE_CHECKING:
 TIME = 1.0  # s
 OF_THE_PAIR = (
     "vehicle_fmu", "track_fmu", "vehicle", "vehicles", "track", "set_", "contact",
-    "contact_stiffness", "dimension", "position", "speed", "irregularity", "seed", "quantities",
-    "fade", "repeat", "defect", "held", "fresh",
+    "contact_stiffness", "dimension", "local", "position", "speed", "irregularity", "seed",
+    "quantities", "fade", "repeat", "defect", "held", "fresh",
 )  # fmt: skip
 
 
@@ -60,6 +61,7 @@ def run(
         ),
     ] = "hertz",
     dimension: DimensionOption = DimensionName.VERTICAL,
+    local: LocalOption = None,
     position: PositionsOption = None,
     speed: SpeedOrFile = "250",
     rough: IrregularityOptions,
@@ -109,7 +111,7 @@ def run(
         travel=travel,
     )
     journey.check_dimension(aside=aside)
-    with given.fmus(*FMUS[owner], dimension=dimension) as made:
+    with given.fmus(*FMUS[owner], dimension=dimension, local=local) as made:
         options = kept.checkpoints.options if kept.checkpoints else {}
         cars, rails = keep_fmus(keeping.checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1])
         vehicle, (track,) = files_of(cars), files_of(rails)

@@ -16,6 +16,8 @@ from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import DIMENSIONS, SIDES, Layout
 from railcosim.parameters import ParameterError, UnusualWarning, write_toml
 from railcosim.track.decay import check_ring, decay_along
+from railcosim.track.local import LocalChange
+from railcosim.track.local_modes import with_changes
 from railcosim.track.parameters import Track
 from railcosim.track.reduced import reduce_track
 from railcosim.track.section import moves_aside
@@ -155,6 +157,7 @@ def contents(
     *,
     separate: bool = False,
     dimension: str = "vertical",
+    changes: Sequence[LocalChange] = (),
 ) -> list[Content]:
     """Vehicle, Track, VehicleWithContact and TrackWithContact.
 
@@ -169,6 +172,9 @@ def contents(
         and so on, where they stand in the train. The tracks are under all of them.
     dimension : str
         In what directions wheels and rails meet, see `railcosim.mechanics.ports.OF_WHEELS`.
+    changes : sequence of LocalChange
+        What is different at single places of the track, see
+        `railcosim.track.local_modes.with_changes`.
 
     Raises
     ------
@@ -194,7 +200,7 @@ def contents(
     # The rearmost wheelset starts above a railseat, the paper's place.
     places = ahead - ahead[-1] + track.fastening.spacing / 2
     start = start_of(vehicle, places.tolist(), dimension=dimension)
-    rails = track_under(track, start, progress, dimension=dimension)
+    rails = track_under(track, start, progress, dimension=dimension, changes=changes)
     bodies = {
         suffix: vehicle_body(build_multibody(one, MODELS[dimension]))
         for suffix, one in stock.items()
@@ -208,7 +214,7 @@ def contents(
     for with_contact in owners_in(rails.layout, start):
         for (suffix, body), its in zip(bodies.items(), starts, strict=True):
             made.append(_vehicle(stock[suffix], body, its, suffix, with_contact=with_contact))
-        made.append(_track(track, rails, start, with_contact=with_contact))
+        made.append(_track(track, rails, start, changes, with_contact=with_contact))
     return made
 
 
@@ -253,7 +259,8 @@ def track_contents(
     """
     rails = track_under(track, start, progress, sides=sides, dimension=dimension)
     return [
-        _track(track, rails, start, with_contact=owned) for owned in owners_in(rails.layout, start)
+        _track(track, rails, start, (), with_contact=owned)
+        for owned in owners_in(rails.layout, start)
     ]
 
 
@@ -282,6 +289,7 @@ def track_under(
     *,
     sides: tuple[str, ...] = SIDES,
     dimension: str = "vertical",
+    changes: Sequence[LocalChange] = (),
 ) -> ModalBody:
     """The reduced track under so many wheelsets, if the ring is long enough for them."""
     check_dimension(dimension)
@@ -296,7 +304,11 @@ def track_under(
     progress("measuring the decay along the track")
     check_ring(track, float(np.ptp(start.positions)))
     progress("reducing the track")
-    return reduce_track(track, directions).under(Layout(len(start.positions), sides, directions))
+    reduced = reduce_track(track, directions)
+    if changes:
+        progress("finding the modes of the changed ring")
+        reduced = with_changes(track, reduced, changes)
+    return reduced.under(Layout(len(start.positions), sides, directions))
 
 
 def profiles_json(profiles: Profiled) -> bytes:
@@ -325,15 +337,24 @@ def _vehicle(
     )
 
 
-def _track(track: Track, rails: ModalBody, start: Start, *, with_contact: bool) -> Content:
+def _track(
+    track: Track,
+    rails: ModalBody,
+    start: Start,
+    changes: Sequence[LocalChange],
+    *,
+    with_contact: bool,
+) -> Content:
+    local = " ".join(map(str, changes))
     return Content(
         name="TrackWithContact" if with_contact else "Track",
         model="track",
-        text=f"{track.called}, a ring of cells, {rails.layout.dimension}: "
+        text=f"{track.called}, a ring of cells, {rails.layout.dimension}"
+        + (f", with {local}: " if local else ": ")
         + ("wheel motion to contact force." if with_contact else "contact force to motion."),
         table=interface(rails, start, with_contact=with_contact),
         body=rails,
         parameters=write_toml(track, track.called),
-        annotations=ring_annotations(track),
+        annotations=ring_annotations(track) | ({"Local": {"changes": local}} if local else {}),
         profiles=_profiles_of(start) if with_contact else None,
     )

@@ -222,5 +222,11 @@ def independent(track: Track, directions: Collection[Direction]) -> list[tuple[D
 
 def _faded(modes: RingModes, top: float) -> RingModes:
     """Weigh modes by cos^2 falling from 1 at `FADE_FROM * top` (rad/s) to 0 at `top`."""
-    part = np.clip((np.abs(modes.poles) / top - FADE_FROM) / (1 - FADE_FROM), 0, 1)
-    return modes.weighted(np.cos(0.5 * np.pi * part) ** 2)
+    return modes.weighted(fading(modes.poles, top))
+
+
+def fading(poles: ComplexArray, top: float) -> FloatArray:
+    """Weights of modes: cos^2, from 1 at `FADE_FROM * top` (rad/s) to 0 at `top`."""
+    part = np.clip((np.abs(poles) / top - FADE_FROM) / (1 - FADE_FROM), 0, 1)
+    weight: FloatArray = np.cos(0.5 * np.pi * part) ** 2
+    return np.where(part < 1, weight, 0.0)

@@ -12,6 +12,7 @@ from railcosim.fmus.export import NATIVE, Runtime, packed
 from railcosim.master.connections import Connection
 from railcosim.master.fmi.description import describe_file
 from railcosim.master.ssp import Part, write_ssp
+from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train
@@ -30,6 +31,7 @@ def export_pair(
     runtime: Runtime = NATIVE,
     separate: bool = False,
     dimension: str = "vertical",
+    changes: Sequence[LocalChange] = (),
 ) -> dict[str, Path]:
     """Write our four FMUs, and Pair.ssp with Vehicle and TrackWithContact in it.
 
@@ -46,6 +48,9 @@ def export_pair(
         as a component of Pair.ssp; only the track joins them.
     dimension : str
         vertical or spatial, see `railcosim.mechanics.ports.OF_WHEELS`.
+    changes : sequence of LocalChange
+        What is different at single places of the track, see
+        `railcosim.track.local_modes.with_changes`.
 
     Returns
     -------
@@ -59,7 +64,9 @@ def export_pair(
     """
     folder = Path(out)
     runtime.prepare(progress)
-    made = contents(vehicle, track, progress, separate=separate, dimension=dimension)
+    made = contents(
+        vehicle, track, progress, separate=separate, dimension=dimension, changes=changes
+    )
     with packed(made, folder, progress, runtime=runtime) as files:
         if runtime.fmi == 2 and any(one.has_contact for one in made if one.name in files):
             progress("wiring the pair")

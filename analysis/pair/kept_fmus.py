@@ -8,7 +8,7 @@ import os
 import shutil
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import cache as once
@@ -23,6 +23,7 @@ from railcosim.parameters import UnusualWarning
 from railcosim.storage.archive import digest_of
 from railcosim.storage.temporary import scratch
 from railcosim.track.decay import RingWarning
+from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.rolling import profile_files
@@ -82,6 +83,7 @@ def fmus_of_pair(
     *,
     dimension: str = "vertical",
     fresh: bool = False,
+    changes: Sequence[LocalChange] = (),
 ) -> Iterator[Made]:
     """Our FMUs for as long as the block lasts: kept ones, or made now and kept.
 
@@ -97,6 +99,8 @@ def fmus_of_pair(
         ``vertical``, or ``spatial``: of these there are only those that take contact forces.
     fresh : bool
         Make them anew.
+    changes : sequence of LocalChange
+        What is different at single places of the track.
 
     Warns
     -----
@@ -108,14 +112,14 @@ def fmus_of_pair(
             raise CacheRefused("none is kept")
         folder = cache() / "fmus"
         folder.mkdir(mode=0o700, exist_ok=True)
-        key = key_of(vehicle, track, dimension)
+        key = key_of(vehicle, track, dimension, changes)
         place = None if fresh else find(folder, key)
         made = place is None
-        place = place or _make(vehicle, track, dimension, folder, key, progress)
+        place = place or _make(vehicle, track, dimension, changes, folder, key, progress)
         said = [] if made else json.loads((place / SAID).read_text(encoding="utf-8"))
     except (CacheRefused, OSError):
         with TemporaryDirectory(dir=scratch()) as temporary:
-            files = _export(vehicle, track, dimension, Path(temporary), progress)
+            files = _export(vehicle, track, dimension, changes, Path(temporary), progress)
             yield Made(files, None, found=False)
         return
     for kind, text in said:
@@ -125,13 +129,19 @@ def fmus_of_pair(
     yield Made({path.stem: path for path in sorted(place.glob("*.fmu"))}, place, found=not made)
 
 
-def key_of(vehicle: Vehicle | Train, track: Track, dimension: str = "vertical") -> str:
+def key_of(
+    vehicle: Vehicle | Train,
+    track: Track,
+    dimension: str = "vertical",
+    changes: Sequence[LocalChange] = (),
+) -> str:
     """What the FMUs are made from: parameters, our code, the libraries and the compiler wanted."""
     parts = {
         "vehicle": asdict(vehicle),
         "track": asdict(track),
         "profiles": [digest_of(file) for file in profile_files(vehicle)],
         "dimension": dimension,
+        "changes": [repr(change) for change in changes],
         "code": _code(),
         "libraries": [version(name) for name in LIBRARIES],
         "compiler": os.environ.get("CC", ""),
@@ -151,6 +161,7 @@ def _make(
     vehicle: Vehicle | Train,
     track: Track,
     dimension: str,
+    changes: Sequence[LocalChange],
     folder: Path,
     key: str,
     progress: Callable[[str], None],
@@ -159,7 +170,7 @@ def _make(
     work = Path(mkdtemp(prefix=BEGUN, dir=folder))
     try:
         with _heard() as said:
-            _export(vehicle, track, dimension, work, progress)
+            _export(vehicle, track, dimension, changes, work, progress)
         (work / SAID).write_text(json.dumps(said), encoding="utf-8")
         place = folder / f"{key}-{_content(work)}"
         if find(folder, key) != place:  # the same are as good, and may be in use
@@ -174,6 +185,7 @@ def _export(
     vehicle: Vehicle | Train,
     track: Track,
     dimension: str,
+    changes: Sequence[LocalChange],
     out: Path,
     progress: Callable[[str], None],
 ) -> dict[str, Path]:
@@ -182,7 +194,9 @@ def _export(
 
     from .export_pair import export_pair  # noqa: PLC0415
 
-    return export_pair(vehicle, track, out, progress, runtime=WITH_STATES, dimension=dimension)
+    return export_pair(
+        vehicle, track, out, progress, runtime=WITH_STATES, dimension=dimension, changes=changes
+    )
 
 
 @contextmanager

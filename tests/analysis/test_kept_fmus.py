@@ -10,6 +10,7 @@ import pytest
 
 from railcosim.analysis.pair import kept_fmus
 from railcosim.analysis.pair.kept_fmus import BEGUN, MOST, NOTES, fmus_of_pair, key_of
+from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 
@@ -22,10 +23,10 @@ def exports(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     made = []
 
-    def export(vehicle, track, dimension, out, progress):
+    def export(vehicle, track, dimension, changes, out, progress):
         files = {name: out / f"{name}.fmu" for name in NAMES}
         for name, path in files.items():
-            path.write_text(f"{name} {vehicle} {track} {dimension}")
+            path.write_text(f"{name} {vehicle} {track} {dimension} {changes}")
         made.append(out)
         return files
 
@@ -69,6 +70,13 @@ def test_what_was_said_when_they_were_made_is_said_again(exports, monkeypatch, k
             pair()
         assert len([one for one in told if one.category is kind]) == 1
     assert len(exports) == 1
+
+
+def test_other_places_are_other_fmus(exports):
+    hanging = LocalChange(what="fastening", x=0.3125, value=0.0)
+    (_, one), (made, other) = pair(), pair(changes=[hanging])
+    assert not made.found
+    assert one != other
 
 
 def test_other_parameters_are_other_fmus(exports):
