@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Protocol
 
 from jinja2 import Environment, PackageLoader
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from railcosim.storage.whole import write_whole
 
 from .chart import Chart
 from .screen import interactive, plotly_script
+from .style import on_screen
 
 
 class Judged(Protocol):
@@ -131,6 +132,7 @@ def write_page(
         lstrip_blocks=True,
     )  # fmt: skip
     environment.filters["number"] = number
+    environment.filters["symbols"] = symbols
     rows = [row for section in sections for row in section.rows]
     counts = counted(rows)
     # Charts are HTML made by plotly from our numbers; everything else is escaped.
@@ -156,6 +158,11 @@ def counted(rows: Iterable[Judged]) -> dict[str, int]:
 def verdict(row: Judged) -> str:
     """One of `VERDICTS`, also where numpy said it: its True is not Python's."""
     return VERDICTS[None if row.agrees is None else bool(row.agrees)]
+
+
+def symbols(text: str) -> Markup:
+    """Words, escaped, with symbols and units set as in charts."""
+    return Markup(on_screen(str(escape(text))))
 
 
 def number(value: float | str | None, digits: int = 4) -> str:

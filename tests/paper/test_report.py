@@ -23,8 +23,8 @@ spec.loader.exec_module(browser)
 FINDINGS = [
     Finding(figure="4", quantity="bounce", paper=0.7, ours=0.6975, unit="Hz", agrees=True,
             spatial=0.71145),
-    Finding(figure="6", quantity="pitch <b>", paper=6.2, ours="no peak", unit="Hz", agrees=False,
-            note="critically damped, a & b"),
+    Finding(figure="6", quantity="pitch <b> at k_H", paper=6.2, ours="no peak", unit="Hz",
+            agrees=False, note="critically damped, a & b"),
     Finding(figure="23", quantity="plotted", paper="not printed", ours=33.0, unit="Hz"),
 ]  # fmt: skip
 ROWS = [finding.row for finding in FINDINGS]
@@ -98,7 +98,7 @@ def test_numpy_s_verdicts_count_as_well() -> None:
 def test_text_is_escaped_and_disagreement_is_in_words(page) -> None:
     text = page.read_text()
     assert "Figure 4: x &lt; y" in text
-    assert "pitch &lt;b&gt;" in text
+    assert "pitch &lt;b&gt; at <i>k</i><sub>H</sub>" in text
     assert "&lt;quick&gt;" in text
     assert text.count("differs</span>") == 2  # under its figure, and among the differences
     assert "agrees</span>" in text
