@@ -121,6 +121,15 @@ USUAL = {
 }
 
 
+def refuse_of_pair(context: typer.Context, system: Path, options: tuple[str, ...]) -> None:
+    """Refuse options given on the command line that say nothing of a system in a file."""
+    for name in options:
+        source = context.get_parameter_source(name)
+        if source and source.name == "COMMANDLINE":
+            option = "--" + name.strip("_").replace("_", "-")
+            raise UsageError(f"{option}: is of our pair; {system} has its own FMUs. Leave it out")
+
+
 def positions_of(text: str | None) -> list[float] | None:
     """Read ``--position``: numbers of m, with commas."""
     if text is None:

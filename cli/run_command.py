@@ -24,6 +24,7 @@ from .options import (
     doubted,
     errors,
     positions_of,
+    refuse_of_pair,
 )
 from .parameter_options import FmuOptions
 from .results import PICTURES, RESULTS
@@ -80,7 +81,7 @@ def run(
     shorter steps, and fails if they do not confirm it.
     """
     if system is not None:
-        _refuse(context, system, OF_THE_PAIR)
+        refuse_of_pair(context, system, OF_THE_PAIR)
         errors.print(f"note: a system has a command of its own: railcosim run-system {system}")
         run_system(
             system=system, out=out, course=course, keeping=keeping, plot=plot, context=context
@@ -152,12 +153,3 @@ def _taken(
         tolerance=options.tolerance, tolerance_fmu=options.tolerance_fmu,
         limit=options.largest, keeping=keeping,
     )  # fmt: skip
-
-
-def _refuse(context: typer.Context, system: Path, options: tuple[str, ...]) -> None:
-    """Refuse options given on the command line that say nothing of a system in a file."""
-    for name in options:
-        source = context.get_parameter_source(name)
-        if source and source.name == "COMMANDLINE":
-            option = "--" + name.strip("_").replace("_", "-")
-            raise UsageError(f"{option}: is of our pair; {system} has its own FMUs. Leave it out")

@@ -18,11 +18,13 @@ from .options import (
     PlotFile,
     PositionsOption,
     Speed,
+    UsageError,
     console,
     contact_parameters,
     errors,
     positions_of,
     progress,
+    refuse_of_pair,
     speed_of,
 )
 from .parameter_options import FmuOptions
@@ -33,6 +35,10 @@ if TYPE_CHECKING:
     from railcosim.analysis.schemes.stability import Limit, Window
 
 
+OF_THE_PAIR = (
+    "vehicle_fmu", "track_fmu", "vehicle", "vehicles", "track", "set_", "dimension", "speed",
+    "contact_stiffness", "position", "fresh",
+)  # fmt: skip
 OutFile = Annotated[
     Path | None, typer.Option("--out", help="Result as well: .nc or .csv.", metavar="FILE")
 ]
@@ -56,7 +62,20 @@ def stability(
     ] = ",".join(PREDICTED),
     position: PositionsOption = None,
     given: FmuOptions,
+    system: Annotated[
+        Path | None,
+        typer.Option("--system", help="Any system of FMUs instead, an SSP file.", metavar="F.ssp"),
+    ] = None,
+    law: Annotated[
+        Path | None,
+        typer.Option(
+            "--law",
+            help="With --system: springs and dampers between its FMUs, in the master: a TOML file.",
+            metavar="F.toml",
+        ),
+    ] = None,
     plot: PlotFile = None,
+    context: typer.Context,
 ) -> None:
     """Predict the largest stable step of every scheme, owner of the contact and stiffness.
 
@@ -66,6 +85,12 @@ def stability(
     contact springs is taken to integrate them exactly. Wheels of pairs in space creep at the speed,
     and any stiffness is that at the static load.
     """
+    if law is not None and system is None:
+        raise UsageError("--law: is between FMUs of --system")
+    if system is not None:
+        refuse_of_pair(context, system, (*OF_THE_PAIR, "plot"))
+        _of_system(system, law, [word.strip() for word in schemes.split(",")], out)
+        return
     from railcosim.analysis.schemes.limits import predictable
     from railcosim.analysis.schemes.limits import stability as predicted
     from railcosim.analysis.schemes.stability import LONGEST
@@ -92,6 +117,36 @@ def stability(
         tell_of_growth(growth, text)
     chart = partial(stability_chart, longest=LONGEST)
     keep(table.to_dataset(), out, plot=plot, chart=chart)
+
+
+def _of_system(path: Path, law: Path | None, words: list[str], out: Path | None) -> None:
+    """Any system of FMUs: a step a scheme."""
+    from railcosim.analysis.schemes.black_boxes import system_stability
+
+    RESULTS.check(out)
+    with progress("predicting") as update:
+        found = system_stability(path, words, law=law, progress=update)
+    table = Table(title="Largest stable step, s, and what it is up to fast growth")
+    for heading in ("scheme", "stable to", "grows fast from", "evaluations"):
+        table.add_column(heading, no_wrap=heading == "scheme")
+    for name, limit in found.limits.items():
+        steps = (_in_s(step, found.longest) for step in (limit.step, limit.fast))
+        table.add_row(name, *steps, str(limit.evaluations))
+    console.print(table)
+    for name, why in found.refused.items():
+        errors.print(f"note: {name}: {why}")
+    for name, way in found.ways.items():
+        console.print(f"{name}: {way}")
+    if found.growth > 0.0:
+        console.print(
+            f"coupled exactly it grows by exp({found.growth:.3g} t), whatever the step; schemes "
+            "are only asked to add nothing to that"
+        )
+    keep(found.to_dataset(), out)
+
+
+def _in_s(step: float, longest: float) -> str:
+    return f"> {longest:.3g}" if math.isinf(step) else f"{step:.4g}" if step > 0.0 else "none"
 
 
 def tell_of_growth(growth: float, text: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from railcosim.analysis.pair.owner import Owner
@@ -37,13 +38,19 @@ class Member:
     linear: bool
 
 
-def members() -> dict[str, Member]:
-    """All schemes that studies compare, by a name such as ``gauss-seidel-linear-track-first``."""
+def members(components: Sequence[str] = ("vehicle", "track")) -> dict[str, Member]:
+    """All schemes that studies compare, by a name such as ``gauss-seidel-linear-track-first``.
+
+    Parameters
+    ----------
+    components : sequence of str, optional
+        Who may step first; the first one where it does not matter.
+    """
     found: dict[str, Member] = {}
     for name, family in CATALOGUE.items():
         for degree in sorted(family.degrees):
             inputs = f"-{NAMES[degree]}" if len(family.degrees) > 1 else ""
-            for first in ("vehicle", "track") if family.sequential else ("vehicle",):
+            for first in components if family.sequential else components[:1]:
                 order = f"-{first}-first" if family.sequential else ""
                 scheme = family.make(degree, first)
                 found[name + inputs + order] = Member(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -23,7 +23,7 @@ from railcosim.master.progress import Progress, Tell, foretold, unheard, unsaid
 from railcosim.master.schemes import Scheme
 from railcosim.parameters import ArgumentError
 
-from .catalogue import members
+from .catalogue import Member, members
 from .stability import Coupling, Limit, SprungPair, Window
 from .usual import PREDICTED
 
@@ -110,10 +110,11 @@ def stability(
     return StabilityTable(found, stiffness, [exact_growth(parts, k) for k in k_H])
 
 
-def predictable(words: Sequence[str]) -> list[str]:
+def predictable(words: Sequence[str], known: Mapping[str, Member] | None = None) -> list[str]:
     """Names of the schemes that can be predicted and begin with one of several words."""
-    names = [name for name, member in members().items() if member.linear]
-    learning = [name for name, member in members().items() if not member.linear]
+    known = members() if known is None else known
+    names = [name for name, member in known.items() if member.linear]
+    learning = [name for name, member in known.items() if not member.linear]
     chosen = dict[str, None]()
     text = ",".join(words)
     for word in words:

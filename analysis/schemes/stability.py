@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from railcosim.master.schemes.iteration import Iterated
 from railcosim.master.stability.amplification import Amplification
 from railcosim.master.stability.amplifier import Amplifier
 from railcosim.master.stability.windows import Probe, unstable_ranges
+from railcosim.master.system import System
 
 RATE, FAST = 0.01, 1.0
 """Growth (1/s) that counts, and that is seen in a run of seconds. Slower growth than the first is
@@ -126,6 +128,48 @@ class SprungPair:
         fastest = max(float(part.track.poles.imag.max()) for part in parts)
         self.resonant = math.pi / fastest
         self.rests = [system.save_state() for system in self.systems]
+        self.fast, self.shortest = self.exact + FAST, SHORTEST
+        self.width = max(len(part.wheels) for part in self.parts)
+
+
+class Observed(Protocol):
+    """What `Coupling` asks: `SprungPair`, or `black_boxes.Boxes`."""
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """Of a pair; of other systems none."""
+
+    @property
+    def systems(self) -> list[System]:
+        """Of linear components left open, at rest."""
+
+    @property
+    def rests(self) -> list[Any]:
+        """Their states."""
+
+    @property
+    def exact(self) -> float:
+        """Rate (1/s) at which something grows if all is coupled exactly."""
+
+    @property
+    def rate(self) -> float:
+        """What grows slower (1/s) counts as stable."""
+
+    @property
+    def fast(self) -> float:
+        """And as slow."""
+
+    @property
+    def shortest(self) -> float:
+        """Where the search begins, s."""
+
+    @property
+    def resonant(self) -> float:
+        """Step at which the fastest mode turns by half, s."""
+
+    @property
+    def width(self) -> int:
+        """How many contacts there are."""
 
 
 class Coupling:
@@ -133,8 +177,8 @@ class Coupling:
 
     Parameters
     ----------
-    pair : SprungPair
-        Vehicle, track and the springs between them.
+    pair : SprungPair or Boxes
+        Vehicle, track and the springs between them, or other components.
     scheme : Scheme
         The scheme.
 
@@ -146,17 +190,18 @@ class Coupling:
     Attributes
     ----------
     parts : tuple of Part
-        The pair.
+        The pair; of other systems none.
     rate, fast : float
         What grows slower (1/s) counts as stable, and as slow.
     contraction : float
         What an evaluation may leave of an error if the scheme iterates, else 1.
     """
 
-    def __init__(self, pair: SprungPair, scheme: Scheme) -> None:
+    def __init__(self, pair: Observed, scheme: Scheme) -> None:
         scheme = _observed(scheme)
-        self.parts, self.rate, self.fast = pair.parts, pair.rate, pair.exact + FAST
-        self._resonant = pair.resonant
+        self.parts, self._width = pair.parts, pair.width
+        self.rate, self.fast = pair.rate, pair.fast
+        self._shortest, self._resonant = pair.shortest, pair.resonant
         self.amplifiers = []
         for system, rest in zip(pair.systems, pair.rests, strict=True):
             system.restore_state(rest)
@@ -224,7 +269,7 @@ class Coupling:
             Where the search ends, s.
         """
         probe = Probe(grade=self._grade, ends=self._ends)
-        found = unstable_ranges(probe, SHORTEST, self._resonant, longest)
+        found = unstable_ranges(probe, self._shortest, self._resonant, longest)
         windows = list[Window]()
         for begin, end, grade, h in found:
             fast = begin if grade > 1 else math.inf
@@ -267,7 +312,7 @@ class Coupling:
     def _ends(self, steps: FloatArray) -> FloatArray:
         """See `Probe`; NaN if the scheme fails."""
         found = np.full((len(steps), 2 * len(self.amplifiers)), np.nan)
-        together = max(1, TOGETHER // max(len(part.wheels) for part in self.parts) ** 2)
+        together = max(1, TOGETHER // self._width**2)
         for i in range(0, len(steps), together):
             some = slice(i, i + together)
             with suppress(*FAILURES):

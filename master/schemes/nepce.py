@@ -44,7 +44,9 @@ class NepceStepper:
     def __init__(self, system: System) -> None:
         everybody = range(len(system.components))
         self.fallbacks = set_continuations(system, 0, dict.fromkeys(everybody, False))
-        self.memory: tuple[FloatArray, ...] | None = None
+        # Length of the last step (s) and half the changes of the inputs over it: so what decides
+        # the next step of that length does not depend on the length, as stability supposes.
+        self.memory: tuple[float, tuple[FloatArray, ...]] | None = None
         self._system = system
         self._fed = [k for k in everybody if system.components[k].inputs]
         self._signals = [k for k in everybody if not system.components[k].inputs]
@@ -53,18 +55,18 @@ class NepceStepper:
         """Step all with corrected inputs, then exchange; see `Stepper.step`."""
         system = self._system
         before = [system.components[k].u.copy() for k in self._fed]
-        missed = self.memory or tuple(np.zeros_like(u) for u in before)
+        last, missed = self.memory or (h, tuple(np.zeros_like(u) for u in before))
         for k in self._signals:
             system.step(k, t, h)
-        for k, u, area in zip(self._fed, before, missed, strict=True):
-            system.step_along(k, t, h, (u + area / h)[None])
+        for k, u, half in zip(self._fed, before, missed, strict=True):
+            system.step_along(k, t, h, (u + half * (last / h))[None])
         system.exchange()
-        areas = [
-            (system.components[k].u - u) * (h / 2) for k, u in zip(self._fed, before, strict=True)
+        halves = [
+            (system.components[k].u - u) * 0.5 for k, u in zip(self._fed, before, strict=True)
         ]
-        for k, area in zip(self._fed, areas, strict=True):
-            area[system.components[k].jumping] = 0.0  # whole numbers are never corrected
-        self.memory = tuple(areas)
+        for k, half in zip(self._fed, halves, strict=True):
+            half[system.components[k].jumping] = 0.0  # whole numbers are never corrected
+        self.memory = h, tuple(halves)
         return ONE_EVALUATION
 
 
