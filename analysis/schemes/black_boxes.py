@@ -324,8 +324,8 @@ def _linear(
     fed = {c.input for c in connections if c.target == fmu.name}
     asked = {c.output for c in connections if c.source == fmu.name}
     inputs = [v.name for v in fmu.inputs if v.name in fed]
-    heights = [v.nominal * pulses.amplitude for v in fmu.inputs if v.name in fed]
-    way = best_way(path, replace(pulses, amplitude=np.array(heights)))
+    heights = np.array([v.nominal for v in fmu.inputs if v.name in fed]) * pulses.amplitude
+    way = best_way(path, replace(pulses, amplitude=heights))
     parameters = fmu.description.parameters
     start: Mapping[str, object] = loaded.starts[fmu.name]
     wanted = Wanted(
