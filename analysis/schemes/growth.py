@@ -16,7 +16,7 @@ from railcosim.master.cosimulation import Divergence, cosimulate
 from railcosim.master.linear.state_space import ComplexArray
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.iteration import Iterated
-from railcosim.mechanics.ports import FORCE, SIDES, Direction
+from railcosim.mechanics.ports import FORCE, SIDES, Direction, X
 from railcosim.track.travel import Travel
 
 from .exponentials import fastest
@@ -60,6 +60,11 @@ SOFTER = 10
 """Times that driving is made softer before growth counts as without bound."""
 FIRST, STILL = 20, 1e-6
 """Steps in which forces change by no more than this part of `SIZE` where all is at rest."""
+HARDLY = 1e3
+"""Receptance of a motion, N/m, that heights do not drive: 100 N would take a tenth of a metre. Such
+are axles that swing against creep; they do once they are let go."""
+LET_GO, PARTS = 150, 3
+"""Steps in which they are watched, and parts of these: the first is of all that dies away."""
 SETTLING = 0.1
 """Time, s, in which axles find their speed, a hundred times that in which they nearly do."""
 FAR = LONGEST * np.array([0.1, 0.3, 1.0])
@@ -131,12 +136,15 @@ class Bench:
         self, pair: Pair, disturbance: Disturbance, settling: Scheme | None = None
     ) -> None:
         self._system, self._disturbance, self._start = pair.system, disturbance, 0.0
+        pair.system.keep_past()
+        self._unsettled = pair.system.save_state() if settling is not None else None
         if settling is not None:
             for point in cosimulate(pair.system, settling, SETTLING / 1000, SETTLING):
                 self._start = point.time
-        pair.system.keep_past()
         self._rest = pair.system.save_state()
         told = [name.partition(".")[2] for name in pair.system.names]
+        pulling = replace(pair.layout, directions=(X,)).names(FORCE)
+        self._pulling = [told.index(name) for name in pulling if name in told]
         self._alone: tuple[object, int, FloatArray | None] = None, 0, None
         self._forces = [told.index(name) for name in pair.layout.surface.names(FORCE)]
 
@@ -156,6 +164,8 @@ class Bench:
             As predicted for that step; only its frequency and heights are used, and its growth
             for the strength of driving and for how long a run must be to see it.
         """
+        if motion.receptance < HARDLY and self._unsettled is not None:
+            return self._let_go(scheme, h, motion)
         driven, last = int(np.clip(DRIVEN / h, FEWEST, MANY)), math.nan
         grown = motion.rate.real * ALONE * LONG
         longest = LONG * max(1.0, SEEN / grown) if grown > 1.0 else LONG
@@ -170,6 +180,18 @@ class Bench:
             if (abs(found - last) < enough and (foreseen or grown < 1.0)) or driven * h > longest:
                 return found
             driven, last = 2 * driven, found
+
+    def _let_go(self, scheme: Scheme, h: float, motion: Motion) -> float:
+        """Rate (1/s) of axles' swing against creep once they roll, by what pulls them along."""
+        self._system.restore_state(self._unsettled)
+        self._disturbance.heights = level
+        run = cosimulate(self._system, scheme, h, LET_GO * h, limit=1e12)
+        forces = np.array([point.outputs[self._pulling] for point in run])[:LET_GO]
+        turned = forces * np.exp(-1j * motion.rate.imag * h * np.arange(LET_GO))[:, None]
+        size = np.linalg.norm(turned.reshape(PARTS, LET_GO // PARTS, -1).mean(axis=1), axis=1)
+        if size[-1] < STILL * SIZE:
+            return -math.inf
+        return float(np.log(size[-1] / size[-2]) / (LET_GO // PARTS * h))
 
     def _driven(self, scheme: Scheme, h: float, motion: Motion, driven: int) -> FloatArray | None:
         """Forces after a motion was driven for so many steps; None if the scheme fails."""
@@ -225,6 +247,11 @@ class Bench:
         @cache
         def compared(h: float) -> Compared:
             motion = fastest_motion(coupling, h)
+            if motion.receptance < HARDLY and window is not None and h < window.fast:
+                # What nothing holds is slower than all else: that which is to grow is watched.
+                above = (1.0 + APART[0]) * window.fast
+                motion = fastest_motion(coupling, above)
+                motion = replace(motion, rate=complex(0.0, motion.rate.imag * above / h))
             measured = self.growth(scheme, h, motion)
             return Compared(step=h, at=h, predicted=motion.rate.real, measured=measured)
 
