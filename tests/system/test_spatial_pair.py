@@ -78,6 +78,27 @@ def test_rest(spatial) -> None:
     assert (aside[0][4:] < 0.05 * down[0][4:]).all()
 
 
+def test_axles_find_their_speed(spatial) -> None:
+    """What pulls a wheel along at first dies away as creep spins an axle up; nothing else changes.
+
+    Rails that have spread let wheels roll on smaller radii than V / r0 is of. In time T = I V / (2
+    f11 r0^2), of Kalker's f11; friction takes some per cent of that.
+    """
+    level, vehicle, speed = shifted(1.0, height=0.0), Vehicle(), 30.0
+    names = [name.replace("force_z", "force_x") for name in DOWN]
+    pull, _ = forces(spatial, level, names=names, stop=2e-3, held=True, speed=speed)
+    aside, _ = forces(spatial, level, names=ASIDE, stop=2e-3, held=True, speed=speed)
+    down, _ = forces(spatial, level, stop=2e-4, held=True, speed=speed)
+    assert 50.0 < np.abs(pull[0]).max() < 1.5e-3 * down[0].max()  # measured 81 N of 79.3 kN
+    wheel = geometry_of(vehicle.rolling, vehicle.contact, radius=vehicle.wheelset.radius)
+    patch = wheel.touch(np.zeros((1, 8)), np.array([RIGHT])).patch
+    f11 = float(patch.creep_coefficients(np.array(down[0].mean()))[0])
+    T = vehicle.wheelset.inertia_spin * speed / (2 * f11 * vehicle.wheelset.radius**2)
+    late = np.log(np.abs(pull[5] / pull[15])).mean()  # a millisecond of it
+    assert late == pytest.approx(1e-3 / T, rel=0.1)
+    assert np.abs(aside - aside[0]).max() < 1e-4 * np.abs(aside[0]).max()
+
+
 def test_what_is_pressed_down_only_is_refused(spatial) -> None:
     """A linear stiffness; and that of Hertz's law at the static load is what it is asked to be."""
     level = shifted(1.0, height=0.0)

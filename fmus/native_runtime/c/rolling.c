@@ -14,14 +14,15 @@ typedef struct {
 static void creepages(const Slip *slip, const double v[SIX], double speed, Known creepage[3],
                       double by_rates[3][SIX])
 {
+    const double slow = 1 / speed; /* a division takes as long as all else of a coordinate */
     memset(by_rates, 0, 3 * SIX * sizeof(double));
     for (int i = 0; i < 3; i++) {
         creepage[i] = slip->rolling[i];
         for (int k = 0; k < SLIPS[i]; k++) {
             const int a = SLIPPING[i][k];
             const Known *J = &slip->J[i][a];
-            const double part = v[a] / speed;
-            by_rates[i][a] = J->at / speed;
+            const double part = v[a] * slow;
+            by_rates[i][a] = J->at * slow;
             creepage[i].at += J->at * part;
             for (int b = 0; b < FIVE; b++)
                 creepage[i].by[b] += J->by[b] * part;
@@ -143,15 +144,15 @@ static void coordinates_of(const RollingLaw *law, double side,
 static void to_ports(const RollingLaw *law, double side, size_t n, const double *f,
                      double *at_ports)
 {
-    const double middle = side * law->half_distance, r0 = law->radius;
+    const double middle = side * law->half_distance, r0 = law->radius, by_r0 = 1 / r0;
     const double *y = f + Y * n, *z = f + Z * n, *roll = f + ROLL * n, *spin = f + SPIN * n;
     const double *yaw = f + YAW * n, *rail_roll = f + RAIL_ROLL * n;
     for (size_t k = 0; k < n; k++) {
         at_ports[k] = z[k];
         at_ports[n + k] = y[k];
         at_ports[2 * n + k] = roll[k] + r0 * y[k] - middle * z[k];
-        at_ports[3 * n + k] = spin[k] / r0;
-        at_ports[4 * n + k] = yaw[k] + middle * (spin[k] / r0);
+        at_ports[3 * n + k] = spin[k] * by_r0;
+        at_ports[4 * n + k] = yaw[k] + middle * (spin[k] * by_r0);
         at_ports[5 * n + k] = -z[k];
         at_ports[6 * n + k] = -y[k];
         at_ports[7 * n + k] = rail_roll[k];
