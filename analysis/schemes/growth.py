@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -132,13 +133,15 @@ class Bench:
         begin with V / r0, and find their own speed first. Of a pair that is at rest: none.
     """
 
+    _unsettled: Any = None
+
     def __init__(
         self, pair: Pair, disturbance: Disturbance, settling: Scheme | None = None
     ) -> None:
         self._system, self._disturbance, self._start = pair.system, disturbance, 0.0
         pair.system.keep_past()
-        self._unsettled = pair.system.save_state() if settling is not None else None
         if settling is not None:
+            self._unsettled = pair.system.save_state()
             for point in cosimulate(pair.system, settling, SETTLING / 1000, SETTLING):
                 self._start = point.time
         self._rest = pair.system.save_state()
@@ -164,7 +167,7 @@ class Bench:
             As predicted for that step; only its frequency and heights are used, and its growth
             for the strength of driving and for how long a run must be to see it.
         """
-        if motion.receptance < HARDLY and self._unsettled is not None:
+        if self._rolls(motion):
             return self._let_go(scheme, h, motion)
         driven, last = int(np.clip(DRIVEN / h, FEWEST, MANY)), math.nan
         grown = motion.rate.real * ALONE * LONG
@@ -180,6 +183,10 @@ class Bench:
             if (abs(found - last) < enough and (foreseen or grown < 1.0)) or driven * h > longest:
                 return found
             driven, last = 2 * driven, found
+
+    def _rolls(self, motion: Motion) -> bool:
+        """Whether a motion is one of axles that roll, which heights hardly drive."""
+        return self._unsettled is not None and motion.receptance < HARDLY
 
     def _let_go(self, scheme: Scheme, h: float, motion: Motion) -> float:
         """Rate (1/s) of axles' swing against creep once they roll, by what pulls them along."""
@@ -247,7 +254,7 @@ class Bench:
         @cache
         def compared(h: float) -> Compared:
             motion = fastest_motion(coupling, h)
-            if motion.receptance < HARDLY and window is not None and h < window.fast:
+            if self._rolls(motion) and window is not None and h < window.fast:
                 # What nothing holds is slower than all else: that which is to grow is watched.
                 above = (1.0 + APART[0]) * window.fast
                 motion = fastest_motion(coupling, above)
