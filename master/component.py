@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 from typing import Any, TypeAlias
@@ -193,6 +193,24 @@ class Component(ABC):
         """Be told how long (s) the steps of a run will be, or the longest of them."""
 
     # --- what not every component can ----------------------------------------------------------
+
+    @property
+    def texts_in(self) -> Mapping[str, str]:
+        """Inputs that are texts or bytes, and their types; numbers are none of them."""
+        return {}
+
+    @property
+    def texts_out(self) -> Mapping[str, str]:
+        """Outputs likewise."""
+        return {}
+
+    def get_text(self, name: str) -> bytes:
+        """What an output of `texts_out` is now."""
+        raise ComponentError(f"{self.name}: has no text {name}")
+
+    def set_text(self, name: str, text: bytes) -> None:
+        """Make `text` the value of an input of `texts_in`."""
+        raise ComponentError(f"{self.name}: takes no text {name}")
 
     def set_hold(self, hold: Hold) -> None:
         """Choose how the inputs continue from now on; `hold` must be in `holds`."""

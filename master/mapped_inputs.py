@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -100,6 +100,24 @@ class MappedInputs(Component):
         """Change of the outputs over the last step per change of an input."""
         derivative = self.inner.step_derivative()
         return None if derivative is None else derivative * self._factor
+
+    @property
+    def texts_in(self) -> Mapping[str, str]:
+        """As the component's."""
+        return self.inner.texts_in
+
+    @property
+    def texts_out(self) -> Mapping[str, str]:
+        """Likewise."""
+        return self.inner.texts_out
+
+    def get_text(self, name: str) -> bytes:
+        """What a text is now."""
+        return self.inner.get_text(name)
+
+    def set_text(self, name: str, text: bytes) -> None:
+        """Give a text."""
+        self.inner.set_text(name, text)
 
     def keep_past(self) -> None:
         """Be told that steps may be taken back from now on."""

@@ -20,6 +20,7 @@ from railcosim.master.connections import (
 from railcosim.master.continuation import NAMES, Continuation, Held, continuation, follow
 from railcosim.master.exchange import exchange_plan
 from railcosim.master.suggest import suggest
+from railcosim.master.texts import TextWires
 
 
 @dataclass(slots=True)
@@ -66,7 +67,7 @@ class System:
     components : tuple of Component
         In the given order; methods take the index in it.
     connections : tuple of Connection
-        As given; of arrays those of their elements.
+        As given, but of texts; of arrays those of their elements.
     variables : tuple of Variable
         All outputs of all components.
     names : tuple of str
@@ -86,7 +87,8 @@ class System:
 
     def __init__(self, components: Sequence[Component], connections: Iterable[Connection]) -> None:
         self.components = tuple(components)
-        self.connections = element_wise(self.components, connections)
+        self._texts = TextWires(self.components, connections)
+        self.connections = element_wise(self.components, self._texts.numbers)
         check_connections(self.components, self.connections)
         self.variables: tuple[Variable, ...] = tuple(v for c in components for v in c.outputs)
         self.names = tuple(f"{c.name}.{v.name}" for c in components for v in c.outputs)
@@ -145,6 +147,8 @@ class System:
             self._buffer.take(self._sources, None, self._inputs, "clip")
             for port in self._late:
                 port.component.write_inputs()  # no output depends at once on what is new here
+        if self._texts:
+            self._texts.pass_on()
 
     def write_inputs(self, k: int) -> None:
         """Set the inputs of component `k` to what its `u` holds: after a step, where they got to.

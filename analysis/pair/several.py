@@ -97,6 +97,8 @@ class SeveralVehicles(LoadedFmu):
             passed_in=(),
             passed_out=(),
             clocks=(),
+            texts_in={},
+            texts_out={},
             feedthrough=block_diag(*(d.feedthrough for d in each)).astype(bool),
             states_dependence=np.concatenate([d.states_dependence for d in each]),
             parameters=self._parameters(),

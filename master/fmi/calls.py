@@ -22,7 +22,7 @@ from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.description import FmuDescription
 from railcosim.master.fmi.fmu_log import FmuLog, status_name
 from railcosim.master.fmi.fmu_parameters import Setting
-from railcosim.master.fmi.kinds import Passed
+from railcosim.master.fmi.kinds import Kind, Passed
 from railcosim.master.fmi.library import Library, Signature, library_of
 
 WARNING, DISCARD, _FATAL = 1, 2, 4
@@ -156,6 +156,10 @@ class Calls(ABC):
     @abstractmethod
     def set_value(self, setting: Setting) -> None:
         """Give a parameter its value."""
+
+    @abstractmethod
+    def get_text(self, kind: Kind, reference: int) -> bytes:
+        """What a text or bytes are now."""
 
     @abstractmethod
     def resize(self, settings: Sequence[Setting]) -> None:

@@ -89,6 +89,8 @@ class FmuDescription:
         Whether it lists what an output depends on; if not, that may be everything.
     parameters : dict of str to Parameter
         All parameters by name.
+    texts_in, texts_out : dict of str to Parameter
+        Inputs and outputs that are texts or bytes, by name; no arrays of them.
     initials : dict of str to Parameter
         What else can be given a value before the initialisation: its own start values, by name,
         and inputs that are Strings.
@@ -125,6 +127,8 @@ class FmuDescription:
     feedthrough: NDArray[np.bool_]
     states_dependence: NDArray[np.bool_]
     parameters: dict[str, Parameter]
+    texts_in: dict[str, Parameter]
+    texts_out: dict[str, Parameter]
     initials: dict[str, Parameter]
     other_names: dict[str, str]
     can_get_and_set_state: bool
@@ -256,6 +260,8 @@ def _describe(path: Path, raw: Any, kind: Any, sizes: Sizes) -> FmuDescription:
         feedthrough=feedthrough,
         states_dependence=stated,
         parameters=parameters,
+        texts_in=_texts(raw.modelVariables, "input", kinds),
+        texts_out=_texts(raw.modelVariables, "output", kinds),
         initials=initials,
         other_names=others,
         can_get_and_set_state=kind.canGetAndSetFMUstate,
@@ -322,6 +328,21 @@ def _named(
         table = parameters if is_parameter else initials
         table |= {p.name: p for p in parameters_of(v, kinds[v.type], sizes)}
     return parameters, initials, others
+
+
+def _texts(
+    variables: Iterable[Any], causality: str, kinds: Mapping[str, Kind]
+) -> dict[str, Parameter]:
+    """Inputs or outputs that are no numbers."""
+    return {
+        v.name: parameters_of(v, kinds[v.type], {})[0]
+        for v in variables
+        if v.causality == causality
+        and v.type in kinds
+        and kinds[v.type].type is None
+        and not v.dimensions
+        and not v.alias
+    }
 
 
 def _is_initial(variable: Any, kind: Kind) -> bool:

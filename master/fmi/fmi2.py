@@ -26,7 +26,7 @@ from railcosim.master.fmi.calls import (
     references_of,
 )
 from railcosim.master.fmi.fmu_parameters import Setting
-from railcosim.master.fmi.kinds import Passed
+from railcosim.master.fmi.kinds import Kind, Passed
 from railcosim.master.fmi.library import POINTER, Signature
 
 _INT, _SIZE, _REAL = ctypes.c_int, ctypes.c_size_t, ctypes.c_double
@@ -103,6 +103,12 @@ class Fmi2Calls(Calls):
         value = (setting.kind.c_type * 1)(setting.value)
         name = f"fmi2Set{setting.kind.function}"
         self.call(name, references_of((setting.reference,)), 1, value)
+
+    def get_text(self, kind: Kind, reference: int) -> bytes:
+        """What a text is now."""
+        value = (ctypes.c_char_p * 1)()
+        self.call(f"fmi2Get{kind.function}", references_of((reference,)), 1, value)
+        return value[0] or b""
 
     def resize(self, settings: Sequence[Setting]) -> None:
         """There are no structural parameters."""

@@ -31,7 +31,7 @@ from railcosim.master.fmi.fmi3_interpolation import Interpolation
 from railcosim.master.fmi.fmi3_signatures import SIGNATURES
 from railcosim.master.fmi.fmu_log import fmi3_logger
 from railcosim.master.fmi.fmu_parameters import Setting
-from railcosim.master.fmi.kinds import Passed
+from railcosim.master.fmi.kinds import Kind, Passed
 
 _ROUNDING = 1e-12
 """Part of a step that counts as nothing."""
@@ -116,6 +116,17 @@ class Fmi3Calls(Calls):
             self.call("fmi3SetBinary", references, 1, length, text, 1)
         else:
             self.call("fmi3SetString", references, 1, text, 1)
+
+    def get_text(self, kind: Kind, reference: int) -> bytes:
+        """What a text or bytes are now."""
+        references = references_of((reference,))
+        if kind.name == "Binary":
+            place, length = (ctypes.c_void_p * 1)(), (ctypes.c_size_t * 1)()
+            self.call("fmi3GetBinary", references, 1, length, place, 1)
+            return ctypes.string_at(place[0], length[0]) if place[0] else b""
+        value = (ctypes.c_char_p * 1)()
+        self.call("fmi3GetString", references, 1, value, 1)
+        return value[0] or b""
 
     def resize(self, settings: Sequence[Setting]) -> None:
         """Give structural parameters their values."""

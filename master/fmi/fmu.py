@@ -43,7 +43,7 @@ class FmuComponent(LoadedFmu):
     """One instance of an FMU for Co-Simulation, of FMI 2.0 or 3.0.
 
     Made by `load`; then `set_parameters`, `enter_initialization`, `exit_initialization`, steps,
-    `close`. As a context manager it closes in any case. Strings take no part in coupling.
+    `close`. As a context manager it closes in any case.
     Unsuitable calls raise `FmuError`, refusals by the FMU `ComponentError`.
 
     Attributes
@@ -254,6 +254,16 @@ class FmuComponent(LoadedFmu):
             self._calls.time = t
             self._calls.after_step(status)
         self._calls.time = t + h
+
+    def get_text(self, name: str) -> bytes:
+        """What an output of `texts_out` is now."""
+        text = self.description.texts_out[name]
+        return self._calls.get_text(text.kind, text.reference)
+
+    def set_text(self, name: str, text: bytes) -> None:
+        """Make `text` the value of an input of `texts_in`."""
+        known = self.description.texts_in[name]
+        self._calls.set_value(Setting(known.kind, known.reference, text))
 
     def set_hold(self, hold: Hold) -> None:
         """Choose how the inputs continue from now on; `hold` must be in `holds`."""

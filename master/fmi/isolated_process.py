@@ -78,6 +78,12 @@ class _Server:
         assert rates is not None  # likewise
         return rates.tobytes()
 
+    def get_text(self, name: str) -> bytes:
+        return self._fmu.get_text(name)
+
+    def set_text(self, name: str, text: bytes) -> None:
+        self._fmu.set_text(name, text)
+
     def set_hold(self, hold: int) -> None:
         self._fmu.set_hold(Hold(hold))
 

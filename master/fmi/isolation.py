@@ -171,6 +171,14 @@ class IsolatedComponent(LoadedFmu):
         else:  # nobody will ask for anything that would tell how it went
             self._process.ask("ready")
 
+    def get_text(self, name: str) -> bytes:
+        """What an output of `texts_out` is now."""
+        return self._process.ask("get_text", name)
+
+    def set_text(self, name: str, text: bytes) -> None:
+        """Make `text` the value of an input of `texts_in`."""
+        self._process.tell("set_text", name, text)
+
     def set_hold(self, hold: Hold) -> None:
         """Choose how the inputs continue from now on; `hold` must be in `holds`."""
         self._process.ask("set_hold", int(hold))

@@ -82,6 +82,16 @@ class LoadedFmu(Component):
         return self.description.states_dependence
 
     @property
+    def texts_in(self) -> Mapping[str, str]:
+        """Inputs that are texts or bytes."""
+        return {name: text.type for name, text in self.description.texts_in.items()}
+
+    @property
+    def texts_out(self) -> Mapping[str, str]:
+        """Outputs that are texts or bytes."""
+        return {name: text.type for name, text in self.description.texts_out.items()}
+
+    @property
     def max_input_derivative(self) -> int:  # type: ignore[override]
         """2 if the FMU can interpolate its Real inputs (FMI names no order), else 0."""
         reals = any(v.type is Type.REAL for v in self.description.inputs)

@@ -91,12 +91,15 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
     maps: dict[Connection, Linear] = {}
     for wire in _element_wise(path, structure.wires, outputs, inputs):
         output, input_ = outputs[wire.source].get(wire.output), inputs[wire.target].get(wire.input)
+        if _is_text(wire, fmus):
+            maps[Connection(wire.source, wire.output, wire.target, wire.input)] = IDENTITY
+            continue
         if output is None:
             _check_other(path, wire, fmus[wire.source], wire.output, "output")
         if input_ is None:
             _check_other(path, wire, fmus[wire.target], wire.input, "input")
         if output is None or input_ is None:
-            raise FmuError(f"{path}: {wire}: Strings are not passed on; take the connection out")
+            raise FmuError(f"{path}: {wire}: texts feed texts only; take the connection out")
         try:
             check_types(str(wire), output, input_)
         except CouplingError as error:
@@ -132,6 +135,12 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
         step=structure.step,
         notes=tuple(notes),
     )
+
+
+def _is_text(wire: Wire, fmus: Mapping[str, LoadedFmu]) -> bool:
+    """Tell whether both ends are texts, or both bytes."""
+    kind = fmus[wire.source].texts_out.get(wire.output)
+    return kind is not None and kind == fmus[wire.target].texts_in.get(wire.input)
 
 
 def _element_wise(

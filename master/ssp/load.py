@@ -29,7 +29,7 @@ def open_ssp(
     """Load a system from an SSP 1.0 file for as long as the block lasts.
 
     Systems in systems are made flat: a component is called after all that it is in, but the
-    outermost. Strings are not passed on.
+    outermost.
 
     Parameters
     ----------

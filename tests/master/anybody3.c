@@ -13,7 +13,7 @@
 
 #define MOST 8
 enum { TIME, U, X, F, F_OUT, INTS = 10, B = 30, NOT_B, CHOICE, CHOSEN, LABEL, LENGTH, DATA, SUM, STEPS,
-       V = 40, W, N, GAIN, S, DS, CLOCK = 50, TICKS, HELD, COUNTDOWN, RINGS, EVENTS };
+       V = 40, W, N, GAIN, S, DS, CLOCK = 50, TICKS, HELD, COUNTDOWN, RINGS, EVENTS, SAID = 60, COPIED };
 
 static const char *const MODES[] = {"plain", "errs", "ends", "ends early", "early", "stuck", "nan", "warns",
                                     "clocks", "between", "event"};
@@ -229,6 +229,22 @@ fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference vr[], size_t n
     Model *m = &((Anybody *)c)->m;
     if (n != 1 || n_v != 1 || vr[0] != DATA || sizes[0] > sizeof m->data) return fmi3Error;
     memcpy(m->data, v[0], m->n_data = sizes[0]);
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3String v[], size_t n_v)
+{
+    if (n != 1 || n_v != 1 || vr[0] != SAID) return fmi3Error;
+    v[0] = ((Anybody *)c)->m.label;
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference vr[], size_t n, size_t sizes[], fmi3Binary v[],
+                         size_t n_v)
+{
+    Model *m = &((Anybody *)c)->m;
+    if (n != 1 || n_v != 1 || vr[0] != COPIED) return fmi3Error;
+    v[0] = m->data, sizes[0] = m->n_data;
     return fmi3OK;
 }
 

@@ -107,6 +107,24 @@ def test_parameters_of_all_types_and_elements(tmp_path):
 
 
 @pytest.mark.parametrize("load", LOADS)
+def test_texts_and_bytes_are_passed_on(tmp_path, load):
+    path = make_fmu3(tmp_path / "A.fmu", variables="text said bytes copied length sum x")
+    given = {"text": "twelve signs", "bytes": "00ff02"}
+    with begun(path, parameters=given, name="a") as a, begun(path, load, name="b") as b:
+        wires = [Connection("a", "said", "b", "text"), Connection("a", "copied", "b", "bytes")]
+        found, stopped, _ = ran(System([a, b], wires))
+        assert stopped is None
+        assert (found["b.length"][-1], found["b.sum"][-1]) == (12, 257)
+        assert (b.get_text("said"), b.get_text("copied")) == (b"twelve signs", b"\0\xff\2")
+        for y, u, words in (
+            ("said", "bytes", "String feeds Binary"),
+            ("x", "text", r"a\.x -> b\.text: what is no text feeds String"),
+        ):
+            with pytest.raises(CouplingError, match=words):
+                System([a, b], [Connection("a", y, "b", u)])
+
+
+@pytest.mark.parametrize("load", LOADS)
 def test_structural_parameters_change_the_interface(tmp_path, load):
     path = make_fmu3(tmp_path / "A.fmu", variables="v w n gain")
     with load(path, name="a") as fmu:
