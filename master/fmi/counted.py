@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray, Variable
-from railcosim.master.fmi.calls import PreparedCall, memory_of
 from railcosim.master.fmi.kinds import EXACT, Passed, range_of
+from railcosim.master.fmi.prepared import PreparedCall, memory_of
 
 Prepare = Callable[[str, Passed, Any], PreparedCall]
 """Binds a call that sets or gets to an array's memory."""

@@ -14,10 +14,11 @@ import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray, RunEnded
 from railcosim.master.fmi.archive import FmuError
-from railcosim.master.fmi.calls import (
-    DISCARD,
-    WARNING,
-    Calls,
+from railcosim.master.fmi.calls import DISCARD, WARNING, Calls
+from railcosim.master.fmi.fmu_parameters import Setting
+from railcosim.master.fmi.kinds import Kind, Passed
+from railcosim.master.fmi.library import POINTER, Signature
+from railcosim.master.fmi.prepared import (
     PreparedCall,
     StateNames,
     memory_of,
@@ -25,9 +26,6 @@ from railcosim.master.fmi.calls import (
     pointer_to,
     references_of,
 )
-from railcosim.master.fmi.fmu_parameters import Setting
-from railcosim.master.fmi.kinds import Kind, Passed
-from railcosim.master.fmi.library import POINTER, Signature
 
 _INT, _SIZE, _REAL = ctypes.c_int, ctypes.c_size_t, ctypes.c_double
 _PASS = (POINTER, _SIZE, POINTER)

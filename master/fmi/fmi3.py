@@ -14,11 +14,14 @@ import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray, RunEnded
 from railcosim.master.fmi.archive import FmuError
-from railcosim.master.fmi.calls import (
-    CO_SIMULATION,
-    DISCARD,
-    WARNING,
-    Calls,
+from railcosim.master.fmi.calls import CO_SIMULATION, DISCARD, WARNING, Calls
+from railcosim.master.fmi.fmi3_events import EVENT_ITERATIONS, Events, Updated
+from railcosim.master.fmi.fmi3_interpolation import Interpolation
+from railcosim.master.fmi.fmi3_signatures import SIGNATURES
+from railcosim.master.fmi.fmu_log import fmi3_logger
+from railcosim.master.fmi.fmu_parameters import Setting
+from railcosim.master.fmi.kinds import Kind, Passed
+from railcosim.master.fmi.prepared import (
     PreparedCall,
     StateNames,
     memory_of,
@@ -26,12 +29,6 @@ from railcosim.master.fmi.calls import (
     pointer_to,
     references_of,
 )
-from railcosim.master.fmi.fmi3_events import EVENT_ITERATIONS, Events, Updated
-from railcosim.master.fmi.fmi3_interpolation import Interpolation
-from railcosim.master.fmi.fmi3_signatures import SIGNATURES
-from railcosim.master.fmi.fmu_log import fmi3_logger
-from railcosim.master.fmi.fmu_parameters import Setting
-from railcosim.master.fmi.kinds import Kind, Passed
 
 _ROUNDING = 1e-12
 """Part of a step that counts as nothing."""

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from railcosim.master.component import ComponentError
 from railcosim.master.fmi.archive import FmuError
-from railcosim.master.fmi.calls import WARNING, PreparedCall, references_of
+from railcosim.master.fmi.calls import WARNING
+from railcosim.master.fmi.prepared import PreparedCall, references_of
 
 if TYPE_CHECKING:
-    from railcosim.master.fmi.description import Clock, FmuDescription
+    from railcosim.master.fmi.description import FmuDescription
     from railcosim.master.fmi.fmi3 import Fmi3Calls
+    from railcosim.master.fmi.from_raw import Clock
 
 EVENT_ITERATIONS = 100
 """How often an FMU may ask for another event iteration before it counts as stuck."""

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray
-from railcosim.master.fmi.calls import WARNING, PreparedCall, memory_of
+from railcosim.master.fmi.calls import WARNING
 from railcosim.master.fmi.fmu_log import status_name
+from railcosim.master.fmi.prepared import PreparedCall, memory_of
 
 if TYPE_CHECKING:
     from railcosim.master.fmi.fmi3 import Fmi3Calls

@@ -13,7 +13,7 @@ import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray, Hold
 from railcosim.master.fmi.archive import FmuError, unpack
-from railcosim.master.fmi.calls import WARNING, FmuState, PreparedCall, memory_of
+from railcosim.master.fmi.calls import WARNING
 from railcosim.master.fmi.counted import counted
 from railcosim.master.fmi.description import (
     HOLD_PARAMETER,
@@ -25,6 +25,7 @@ from railcosim.master.fmi.fmu_parameters import Scalar, Setting, setting_of
 from railcosim.master.fmi.kinds import Passed
 from railcosim.master.fmi.layers import tell_layers
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
+from railcosim.master.fmi.prepared import FmuState, PreparedCall, memory_of
 from railcosim.master.fmi.rollback import rollback_fault
 from railcosim.master.fmi.versions import CALLS
 
