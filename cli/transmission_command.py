@@ -64,7 +64,7 @@ def transmission(
     out: OutFile = None,
     plot: PlotFile = None,
 ) -> None:
-    """Force on the foundation in third octaves, slab vibration, insertion loss of another track.
+    """Force on the foundation in third octaves, slab vibration, insertion loss of a track.
 
     On a track without end, vertical; the force on all of the foundation, and the most per metre.
     """
