@@ -13,7 +13,7 @@
 
 #define MOST 8
 enum { TIME, U, X, F, F_OUT, INTS = 10, B = 30, NOT_B, CHOICE, CHOSEN, LABEL, LENGTH, DATA, SUM, STEPS,
-       V = 40, W, N, GAIN, S, DS, CLOCK = 50, TICKS, HELD, COUNTDOWN, RINGS, EVENTS, SAID = 60, COPIED };
+       V = 40, W, N, GAIN, S, DS, OF_STEP, CLOCK = 50, TICKS, HELD, COUNTDOWN, RINGS, EVENTS, SAID = 60, COPIED };
 
 static const char *const MODES[] = {"plain", "errs", "ends", "ends early", "early", "stuck", "nan", "warns",
                                     "clocks", "between", "event"};
@@ -25,7 +25,7 @@ typedef struct {
     float f;
     fmi3Int64 whole[8];
     int ticks, rings, events, steps, ticking, ringing, counting, chosen;
-    fmi3Boolean b;
+    fmi3Boolean b, of_step;
     fmi3UInt64 n;
     char label[64];
     size_t n_data;
@@ -210,8 +210,8 @@ fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference vr[], size_t 
 fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Boolean v[],
                           size_t n_v)
 {
-    if (n != 1 || n_v != 1 || vr[0] != B) return fmi3Error;
-    ((Anybody *)c)->m.b = v[0];
+    if (n != 1 || n_v != 1 || (vr[0] != B && vr[0] != OF_STEP)) return fmi3Error;
+    *(vr[0] == B ? &((Anybody *)c)->m.b : &((Anybody *)c)->m.of_step) = v[0];
     return fmi3OK;
 }
 
@@ -250,7 +250,7 @@ fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference vr[], size_t n
 
 static double slope(Anybody *a, fmi3ValueReference of, size_t i, fmi3ValueReference by, size_t j)
 {
-    if (of == X && by == U) return 0.25; /* the length of all steps in the tests */
+    if (of == X && by == U) return a->m.of_step ? 0.25 : 0; /* the length of all steps in the tests */
     if (i != j) return 0;
     return of == W && by == V ? a->m.gain[i] : of == DS && by == V ? 1 : of == DS && by == S ? -a->m.gain[i] : 0;
 }

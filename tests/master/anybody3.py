@@ -42,6 +42,12 @@ VARIABLES = {
     "gain": ("Float64", 43, f'{_PARAMETER} start="1 2 3"', _LENGTH),
     "s": ("Float64", 44, "", _LENGTH),
     "ds": ("Float64", 45, 'derivative="44"', _LENGTH),
+    "derivatives_of_step": (
+        "Boolean",
+        46,
+        'causality="parameter" variability="tunable" start="false"',
+        "",
+    ),
     "clock": ("Clock", 50, f'{_CLOCK}"constant" intervalDecimal="0.2"', ""),
     "ticks": ("Int32", 51, 'causality="output" clocks="50"', ""),
     "held": ("Float64", 52, 'causality="output" variability="discrete" clocks="50"', ""),

@@ -318,7 +318,7 @@ def test_linear_models_of_arrays(tmp_path, way):
 
 
 def test_derivatives_of_a_step(tmp_path):
-    path = make_fmu3(tmp_path / "A.fmu", variables="u x v w n gain")
+    path = make_fmu3(tmp_path / "A.fmu", variables="u x v w n gain derivatives_of_step")
     with begun(path) as fmu:
         fmu.do_step(0.0, 0.25)
         expected = np.zeros((4, 4))
