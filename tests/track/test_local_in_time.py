@@ -117,6 +117,7 @@ def newmark(position, force, step, *, changed):
     return np.array(found)
 
 
+@pytest.mark.slow  # 800 steps of both in Python, twice
 def test_a_load_that_moves_over_them(equal, local):
     """60 m/s from one bay before the hanging block to behind the soft pad."""
     step, speed, force = 1e-4, 60.0, 8e4
