@@ -66,9 +66,10 @@ class _Calls:
     """fmi2SetReal, fmi2DoStep and fmi2GetReal without anything between."""
 
     def __init__(self, fmu: FmuComponent, u: np.ndarray, y: np.ndarray) -> None:
-        library = fmu._instance._fmu  # below the adapter, whose cost is not asked for
-        self.instance = ctypes.c_void_p(library.component)
-        self.functions = [library.dll[f"fmi2{name}"] for name in ("SetReal", "DoStep", "GetReal")]
+        calls = fmu._calls  # below the adapter, whose cost is not asked for
+        self.instance = ctypes.c_void_p(calls._component)
+        names = ("SetReal", "DoStep", "GetReal")
+        self.functions = [calls._library.bare(f"fmi2{name}") for name in names]
         self.functions[1].argtypes = [
             ctypes.c_void_p,
             ctypes.c_double,
@@ -79,8 +80,8 @@ class _Calls:
             ((ctypes.c_uint * len(refs))(*refs), ctypes.c_size_t(len(refs)),
              values.ctypes.data_as(ctypes.c_void_p))
             for refs, values in (
-                (fmu.description.input_references, u),
-                (fmu.description.output_references, y),
+                (fmu.description.passed_in[0].references, u),
+                (fmu.description.passed_out[0].references, y),
             )
         ]  # fmt: skip
 

@@ -166,7 +166,7 @@ class Fmi3Calls(Calls):
             ctypes.byref(values),
             ctypes.c_size_t.from_param(passed.count),
         )
-        if way == "Set" and self._events is not None and not passed.is_shared:
+        if way == "Set" and self._events is not None and passed.jumps:
             return self._keep(self._events.around(call))
         return call
 
@@ -330,6 +330,7 @@ class Fmi3Calls(Calls):
         """Be as `beside_state` said."""
         if self._events is not None:
             self._events.ticks = beside
+        self._flags[1] = False
         if self._step is not None:  # if it was at its end, it is no more
             self._step.function, self._step.arguments = self._whole.function, self._whole.arguments
 

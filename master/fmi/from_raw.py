@@ -79,7 +79,8 @@ def passed_of(
         if count:
             references = tuple(v.valueReference for v in some)
             c_type = kinds[some[0].type].c_type
-            found.append(Passed(function, c_type, references, lengths, first, count))
+            jumps = any(v.variability != "continuous" for v in some)
+            found.append(Passed(function, c_type, references, lengths, first, count, jumps))
         first += count
     return tuple(found)
 

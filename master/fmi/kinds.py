@@ -108,6 +108,8 @@ class Passed:
         Of the variables, and how many values each has; an array is one.
     first, count : int
         Where their values begin among all inputs or outputs, and how many they are.
+    jumps : bool
+        Whether any of them may change at events only.
     """
 
     function: str
@@ -116,6 +118,7 @@ class Passed:
     sizes: tuple[int, ...]
     first: int
     count: int
+    jumps: bool = False
 
     @property
     def part(self) -> slice:

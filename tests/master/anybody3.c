@@ -13,7 +13,7 @@
 
 #define MOST 8
 enum { TIME, U, X, F, F_OUT, INTS = 10, B = 30, NOT_B, CHOICE, CHOSEN, LABEL, LENGTH, DATA, SUM, STEPS,
-       V = 40, W, N, GAIN, S, DS, OF_STEP, CLOCK = 50, TICKS, HELD, COUNTDOWN, RINGS, EVENTS, SAID = 60, COPIED };
+       V = 40, W, N, GAIN, S, DS, OF_STEP, DISCRETE, CLOCK = 50, TICKS, HELD, COUNTDOWN, RINGS, EVENTS, SAID = 60, COPIED };
 
 static const char *const MODES[] = {"plain", "errs", "ends", "ends early", "early", "stuck", "nan", "warns",
                                     "clocks", "between", "event"};
@@ -21,7 +21,7 @@ enum { PLAIN, ERRS, ENDS, ENDS_EARLY, EARLY, STUCK, GIVES_NAN, WARNS, CLOCKS, BE
 
 typedef struct {
     int mode, configuring, in_events;
-    double t, u, x, held, v[MOST], gain[MOST], s[MOST];
+    double t, u, x, held, level, v[MOST], gain[MOST], s[MOST];
     float f;
     fmi3Int64 whole[8];
     int ticks, rings, events, steps, ticking, ringing, counting, chosen;
@@ -109,7 +109,7 @@ static double *numbers(Anybody *a, fmi3ValueReference vr, size_t *n)
     static double w[MOST];
     for (size_t k = 0; k < m->n; k++)
         w[k] = vr == W ? m->gain[k] * m->v[k] : m->v[k] - m->gain[k] * m->s[k];
-    return vr == U ? &m->u : vr == X ? &m->x : vr == HELD ? &m->held : vr == V ? m->v : vr == GAIN ? m->gain
+    return vr == U ? &m->u : vr == X ? &m->x : vr == HELD ? &m->held : vr == DISCRETE ? &m->level : vr == V ? m->v : vr == GAIN ? m->gain
          : vr == S ? m->s : vr == W || vr == DS ? w : vr == TIME ? &m->t : NULL;
 }
 
@@ -130,7 +130,9 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
     size_t at = 0, size;
     for (size_t j = 0; j < n; j++, at += size) {
         double *to = numbers(c, vr[j], &size);
+        const Model *m = &((Anybody *)c)->m;
         if (!to || at + size > n_v || vr[j] == W || vr[j] == DS) return fmi3Error;
+        if (vr[j] == DISCRETE && m->mode == CLOCKS && !m->in_events && m->t > 0) return fmi3Error;
         memcpy(to, v + at, size * sizeof *v);
     }
     return at == n_v ? fmi3OK : fmi3Error;
@@ -360,7 +362,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
     Model *m = &((Anybody *)c)->m;
     *terminate = *nominals = *values = *has_next = fmi3False;
     *next = 0;
-    if (m->ticking) m->held = m->u, m->counting = ++m->ticks == 3;
+    if (m->ticking) m->held = m->u + m->level, m->counting = ++m->ticks == 3;
     m->rings += m->ringing;
     *again = m->ticking; /* once more */
     m->ticking = m->ringing = 0;

@@ -48,6 +48,7 @@ VARIABLES = {
         'causality="parameter" variability="tunable" start="false"',
         "",
     ),
+    "level": ("Float64", 47, 'causality="input" variability="discrete" start="0"', ""),
     "clock": ("Clock", 50, f'{_CLOCK}"constant" intervalDecimal="0.2"', ""),
     "ticks": ("Int32", 51, 'causality="output" clocks="50"', ""),
     "held": ("Float64", 52, 'causality="output" variability="discrete" clocks="50"', ""),

@@ -238,7 +238,7 @@ def test_what_order_is_lost_is_said(tmp_path):
 # --- clocks ---
 
 EVENTS = f'{ABLE} hasEventMode="true"'
-TICKS = "u x int8 clock ticks held countdown rings"
+TICKS = "u x int8 level clock ticks held countdown rings"
 
 
 @pytest.mark.parametrize("load", LOADS)
