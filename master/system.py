@@ -87,8 +87,9 @@ class System:
 
     def __init__(self, components: Sequence[Component], connections: Iterable[Connection]) -> None:
         self.components = tuple(components)
-        self._texts = TextWires(self.components, connections)
-        self.connections = element_wise(self.components, self._texts.numbers)
+        texts = TextWires(self.components, connections)
+        self._texts = texts if texts else None
+        self.connections = element_wise(self.components, texts.numbers)
         check_connections(self.components, self.connections)
         self.variables: tuple[Variable, ...] = tuple(v for c in components for v in c.outputs)
         self.names = tuple(f"{c.name}.{v.name}" for c in components for v in c.outputs)
@@ -147,7 +148,7 @@ class System:
             self._buffer.take(self._sources, None, self._inputs, "clip")
             for port in self._late:
                 port.component.write_inputs()  # no output depends at once on what is new here
-        if self._texts:
+        if self._texts is not None:
             self._texts.pass_on()
 
     def write_inputs(self, k: int) -> None:
