@@ -28,6 +28,8 @@ def summed(found, parameters, units):
     return found["frequency_slope"].sel(parameter=keys).sum("parameter").values
 
 
+# Two assemblies for each of thirty numbers.
+@pytest.mark.slow
 def test_a_vehicle_scales_as_stiffness_over_mass():
     """All stiffness a times as much and damping sqrt(a) times: all poles are sqrt(a) times; and as
     1 / sqrt(a) with mass. Euler's theorem on the sums of slopes; no slope is made twice."""
@@ -53,6 +55,8 @@ def test_a_track_scales_as_stiffness_over_mass():
     assert abs(float(pinned["frequency_slope"].sel(parameter="fastening.stiffness"))) < 0.05
 
 
+# Cells for each of thirty numbers.
+@pytest.mark.slow
 def test_slopes_are_those_of_modes_found_anew():
     """Of a ballasted track, whose rail on pads stands on sleepers: found by its name each time."""
     track = read_track("ballasted")
