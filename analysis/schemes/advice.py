@@ -163,7 +163,7 @@ def advise(
     tasks = _tasks(parts, k_H, names, accuracy, source)
     total = sum(task.cost for task in tasks)
     update = foretold(
-        lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0), tell, CORES
+        lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0), tell, CORES - 1
     )
     with Workers(update) as workers:
         found = [option for _, some in workers.completed(tasks, total) for option in some]

@@ -103,7 +103,7 @@ def stability(
     found = _all_limits(
         parts, k_H, names,
         foretold(
-            lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0), tell, CORES
+            lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0), tell, CORES - 1
         ),
     )  # fmt: skip
     stiffness = [largest(k) for k in k_H]
