@@ -35,6 +35,7 @@ RUNTIME = {
         "shape_functions.py",
         "shapes.py",
         "coordinates.py",
+        "observation.py",
         "modal.py",
         "law.py",
         "solve.py",

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from .arrays import ComplexArray, FloatArray
 from .coordinates import Coordinates
+from .observation import Observation
 from .ports import DIRECTIONS, RAIL, SIDES, WHEEL, Face, Layout
 from .shapes import AlongRing, Everywhere
 from .stepping import Drive, State
@@ -36,7 +37,8 @@ class ModalBody:
     face : Face
         WHEEL or RAIL: what it meets with.
     poles : array, shape (n_modes,)
-        rad/s, one of each conjugate pair: even modes, odd ones, then a local one a port.
+        rad/s, one of each conjugate pair: even modes, odd ones, then a local one a port, then one a
+        row of the observation.
     even : int
         How many are even, moving as their own mirror image.
     shapes : AlongRing or Everywhere
@@ -49,6 +51,8 @@ class ModalBody:
         Contact forces that load nothing: a vehicle's own weight, N.
     coordinates : Coordinates or None
         Of a vehicle. None: it stays, and wheels may roll along it.
+    observation : Observation or None
+        What is seen of a track at fixed places; None: nothing.
     """
 
     layout: Layout
@@ -61,6 +65,7 @@ class ModalBody:
     even_rigid: int
     preload: FloatArray
     coordinates: Coordinates | None = None
+    observation: Observation | None = None
 
     @property
     def ports(self) -> int:
@@ -69,8 +74,9 @@ class ModalBody:
 
     @property
     def shared(self) -> int:
-        """Modes but for the local ones."""
-        return self.poles.size - (self.ports if self.shapes.local else 0)
+        """Modes but for the local ones and those of the observation."""
+        seen = 0 if self.observation is None else self.observation.poles.size
+        return self.poles.size - (self.ports if self.shapes.local else 0) - seen
 
     @property
     def sign(self) -> int:
@@ -81,7 +87,9 @@ class ModalBody:
         """The body as it is met by wheelsets at positions, shape (wheelsets,), m."""
         rows = self.layout.wheelsets * len(self.layout.directions)
         out, into, local = self.shapes.at(position, rows)
-        return Met(self, out, into, self.layout.both_sides(local) if local.size else local)
+        local = self.layout.both_sides(local) if local.size else local
+        seen = None if self.observation is None else self.observation.driven(position)
+        return Met(self, out, into, local, seen)
 
     # --- of a free vehicle ----------------------------------------------------------------------
 
@@ -124,7 +132,9 @@ class ModalBody:
         own = {name: np.asarray(getattr(self, name)) for name in OWN}
         directions = [DIRECTIONS.index(d) for d in self.layout.directions]
         layout = [self.layout.wheelsets, len(self.layout.sides), *directions]
-        parts = {"shape": self.shapes, "coordinate": self.coordinates}
+        parts = {
+            "shape": self.shapes, "coordinate": self.coordinates, "seen": self.observation,
+        }  # fmt: skip
         return own | {
             "layout": np.array(layout),
             "even": np.array(self.even),
@@ -144,7 +154,7 @@ class ModalBody:
         wheelsets, sides, *directions = arrays["layout"].tolist()
         layout = Layout(wheelsets, SIDES[:sides], tuple(DIRECTIONS[d] for d in directions))
         shapes = _part(arrays, "shape")
-        known = _part(arrays, "coordinate")
+        known, seen = _part(arrays, "coordinate"), _part(arrays, "seen")
         for name in known.keys() & {"bodies", "names"}:
             known[name] = tuple(known[name].tolist())
         return cls(
@@ -152,6 +162,7 @@ class ModalBody:
             face=RAIL if arrays["is_rail"] else WHEEL,
             shapes=AlongRing(**shapes) if "table" in shapes else Everywhere(**shapes),
             coordinates=Coordinates(**known) if known else None,
+            observation=Observation(**seen) if seen else None,
             even=int(arrays["even"]),
             even_rigid=int(arrays["even_rigid"]),
             **{name: arrays[name] for name in OWN},
@@ -182,12 +193,15 @@ class Met:
         As displacements, and as forces receive them.
     local : array, shape (contacts, directions, directions)
         Shapes of each contact's own oscillators; empty without any.
+    seen : array, shape (n_rows, ports), or None
+        How forces drive the oscillators of the observation, if there is one.
     """
 
     body: ModalBody
     out: ComplexArray
     into: ComplexArray
     local: ComplexArray
+    seen: ComplexArray | None = None
 
     def drive(self, force: FloatArray) -> Drive:
         """Generalised forces of contact forces beyond the preload, shape (ports,)."""
@@ -197,6 +211,8 @@ class Met:
         if self.local.size:
             loads = force.reshape(-1, 1, self.local.shape[1])
             driven.append((loads @ self.local).ravel())
+        if self.seen is not None:
+            driven.append(self.seen @ force)
         n, into = self.body.even_rigid, self.body.rigid_into
         return Drive(
             np.concatenate(driven), np.concatenate([even @ into[:, :n], odd @ into[:, n:]])
@@ -211,6 +227,17 @@ class Met:
         seen = self._seen(self.body.poles * state.s, state.v)
         return seen + self.through @ force if self.body.coordinates is None else seen
 
+    def observed(self, state: State, force: FloatArray) -> FloatArray:
+        """What is seen at fixed places, shape (n_outputs,), under contact forces."""
+        observation = self.body.observation
+        if observation is None:
+            return np.empty(0)
+        n, rows = self.body.shared, observation.poles.size
+        rate = self.body.poles * state.s + self.drive(force).s
+        return observation.outputs(
+            state.s[:n], state.s[-rows:], rate[:n], rate[-rows:], self.body.poles[:n]
+        )
+
     @cached_property
     def through(self) -> FloatArray:
         """Velocity at once per force, (ports, ports), m/(N s)."""
@@ -224,7 +251,7 @@ class Met:
         odd = self.out[:, n:] @ s[n:shared]
         at_ports = self.body.layout.joined(even, odd)
         if self.local.size:
-            own = s[shared:].reshape(-1, self.local.shape[1], 1)
+            own = s[shared : shared + self.body.ports].reshape(-1, self.local.shape[1], 1)
             at_ports = at_ports + (self.local @ own).ravel()
         if not r.size:
             return at_ports.real
@@ -246,7 +273,7 @@ class Met:
         G: FloatArray = layout.joined(loads[0] @ even.T, loads[1] @ odd.T).T
         if self.local.size:
             k = self.local.shape[1]
-            weights = weight[shared:].reshape(-1, 1, k)
+            weights = weight[shared : shared + self.body.ports].reshape(-1, 1, k)
             own = ((self.local * weights) @ np.swapaxes(self.local, 1, 2)).real
             contact = np.arange(len(own))
             G.reshape(len(own), k, len(own), k)[contact, :, contact] += own

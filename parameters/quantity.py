@@ -8,8 +8,9 @@ from typing import Any, TypeAlias
 
 from .usual import Usual
 
+WORDS = "words"  # in a field's metadata
 MOST_NUMBERS = 64  # in one list; nothing that is built has more of anything
-Value: TypeAlias = float | int | bool | str | tuple[float | int, ...]
+Value: TypeAlias = float | int | bool | str | tuple[float | int, ...] | tuple[str, ...]
 
 
 class ParameterError(ValueError):
@@ -130,6 +131,12 @@ def word(default: str, description: str, *, source: str) -> Any:
     return field(default=default, metadata={"quantity": known})
 
 
+def words(description: str, *, source: str) -> Any:
+    """Declare any number of names, none unless a file says otherwise."""
+    known = Quantity(unit="", description=description, source=source)
+    return field(default=(), metadata={"quantity": known, WORDS: True})
+
+
 def quantity_of(declared: Field[Any]) -> Quantity:
     """The `Quantity` a dataclass field was declared with."""
     known: Quantity = declared.metadata["quantity"]
@@ -169,6 +176,8 @@ def check(declared: Field[Any], value: object) -> Value:
         if not isinstance(value, str):
             raise ParameterError(f"{declared.name} = {value!r}: must be a name in quotes")
         return value
+    if declared.metadata.get(WORDS):
+        return _words(declared, value)
     if not isinstance(declared.default, tuple):
         return _number(declared, value, whole=isinstance(declared.default, int))
     if not isinstance(value, (list, tuple)):
@@ -177,6 +186,14 @@ def check(declared: Field[Any], value: object) -> Value:
         raise ParameterError(f"{declared.name}: {len(value)} numbers, at most {MOST_NUMBERS}")
     whole = bool(declared.default) and isinstance(declared.default[0], int)
     return tuple(_number(declared, one, whole=whole) for one in value)
+
+
+def _words(declared: Field[Any], value: object) -> tuple[str, ...]:
+    if not isinstance(value, (list, tuple)) or not all(isinstance(one, str) for one in value):
+        raise ParameterError(f"{declared.name} = {value!r}: must be a list of names, [...]")
+    if len(value) > MOST_NUMBERS:
+        raise ParameterError(f"{declared.name}: {len(value)} names, at most {MOST_NUMBERS}")
+    return tuple(value)
 
 
 def _number(declared: Field[Any], value: object, *, whole: bool) -> float | int:

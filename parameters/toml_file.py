@@ -239,12 +239,12 @@ def _table(head: str, name: str, chosen: ParameterSet) -> list[str]:
     lines = ["", head]
     for declared in quantities(chosen):
         known, value = quantity_of(declared), getattr(chosen, declared.name)
-        about = "a name" if isinstance(value, str) else "true or false"
+        about = {str: "a name", tuple: "names"}.get(type(value), "true or false")
         if known.usual is not None:
             usual = f"usually {known.usual.low:g} to {known.usual.high:g}"
             about = f"{known.unit}, {known.allowed}, {usual}"
         source = known.source
-        if value != declared.default:
+        if value != declared.default and declared.default == declared.default:  # not if it is NaN
             source = f"{_text(declared.default)} if left out, {source}"
         lines += [
             f"# {known.description} ({about}; {source})",

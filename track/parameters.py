@@ -8,6 +8,7 @@ from railcosim.parameters import ParameterError
 
 from .layers import CONTINUOUS, SLEEPER, Layer, check_layers
 from .properties import MOST_CELLS, Fastening, Foundation, Mesh, Rail, Slab
+from .sensors import Sensor, check_sensors
 
 __all__ = [
     "MOST_CELLS",
@@ -16,6 +17,7 @@ __all__ = [
     "Layer",
     "Mesh",
     "Rail",
+    "Sensor",
     "Slab",
     "Track",
 ]
@@ -31,11 +33,14 @@ class Track:
         Properties, see each.
     layers : tuple of Layer
         From the top, between the fastenings and the slab, or the ground if there is none.
+    sensor : tuple of Sensor
+        Where something is seen of it in time and frequency, see `railcosim.track.sensors`.
 
     Raises
     ------
     ParameterError
-        If railseats do not fit the cell, or a slab carries no two rails. Whether the ring is long
+        If railseats do not fit the cell, a slab carries no two rails, or nothing is where a sensor
+        is. Whether the ring is long
         enough is known with the vehicle: see `railcosim.track.decay.check_ring`.
 
     References
@@ -50,6 +55,7 @@ class Track:
     foundation: Foundation = field(default_factory=Foundation)
     mesh: Mesh = field(default_factory=Mesh)
     layers: tuple[Layer, ...] = ()
+    sensor: tuple[Sensor, ...] = ()
 
     def __post_init__(self) -> None:
         tables = [declared.name for declared in fields(self)]
@@ -77,6 +83,7 @@ class Track:
                 raise ParameterError(
                     f"[mesh] {name} = {getattr(self.mesh, name)}: must be an even number"
                 )
+        check_sensors(self)
 
     def _check_lying(self) -> None:
         """Whether all lies on something."""

@@ -5,7 +5,7 @@ It is all arrays, so that an FMU can carry it and step it without the finite ele
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,15 +13,19 @@ from numpy.typing import NDArray
 
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.observation import Observation
 from railcosim.mechanics.ports import RAIL, Direction, Layout, Z
 from railcosim.mechanics.shapes import AlongRing
 from railcosim.parameters import ParameterError
 
 from .cell import EVEN, ODD, build_cell
+from .observed import Modes, observation_of, rows_of
 from .parameters import Track
 from .residual import head_shapes, residual
 from .ring import RingModes, ring_modes
 from .section import VERTICAL, moves_aside
+from .sensor_quantities import told_by
+from .sensor_rows import Row, shown_by
 from .stack import check_directions
 
 SHORTEST_WAVES = 0.8  # of the highest frequency kept: what a mesh must have, if at its least
@@ -57,6 +61,8 @@ class ReducedTrack:
         the same place.
     cell_length, length : float
         Of a cell and of the ring, m.
+    observation : Observation or None
+        What its sensors see; None: there are none.
     """
 
     directions: tuple[Direction, ...]
@@ -70,6 +76,19 @@ class ReducedTrack:
     residual_shapes: ComplexArray
     cell_length: float
     length: float
+    observation: Observation | None = None
+
+    @property
+    def shapes(self) -> AlongRing:
+        """As wheels meet them."""
+        return AlongRing(
+            table=self.table[:-1].astype(np.complex64),
+            mu=self.mu,
+            partner=self.partner,
+            local_table=self.residual_shapes[:-1],
+            cell_length=self.cell_length,
+            cells=round(self.length / self.cell_length),
+        )
 
     def under(self, layout: Layout) -> ModalBody:
         """The body that wheels meet at these ports: modes in a table, and oscillators at each.
@@ -85,23 +104,19 @@ class ReducedTrack:
                 f"{[d.name for d in self.directions]}"
             )
         local = np.tile(self.residual_poles, layout.contacts)
+        seen = self.observation and self.observation.of_sides(len(layout.sides))
+        own = [] if seen is None else [seen.poles]
         return ModalBody(
             layout=layout,
             face=RAIL,
-            poles=np.concatenate([self.poles, local]),
+            poles=np.concatenate([self.poles, local, *own]),
             even=int((self.parity > 0).sum()),
-            shapes=AlongRing(
-                table=self.table[:-1].astype(np.complex64),
-                mu=self.mu,
-                partner=self.partner,
-                local_table=self.residual_shapes[:-1],
-                cell_length=self.cell_length,
-                cells=round(self.length / self.cell_length),
-            ),
+            shapes=self.shapes,
             rigid_out=np.zeros((layout.wheelsets * len(layout.directions), 0)),
             rigid_into=np.zeros((layout.wheelsets * len(layout.directions), 0)),
             even_rigid=0,
             preload=np.zeros(len(layout.ports)),
+            observation=seen,
         )
 
 
@@ -137,8 +152,8 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
     """
     check_directions(track, directions)
     check_mesh(track, directions)
-    groups = independent(track, directions)
-    parts = [_group(track, group) for group in groups]
+    groups, told = independent(track, directions), told_by(track, directions)
+    parts = [_group(track, group, rows_of(told)) for group in groups]
     nodes, k = parts[0].nodes, len(directions)
     poles, shapes = np.empty(k, complex), np.zeros((nodes.size, k, k), complex)
     tables: list[list[ComplexArray]] = [[], []]
@@ -156,7 +171,7 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
     # used twice, receiving the force and giving the deflection.
     # Half as much to store, and to read in every step, for 1e-7 of the receptance.
     table = np.sqrt(0.5) * np.concatenate([*tables[0], *tables[1]], axis=2)
-    return ReducedTrack(
+    reduced = ReducedTrack(
         directions=directions,
         poles=joined.poles,
         mu=joined.mu,
@@ -169,29 +184,43 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
         cell_length=track.cell_length,
         length=track.length,
     )
+    if not told:
+        return reduced
+    seen = [part.shown[parity] for parity in (0, 1) for part in parts]
+    modes_seen = Modes(
+        track=track, groups=groups, directions=directions, shapes=reduced.shapes,
+        poles=reduced.poles, parity=reduced.parity,
+        shown=np.sqrt(0.5) * np.concatenate(seen, axis=1),
+    )  # fmt: skip
+    return replace(reduced, observation=observation_of(modes_seen, told))
 
 
 @dataclass(frozen=True)
 class _Group:
-    """What is reduced by itself: modes (without shapes) and tables, even and odd; a residual."""
+    """What is reduced by itself: modes (without shapes) and tables, even and odd; a residual.
+
+    And what of them sensors see.
+    """
 
     nodes: FloatArray
     modes: list[RingModes]
     tables: list[ComplexArray]
+    shown: list[ComplexArray]
     pole: ComplexArray
     shape: ComplexArray
 
 
-def _group(track: Track, directions: tuple[Direction, ...]) -> _Group:
+def _group(track: Track, directions: tuple[Direction, ...], rows: Sequence[Row]) -> _Group:
     top = track.mesh.highest_frequency
     cells = [build_cell(track, parity, directions=directions) for parity in (EVEN, ODD)]
     modes = [_faded(ring_modes(cell, top), 2 * np.pi * top) for cell in cells]
     pole, shape = residual(track, cells, modes, directions)
-    pairs = zip(cells, modes, strict=True)
+    pairs = list(zip(cells, modes, strict=True))
     return _Group(
         nodes=cells[0].nodes,
         modes=[replace(ring, shapes=ring.shapes[:0]) for ring in modes],
         tables=[head_shapes(cell, ring, directions) for cell, ring in pairs],
+        shown=[shown_by(rows, cell, ring) for cell, ring in pairs],
         pole=pole,
         shape=shape,
     )

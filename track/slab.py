@@ -48,6 +48,15 @@ class PlateModes:
         slopes = legendre.legder(self.coefficients, axis=2).astype(float) * (2 / self.width)
         return self._evaluate(x, y, slopes)
 
+    def curvatures(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Their curvatures d2w/dx2 and d2w/dy2 at points, shape (n_points, n), 1/(m2 sqrt(kg))."""
+        sides = (self.length, self.width)
+        along, across = (
+            legendre.legder(self.coefficients, 2, axis=1 + k).astype(float) * (2 / side) ** 2
+            for k, side in enumerate(sides)
+        )
+        return self._evaluate(x, y, along), self._evaluate(x, y, across)
+
     def _evaluate(self, x: FloatArray, y: FloatArray, coefficients: FloatArray) -> FloatArray:
         P_x = legendre.legvander(2 * np.asarray(x) / self.length, coefficients.shape[1] - 1)
         P_y = legendre.legvander(2 * np.asarray(y) / self.width, coefficients.shape[2] - 1)

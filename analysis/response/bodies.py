@@ -66,7 +66,9 @@ def seen_at_ports(met: Met) -> tuple[ComplexArray, FloatArray]:
         k = met.local.shape[1]
         for i, shapes in enumerate(met.local):
             own[i * k : (i + 1) * k, i * k : (i + 1) * k] = shapes
-        shared = np.hstack([shared, own])
+        # What else there is of oscillators, of what is seen elsewhere, moves no port.
+        beyond = np.zeros((body.ports, body.poles.size - body.shared - body.ports))
+        shared = np.hstack([shared, own, beyond])
     even_, odd_ = np.split(body.rigid_out.T, [body.even_rigid])
     rigid = np.concatenate([layout.joined(even_, 0.0 * even_), layout.joined(0.0 * odd_, odd_)]).T
     return shared, rigid
