@@ -21,6 +21,7 @@ from railcosim.track.local_modes import with_changes
 from railcosim.track.parameters import Track
 from railcosim.track.reduced import reduce_track
 from railcosim.track.section import moves_aside
+from railcosim.track.sensor_quantities import Told, told_by
 from railcosim.vehicle.files import write_stock
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import MODELS, Multibody, build_multibody
@@ -31,6 +32,7 @@ from .interface import Contact, Scalar, Start, interface, owns_contact
 from .law_variables import OfContact, in_common
 from .rolling_start import rolling_wheels, why_not_inside
 from .rolling_variables import RollingWheels
+from .sensor_variables import sensors_noted
 
 Annotations = dict[str, dict[str, str]]
 UNTOLD: Mapping[str, Callable[[Train], str]] = {
@@ -138,10 +140,14 @@ CONTACTS: Mapping[str, Callable[[Train, Multibody, FloatArray], OfContact | None
 """Start values of contact laws, by dimension."""
 
 
-def ring_annotations(track: Track) -> Annotations:
-    """What a track says of its ring: its length, and what vehicle it is long enough for, m."""
+def ring_annotations(track: Track, told: Sequence[Told] = ()) -> Annotations:
+    """What a track says of its ring: its length, and what vehicle it is long enough for, m.
+
+    And of its sensors, if there are any: FMI 2.0 has room for one element only.
+    """
     longest = decay_along(track).longest_span(track.mesh.cells)
-    return {"Ring": {"length": repr(track.length), "longestVehicle": repr(longest)}}
+    ring = {"length": repr(track.length), "longestVehicle": repr(longest)}
+    return {"Ring": ring | sensors_noted(track.sensor, told)}
 
 
 def wheel_annotations(vehicle: Vehicle | Train) -> Annotations:
@@ -345,6 +351,7 @@ def _track(
     *,
     with_contact: bool,
 ) -> Content:
+    told = told_by(track, rails.layout.directions)
     local = " ".join(map(str, changes))
     return Content(
         name="TrackWithContact" if with_contact else "Track",
@@ -352,9 +359,9 @@ def _track(
         text=f"{track.called}, a ring of cells, {rails.layout.dimension}"
         + (f", with {local}: " if local else ": ")
         + ("wheel motion to contact force." if with_contact else "contact force to motion."),
-        table=interface(rails, start, with_contact=with_contact),
+        table=interface(rails, start, with_contact=with_contact, told=told),
         body=rails,
         parameters=write_toml(track, track.called),
-        annotations=ring_annotations(track) | ({"Local": {"changes": local}} if local else {}),
+        annotations=ring_annotations(track, told) | ({"Local": {"changes": local}} if local else {}),
         profiles=_profiles_of(start) if with_contact else None,
     )

@@ -10,12 +10,14 @@ from dataclasses import dataclass, replace
 
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import Layout, Z
+from railcosim.track.sensor_quantities import Told
 
 from .law_variables import Contact, OfContact, law_at
 from .port_variables import ports_of, position
 from .roles import Role
 from .rolling_variables import RollingWheels, speed
 from .scalar import Scalar, names
+from .sensor_variables import sensor_outputs
 from .stepping_variables import input_hold, internal_step, time
 from .vehicle_variables import axleboxes, bodies, journey, start_heights
 
@@ -42,7 +44,9 @@ class Start:
     contact: OfContact | None
 
 
-def interface(body: ModalBody, start: Start, *, with_contact: bool) -> list[Scalar]:
+def interface(
+    body: ModalBody, start: Start, *, with_contact: bool, told: Sequence[Told] = ()
+) -> list[Scalar]:
     """Variables of a track or a vehicle: contact forces to motion, or the other's motion to forces.
 
     Parameters
@@ -53,6 +57,8 @@ def interface(body: ModalBody, start: Start, *, with_contact: bool) -> list[Scal
         Start values.
     with_contact : bool
         Whether it owns the contact springs.
+    told : sequence of Told
+        By sensors of a track, as its observation has them.
     """
     layout, stays = body.layout, body.coordinates is None
     numbers, own = layout.numbers, start.contact if with_contact else None
@@ -86,6 +92,7 @@ def interface(body: ModalBody, start: Start, *, with_contact: bool) -> list[Scal
     )
     for k in range(layout.contacts):
         table += _answers(body, k, own.told_forces(body, k) if own else [], what)
+    table += sensor_outputs(told, what.everything)
     fed = [what.of_wheelset(layout, i) for i in numbers] if own else []
     table += [*bodies(body, names(heights)), *axleboxes(body, names(heights), fed)]
     table += [input_hold(), *trip, *heights]

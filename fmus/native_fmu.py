@@ -21,7 +21,7 @@ from .native_runtime.compile import build, headers, sources
 from .native_runtime.platforms import Platform, platforms_named
 from .native_runtime.resource import resource
 from .native_runtime.universal import universal
-from .roles import PROFILES
+from .roles import PROFILES, Role
 from .stepping_variables import derivatives_of_step
 
 (MAC,) = platforms_named("darwin64")
@@ -75,7 +75,8 @@ class NativeRuntime:
         """All but the binaries, by place in the archive."""
         kind, body = KINDS[content.model], content.body
         table = [*content.table, derivatives_of_step()]
-        shown = states_of(body) if self._shows_states(content) else None
+        seen = [v.name for v in table if v.role is Role.OUT_SEEN]
+        shown = states_of(body, seen) if self._shows_states(content) else None
         profiles = content.profiles
         model = resource(body, table, guid="", profiles=profiles)
         guid = _guid(model, with_states=shown is not None)

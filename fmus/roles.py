@@ -57,6 +57,8 @@ class Role(IntEnum):
     TEXTBOOK = 31
     """Of all contacts."""
     DERIVATIVES_OF_STEP = 32
+    OUT_SEEN = 33
+    """Of what is seen at fixed places."""
 
 
 class Slot(NamedTuple):

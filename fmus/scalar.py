@@ -26,6 +26,8 @@ class Scalar:
         Of which wheelset, port or coordinate of the model it is, from 0.
     port : Port or None
         What it is a variable of.
+    terminal : str
+        In what terminal it is, if not in that of its port.
     quantity : str
         Last part of its name.
     variability : str
@@ -53,6 +55,7 @@ class Scalar:
     causality: str
     index: int = 0
     port: Port | None = None
+    terminal: str = ""
     variability: str = "continuous"
     type: str = "Real"
     start: float | int | bool | None = None
@@ -75,7 +78,9 @@ class Scalar:
 
     def as_dict(self) -> dict[str, object]:
         """For the runtime's own copy of the table."""
-        return asdict(replace(self, port=None))
+        known = asdict(replace(self, port=None))
+        del known["terminal"]
+        return known
 
 
 def names(table: Iterable[Scalar]) -> tuple[str, ...]:

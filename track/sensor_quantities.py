@@ -17,13 +17,13 @@ from .sensors import FASTENING, MIDDLE, RAIL, SLAB, Sensor, is_continuous, place
 
 Weights = tuple[float, float, float]
 VALUE: Weights = (1.0, 0.0, 0.0)
-MOVES: Mapping[str, tuple[str, str, Weights]] = {
-    "{}": ("", "", VALUE),
-    "v{}": ("rate of ", "/s", (0.0, 1.0, 0.0)),
-    "a{}": ("acceleration of ", "/s2", (0.0, 0.0, 1.0)),
-}
-"""Names, words and units, of a motion and its derivatives."""
-MOTIONS = {Z: "displacement", Y: "displacement", ROLL: "roll"}
+MOVES: Mapping[str, tuple[str, Weights]] = {
+    "{}": ("", VALUE), "v{}": ("/s", (0.0, 1.0, 0.0)), "a{}": ("/s2", (0.0, 0.0, 1.0)),
+}  # fmt: skip
+"""Names and units, of a motion and its derivatives."""
+STRAIGHT = ("displacement", "velocity", "acceleration")
+MOTIONS = {Z: STRAIGHT, Y: STRAIGHT, ROLL: ("roll", "rate of roll", "angular acceleration in roll")}
+"""The same in words."""
 TENSION = "positive with tension {}"
 
 
@@ -121,8 +121,8 @@ def _of(track: Track, sensor: Sensor, directions: Collection[Direction]) -> Iter
 
 def _moved(motion: Callable[[Direction], Motion], d: Direction) -> Iterator[Made]:
     """A motion in a direction, its rate and its acceleration."""
-    for name, (of, per, weights) in MOVES.items():
-        text = f"{of}{MOTIONS[d]}, {d.positive}"
+    for (name, (per, weights)), words in zip(MOVES.items(), MOTIONS[d], strict=True):
+        text = f"{words}, {d.positive}"
         yield name.format(d.name), d.motion + per, text, motion(d), weights
 
 

@@ -87,19 +87,28 @@ class States:
         return sum(block.size for block in self.blocks)
 
 
-def states_of(body: ModalBody) -> States:
-    """The states of a body: modes, and a vehicle's rigid-body coordinates."""
+def states_of(body: ModalBody, told: Sequence[str] = ()) -> States:
+    """The states of a body: modes, and a vehicle's rigid-body coordinates.
+
+    Parameters
+    ----------
+    body : ModalBody
+        The model.
+    told : sequence of str
+        Names of the outputs of a track's observation, in their order; none where nobody asks.
+    """
     if body.coordinates is None:
-        return _track_states(body)
+        return _track_states(body, told)
     return _vehicle_states(body, body.coordinates)
 
 
-def _track_states(body: ModalBody) -> States:
+def _track_states(body: ModalBody, told: Sequence[str]) -> States:
     """Modes of the ring, moved by all forces at all places, and local ones under each wheel."""
     layout, ring = body.layout, body.shared
     positions, forces = layout.of_axles("position"), layout.names(FORCE)
     all_ring = np.arange(ring)
-    drivers: list[Names] = [positions + forces] * ring
+    everybody: Names = positions + forces
+    drivers = [everybody] * ring
     shapes, size = body.shapes, len(layout.directions)
     coupled = np.eye(size, dtype=bool)  # motion in a direction, oscillator of a direction
     if isinstance(shapes, AlongRing):
@@ -112,13 +121,20 @@ def _track_states(body: ModalBody) -> States:
         seen = np.append(all_ring, ring + first + np.flatnonzero(coupled[own]))
         for quantity in (body.face.motion, body.face.rate):
             outputs[port.name(quantity)] = {RE: seen, IM: seen}
+    if body.observation is not None:
+        drivers += [everybody] * body.observation.poles.size
+        own = ring + body.ports + body.observation.row
+        for name, k in zip(told, own, strict=False):
+            seen = np.append(all_ring, k)
+            outputs[name] = {RE: seen, IM: seen}
     shape = shapes.table[:, 0] if isinstance(shapes, AlongRing) else shapes.into
     largest = FORCE_SIZE * np.abs(shape / body.poles[:ring]).max()
     return States(
         blocks=[
             Block(
                 name=name,
-                description=f"{part} parts of the ring's modes, then of those under the wheels",
+                description=f"{part} parts of the ring's modes, then of those under the wheels"
+                + (", then of those of sensors" if body.observation else ""),
                 nominal=_rounded(largest),
                 derivatives=_oscillations(name, body.poles, drivers),
                 at_rest=drivers,

@@ -12,7 +12,7 @@ from ..interface import Scalar
 from ..roles import Role
 from .common import to_bytes
 
-KIND = "_railcosim_wheel_on_rail"
+KIND, SENSOR = "_railcosim_wheel_on_rail", "_railcosim_sensor"
 ICON, WHEEL = "icon", "wheel"  # names of pictures
 EXTENT = 100  # of the coordinate system, from its centre
 SIZE = 8  # of a terminal's icon
@@ -38,6 +38,15 @@ def terminals(table: Sequence[Scalar]) -> dict[str, list[Member]]:
         if not members and port.wheelset in places:
             members.append(Member("position", places[port.wheelset].name))
         members += [Member(v.quantity, v.name) for v in table if v.port == port]
+    return found
+
+
+def sensors(table: Sequence[Scalar]) -> dict[str, list[Member]]:
+    """Terminals of sensors by name."""
+    found: dict[str, list[Member]] = {}
+    for v in table:
+        if v.terminal:
+            found.setdefault(v.terminal, []).append(Member(v.quantity, v.name))
     return found
 
 
@@ -75,16 +84,27 @@ def terminals_and_icons(table: Sequence[Scalar], *, below: bool) -> bytes:
             terminalKind=KIND,
             description=f"{side} wheel of wheelset {i} on its rail",
         )
-        for member in members:
-            SubElement(
-                terminal,
-                "TerminalMemberVariable",
-                variableName=member.variable,
-                memberName=member.name,
-                variableKind="signal",  # equal on both sides, forces too: compression is positive
-            )
+        _list(terminal, members)
         _place(terminal, i, side, count, below=below)
+    about = {v.terminal: v.description.partition(":")[0] for v in table}
+    for name, members in sensors(table).items():
+        terminal = SubElement(
+            parent, "Terminal", name=name, matchingRule="bus", terminalKind=SENSOR,
+            description=about[name],
+        )  # fmt: skip
+        _list(terminal, members)
     return to_bytes(root)
+
+
+def _list(terminal: Element, members: Sequence[Member]) -> None:
+    for member in members:
+        SubElement(
+            terminal,
+            "TerminalMemberVariable",
+            variableName=member.variable,
+            memberName=member.name,
+            variableKind="signal",  # equal on both sides, forces too: compression is positive
+        )
 
 
 def _place(terminal: Element, i: int, side: str, count: int, *, below: bool) -> None:

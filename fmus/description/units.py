@@ -20,6 +20,8 @@ UNITS: dict[str, dict[str, int]] = {
     "N.m": {"kg": 1, "m": 2, "s": -2},
     "N.m2": {"kg": 1, "m": 3, "s": -2},
     "N/m": {"kg": 1, "s": -2},
+    "N.m/m": {"kg": 1, "m": 1, "s": -2},
+    "N/m2": {"kg": 1, "m": -1, "s": -2},
     "N/m1.5": {},  # FMI has no fractional exponents
 }
 # How many display units make one unit.
@@ -31,7 +33,9 @@ DISPLAY_UNITS: dict[str, dict[str, float]] = {
     "rad/s": {"mrad/s": 1e3},
     "N": {"kN": 1e-3},
     "N.m": {"kN.m": 1e-3},
-    "N/m": {"GN/m": 1e-9},
+    "N/m": {"GN/m": 1e-9, "kN/m": 1e-3},
+    "N.m/m": {"kN.m/m": 1e-3},
+    "N/m2": {"MPa": 1e-6, "kPa": 1e-3},
 }
 
 

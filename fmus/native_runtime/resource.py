@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from railcosim.mechanics.contact.profiled import NUMBERS, Profiled
 from railcosim.mechanics.contact.profiles import COLUMNS
 from railcosim.mechanics.modal import ModalBody
+from railcosim.mechanics.observation import Observation
 from railcosim.mechanics.shapes import AlongRing
 from railcosim.parameters import ParameterError
 
@@ -52,7 +53,7 @@ def resource(
     """
     layout, nominals = body.layout, [block.nominal for block in states_of(body).blocks]
     known, shapes = body.coordinates, body.shapes
-    local = body.poles.size - body.shared
+    local = body.ports if shapes.local else 0
     along = shapes if isinstance(shapes, AlongRing) else None
     sizes = [
         body.even, body.shared - body.even, local, body.rigid_out.shape[1],
@@ -70,6 +71,7 @@ def resource(
         "sizes": np.array(sizes, np.int32),
         **_complex("pole", body.poles),
         **(_along(along, body) if along else _everywhere(body)),
+        **(_seen(body.observation) if body.observation else {}),
         "guid": _text([guid]),
         "nominals": np.array(nominals),
         **(_profiles(profiles) if profiles and owns_contact(table) else {}),
@@ -98,6 +100,19 @@ def _along(shapes: AlongRing, body: ModalBody) -> Sections:
         **_complex("table", shapes.table),
         **_complex("local", shapes.local_table),
         "geometry": np.array([shapes.cell_length]),
+    }
+
+
+def _seen(observation: Observation) -> Sections:
+    rows, places = observation.into.shape[:2]
+    return {
+        **_complex("seen", observation.shown),
+        **_complex("seen_into", observation.into.reshape(rows, places, -1)),
+        "seen_size": observation.size,
+        "seen_begin": observation.begin,
+        "seen_spacing": np.array([observation.spacing]),
+        "seen_row": observation.row.astype(np.int32),
+        "seen_weight": observation.weights,
     }
 
 

@@ -176,6 +176,8 @@ class Model:
         answers = {Role.OUT_POSITION: self._start + self._speed * time}
         if isinstance(self.mover.forces, OwnContact):
             answers[Role.OUT_FORCE] = self.mover.forces.on_other(met, state, now.load, force)
+        if self._out[Role.OUT_SEEN][0].size:
+            answers[Role.OUT_SEEN] = met.observed(state, force)
         if self._out[Role.OUT_MOTION][0].size:
             answers |= {
                 Role.OUT_MOTION: met.motion(state),

@@ -35,6 +35,8 @@ static void lay_out(Body *body, Arrays *arrays)
         set[k]->in_im = set[k]->out_im;
         set[k]->local_re = arrays_take(arrays, m->contacts * m->directions);
         set[k]->local_im = arrays_take(arrays, m->contacts * m->directions);
+        set[k]->seen_re = arrays_take(arrays, m->seen.rows * m->contacts);
+        set[k]->seen_im = arrays_take(arrays, m->seen.rows * m->contacts);
     }
     /* Of a vehicle the shapes that receive forces. */
     body->receiving = arrays_take(arrays, m->nodes > 0 ? 0 : 2 * all);
@@ -42,6 +44,7 @@ static void lay_out(Body *body, Arrays *arrays)
     body->weights = arrays_take(arrays, 8 * m->wheelsets);
     body->flexibility = arrays_take(arrays, 2 * m->modes);
     body->rate = arrays_take(arrays, 2 * m->modes);
+    body->turned = arrays_take(arrays, m->seen.rows > 0 ? 2 * m->modes : 0);
     for (int odd = 0; odd < 2; odd++) {
         for (size_t k = 0; k < sizeof body->split / sizeof *body->split; k++)
             body->split[k].of[odd] = arrays_take(arrays, R + 1);
@@ -165,6 +168,17 @@ void body_drive_rest(const Body *body, const Shapes *shapes, const double *force
         }
         g[m->width + k] = re;
         g[m->drives + m->width + k] = im;
+    }
+    for (size_t k = 0; k < m->seen.rows; k++) {
+        const double *seen_re = shapes->seen_re + k * m->contacts;
+        const double *seen_im = shapes->seen_im + k * m->contacts;
+        double re = 0, im = 0;
+        for (size_t j = 0; j < m->contacts; j++) {
+            re += seen_re[j] * force[j];
+            im += seen_im[j] * force[j];
+        }
+        g[m->width + m->local + k] = re;
+        g[m->drives + m->width + m->local + k] = im;
     }
     for (size_t j = 0; j < m->rigid; j++) {
         const double *own = f->of[j >= m->even_rigid];

@@ -23,6 +23,7 @@ typedef struct {
     double *out_re, *out_im;       /* as displacements */
     const double *in_re, *in_im;   /* as forces receive them, before the segments' exchange */
     double *local_re, *local_im;
+    double *seen_re, *seen_im;     /* of oscillators of what is seen: (rows of it, contacts) */
     Place *place; /* of each wheelset, what they are for */
 } Shapes;
 
@@ -46,6 +47,7 @@ typedef struct {
     ByParity split[6];          /* scratch: one number a row */
     double *G[2];               /* scratch, of even and odd modes: 3 of (padded_rows, padded_rows) */
     double *rate;               /* scratch: 2 * modes */
+    double *turned;             /* scratch: 2 * modes, where something is seen */
     Arrays arrays;
 } Body;
 
@@ -79,6 +81,12 @@ double body_coordinate(const Body *body, size_t coordinate, const double *x);
 double body_through(const Body *body, size_t coordinate, const double *force);
 /* d2x/dt2 of the modes, without what forces do at once. */
 void body_acceleration(const Body *body, const double *x, double *acceleration);
+/* Outputs of what is seen at fixed places, from a state (or its change) and its rate. */
+void body_see(const Body *body, const double *x, const double *rate, double *outputs);
+/* Shapes of the oscillators of what is seen for a wheelset: by `here` of values at its place, and by
+   `along` of their change along the track. */
+void body_seen_shapes(const Model *model, size_t wheelset, double position, double here,
+                      double along, double *to_re, double *to_im);
 /* dx/dt under generalised forces; g may be NULL: none. */
 void body_rate(const Body *body, const double *x, const double *g, double *rate);
 

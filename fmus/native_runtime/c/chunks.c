@@ -102,9 +102,10 @@ int model_find_chunks(Model *m)
     Segment *local = &m->segment[m->segments];
     local->out = local->in = m->width;
     m->chunk[m->chunks] = (Chunk){.first = m->segments, .end = m->segments + 1, .to = m->ring,
-                                  .at = m->width, .size = m->local, .room = whole_lines(m->local),
+                                  .at = m->width, .size = m->modes - m->ring,
+                                  .room = whole_lines(m->modes - m->ring),
                                   .shapes = m->shapes, .table = table};
-    m->drives = m->width + whole_lines(m->local);
+    m->drives = m->width + m->chunk[m->chunks].room;
     return 1;
 }
 

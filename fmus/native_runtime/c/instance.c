@@ -73,7 +73,8 @@ static int make_scratch(Instance *i)
                       &i->over_change.start, &i->over_change.slope, &i->over_change.curve};
     const size_t us = sizeof of_u / sizeof *of_u;
     i->scratch = memory_take(&i->model.memory,
-                             us * u + 4 * n + 3 * c + MOST_OWN * m->sides * n, sizeof(double));
+                             us * u + 4 * n + 3 * c + MOST_OWN * m->sides * n + m->seen.outputs,
+                             sizeof(double));
     if (i->scratch == NULL)
         return 0;
     for (size_t k = 0; k < us; k++)
@@ -85,6 +86,7 @@ static int make_scratch(Instance *i)
     i->z = i->force + c;
     i->vz = i->z + c;
     i->pushed = i->vz + c;
+    i->seen = i->pushed + MOST_OWN * m->sides * n;
     return 1;
 }
 

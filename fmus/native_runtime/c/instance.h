@@ -64,6 +64,7 @@ typedef struct {
     double *dlaw;                           /* of wheelsets: changes of k_H, then of C */
     double *force, *z, *vz;                 /* of contacts, and their changes */
     double *pushed;                         /* forces at the ports of what the body meets */
+    double *seen;                           /* outputs of what is seen at fixed places */
 } Instance;
 
 /* NULL: the log says why. */

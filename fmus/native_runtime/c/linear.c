@@ -97,6 +97,7 @@ static double output_change(Instance *i, const Variable *v, const Direction *d,
     case ROLE_OUT_FORCE: return i->pushed[v->index];
     case ROLE_OUT_CONTACT_Z: return i->z[v->index];
     case ROLE_OUT_CONTACT_VZ: return i->vz[v->index];
+    case ROLE_OUT_SEEN: return i->seen[v->index];
     case ROLE_OUT_COORDINATE: return body_coordinate(body, v->index, d->dx);
     case ROLE_OUT_RATE: return body_coordinate(body, v->index, i->motion.drate);
     default: break;
@@ -121,6 +122,8 @@ static void outputs_change(Instance *i, const Direction *d, const uint32_t *refs
         const Shapes *slope = body_slope(&motion->body, shapes, change->position);
         motion_observe_change(motion, shapes, slope, i->x, d->dx, i->z);
         motion_observe_change(motion, shapes, slope, motion->rate, motion->drate, i->vz);
+        if (m->seen.outputs > 0)
+            body_see(&motion->body, d->dx, motion->drate, i->seen);
     } else {
         const Shapes *shapes = body_shapes(&motion->body, now->position);
         body_rate(&motion->body, d->dx, NULL, motion->drate);

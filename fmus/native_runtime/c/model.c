@@ -6,6 +6,7 @@
 #include <string.h>
 
 enum { MAX_WHOLE = 1 << 30 }; /* of what becomes an int */
+enum { MOST_SEEN = 1 << 12 };     /* rows */
 static const double LEAST_INTERNAL_STEP = 1e-7; /* s, as in stepping_variables.py: it bounds work */
 
 typedef struct {
@@ -117,7 +118,10 @@ static void read_sizes(Reader *reader)
     m->even_coordinates = (size_t)sizes[8];
     m->contact_sign = sizes[9];
     m->ring = m->even + m->odd;
-    m->modes = m->ring + m->local;
+    m->seen.rows = resource_length(&m->resource, "seen_size");
+    demand(reader, m->seen.rows < MOST_SEEN && (m->seen.rows == 0 || m->nodes > 0),
+           "what is seen of it");
+    m->modes = m->ring + m->local + m->seen.rows;
     m->states = 2 * (m->modes + m->rigid);
     demand(reader, m->even > 0, "there are no modes");
     demand(reader, m->contact_sign == 0 || m->directions == 1 ||
@@ -161,8 +165,8 @@ static void read_segments(Reader *reader)
     m->chunk_rows = allocate(reader, m->segments * m->padded_rows, sizeof *m->chunk_rows);
     if (!reader->good)
         return;
-    m->segment[m->segments] = (Segment){m->ring, m->ring, m->local, 0, 0, m->segments, m->ring, 0,
-                                        0};
+    m->segment[m->segments] = (Segment){m->ring, m->ring, m->modes - m->ring, 0, 0, m->segments,
+                                        m->ring, 0, 0};
     demand(reader, model_find_chunks(m), "a segment of modes without a partner");
 }
 
@@ -203,6 +207,40 @@ static void read_track(Reader *reader)
             m->phase[2 * (c * m->segments + k)] = cos((double)c * m->segment[k].mu);
             m->phase[2 * (c * m->segments + k) + 1] = sin((double)c * m->segment[k].mu);
         }
+}
+
+/* What is seen at fixed places. */
+static void read_seen(Reader *reader)
+{
+    Model *m = reader->model;
+    Observed *seen = &m->seen;
+    seen->padded_rows = whole_blocks(seen->rows);
+    if (seen->rows == 0)
+        return;
+    const Complexes shown = complexes(reader, "seen", seen->rows, m->ring, 0);
+    seen->places = reader->good ? resource_second(&m->resource, "seen_into.re") : 0;
+    demand(reader, seen->places > 1, "a table of what is seen");
+    seen->into = complexes(reader, "seen_into", seen->rows, seen->places, m->sides * m->directions);
+    seen->size = doubles(reader, "seen_size", seen->rows, 0, 0);
+    seen->begin = doubles(reader, "seen_begin", seen->rows, 0, 0);
+    const double *spacing = doubles(reader, "seen_spacing", 1, 0, 0);
+    seen->outputs = resource_length(&m->resource, "seen_row");
+    seen->row = section(reader, "seen_row", TYPE_INT32, seen->outputs, 0, 0);
+    seen->weight = doubles(reader, "seen_weight", seen->outputs, 3, 0);
+    for (int part = 0; part < 2; part++)
+        seen->shown[part] = allocate(reader, seen->padded_rows * m->ring, sizeof(double));
+    if (!reader->good)
+        return;
+    seen->spacing = spacing[0];
+    demand(reader, seen->spacing > 1e-6 &&
+           seen->spacing * (double)(seen->places - 1) < m->length, "places of what is seen");
+    for (size_t k = 0; reader->good && k < seen->outputs; k++) {
+        demand(reader, seen->row[k] >= 0 && (size_t)seen->row[k] < seen->rows,
+               "a row of what is seen");
+        seen->rates |= seen->weight[3 * k + 1] != 0 || seen->weight[3 * k + 2] != 0;
+    }
+    if (reader->good)
+        model_fill_seen(m, shown.re, shown.im);
 }
 
 static void read_vehicle(Reader *reader)
@@ -259,6 +297,7 @@ static size_t owners(const Model *m, int role)
     case ROLE_OUT_CONTACT_Z: case ROLE_OUT_CONTACT_VZ: return m->contacts;
     case ROLE_OUT_COORDINATE: case ROLE_OUT_RATE: return m->coordinates;
     case ROLE_OUT_ACCELERATION: return m->coordinates;
+    case ROLE_OUT_SEEN: return m->seen.outputs;
     default: return law_number((Role)role) < LAW_NUMBERS ? m->wheelsets : 1;
     }
 }
@@ -269,7 +308,7 @@ static int causality_of(int role)
         return INDEPENDENT;
     if (role <= ROLE_IN_LOAD_LESS)
         return INPUT;
-    return role <= ROLE_OUT_ACCELERATION ? OUTPUT : PARAMETER;
+    return role <= ROLE_OUT_ACCELERATION || role == ROLE_OUT_SEEN ? OUTPUT : PARAMETER;
 }
 
 static void read_variable(Reader *reader, size_t k, const int32_t row[4], const double range[3])
@@ -399,10 +438,12 @@ int model_read(Model *model, Resource resource, char *why, size_t room)
         model->pole = complexes(&reader, "pole", model->modes, 0, 0);
         model->nominals = doubles(&reader, "nominals", model->rigid > 0 ? 4 : 2, 0, 0);
         read_segments(&reader);
-        if (model->nodes > 0)
+        if (model->nodes > 0) {
             read_track(&reader);
-        else
+            read_seen(&reader);
+        } else {
             read_vehicle(&reader);
+        }
         read_profile(&reader);
         read_interface(&reader);
         const size_t length = resource_length(&model->resource, "guid");
@@ -428,6 +469,8 @@ void model_free(Model *model)
     free(model->chunk_rows);
     free(model->phase);
     free(model->table);
+    free(model->seen.shown[0]);
+    free(model->seen.shown[1]);
     free(model->variable);
     free(model->input);
     free(model->output);

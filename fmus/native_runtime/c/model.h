@@ -62,6 +62,7 @@ typedef enum {
     ROLE_FLANGE_DEPTH = 30,
     ROLE_TEXTBOOK = 31, /* of all */
     ROLE_DERIVATIVES_OF_STEP = 32,
+    ROLE_OUT_SEEN = 33, /* of an output of what is seen at fixed places */
     ROLES
 } Role;
 
@@ -84,7 +85,7 @@ typedef struct {
     Causality causality;
     int tunable; /* may change during a run */
     Role role;
-    size_t index; /* wheelset, contact or coordinate */
+    size_t index; /* wheelset, contact, coordinate or output of what is seen */
     size_t place; /* of an input among the inputs */
     double start, minimum, maximum;
     const char *name;
@@ -116,6 +117,20 @@ typedef struct {
     size_t shapes, table; /* where its shapes begin, and its part of the table */
 } Chunk;
 
+/* What is seen of a track at fixed places: rows y = Re(shown s) + size Re(q), of which q is an
+   oscillator that forces drive by a table along the ring, at places from `begin` on; and outputs,
+   each a sum of one row's y, dy/dt and d2y/dt2. */
+typedef struct {
+    size_t rows, padded_rows, places, outputs;
+    int rates;              /* whether an output takes a derivative */
+    double *shown[2];       /* (padded_rows, ring), real and imaginary */
+    const double *size, *begin;
+    Complexes into;         /* (rows, places, sides * directions) */
+    double spacing;
+    const int32_t *row;     /* of an output */
+    const double *weight;   /* (outputs, 3) */
+} Observed;
+
 typedef struct {
     Resource resource;
     Memory memory; /* what the model, and what is made of it, may still take */
@@ -124,12 +139,13 @@ typedef struct {
     size_t padded_rows;    /* whole blocks of them */
     const int32_t *mirror; /* of a direction: 1 where even modes move both sides alike, else -1 */
     /* Modes: even ones (of motions that are their own mirror images), odd ones, one local one a
-       contact. */
+       contact; and one a row of what is seen. */
     size_t even, odd, ring, local, modes;
+    Observed seen;
     size_t width;  /* columns of shapes: those of all chunks */
     size_t shapes; /* numbers in shapes of all chunks, real or imaginary */
     size_t *chunk_rows; /* what the chunks' `row` point to */
-    size_t drives; /* complex generalised forces: width + local, in whole lines */
+    size_t drives; /* complex generalised forces: width + those of other modes, in whole lines */
     size_t rigid, coordinates, states;
     size_t even_rigid, even_coordinates; /* even ones first: no odd mode moves an even coordinate */
     const double *nominals; /* of Re s, Im s and, with rigid coordinates, r and dr/dt */
@@ -183,5 +199,7 @@ static inline const float *model_node(const Model *m, const Chunk *chunk, size_t
 int model_find_chunks(Model *model);
 /* Fill the table from the file's, (nodes, directions, shape and slope, ring). */
 void model_fill_table(Model *model, const float *re, const float *im);
+/* Likewise rows of what is seen, in seen.c, where there is room for whole blocks of them. */
+void model_fill_seen(Model *model, const double *re, const double *im);
 
 #endif

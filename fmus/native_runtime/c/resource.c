@@ -201,6 +201,12 @@ size_t resource_length(const Resource *resource, const char *name)
     return find(resource, name, &entry) ? (size_t)entry.dims[0] : 0;
 }
 
+size_t resource_second(const Resource *resource, const char *name)
+{
+    Entry entry;
+    return find(resource, name, &entry) ? (size_t)entry.dims[1] : 0;
+}
+
 void resource_free(Resource *resource)
 {
     free(resource->bytes);

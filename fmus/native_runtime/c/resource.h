@@ -28,6 +28,8 @@ const void *resource_find(const Resource *resource, const char *name, ElementTyp
                           const size_t dims[RESOURCE_MAX_DIMS], char *why, size_t room);
 /* Number of elements along the first dimension; 0 if there is no such section. */
 size_t resource_length(const Resource *resource, const char *name);
+/* Likewise along the second. */
+size_t resource_second(const Resource *resource, const char *name);
 void resource_free(Resource *resource);
 /* CRC-32 as in zlib and PNG: finds damage, not malice. */
 uint32_t crc32_of(const unsigned char *bytes, size_t size);

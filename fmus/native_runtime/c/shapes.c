@@ -98,6 +98,7 @@ static void arrive(const Model *m, Shapes *shapes, size_t wheelset, const Place 
 {
     const double local[2] = {1 - place->xi, place->xi};
     local_shapes(m, wheelset, place, local, shapes->local_re, shapes->local_im);
+    body_seen_shapes(m, wheelset, place->position, 1, 0, shapes->seen_re, shapes->seen_im);
     shapes->place[wheelset] = *place;
 }
 
@@ -213,6 +214,8 @@ const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change)
         evaluate_all(body, &body->slope, k, place, dw);
         const double local[2] = {-change[k] / m->element, change[k] / m->element};
         local_shapes(m, k, place, local, body->slope.local_re, body->slope.local_im);
+        body_seen_shapes(m, k, place->position, 0, change[k], body->slope.seen_re,
+                         body->slope.seen_im);
     }
     return &body->slope;
 }

@@ -64,12 +64,24 @@ static double output(Instance *i, const Variable *v, const double *acceleration)
     case ROLE_OUT_FORCE: return i->pushed[v->index];
     case ROLE_OUT_CONTACT_Z: return i->z[v->index];
     case ROLE_OUT_CONTACT_VZ: return i->vz[v->index];
+    case ROLE_OUT_SEEN: return i->seen[v->index];
     case ROLE_OUT_COORDINATE: return body_coordinate(&i->motion.body, v->index, i->x);
     case ROLE_OUT_RATE: return body_coordinate(&i->motion.body, v->index, i->motion.rate);
     default: break;
     }
     return body_coordinate(&i->motion.body, v->index, acceleration) +
            motion_through(&i->motion, v->index, i->force);
+}
+
+/* What is seen at fixed places, under the contact forces that are known. */
+static void see(Instance *i)
+{
+    Motion *motion = &i->motion;
+    if (i->model.seen.rates) {
+        const Shapes *shapes = body_shapes(&motion->body, i->now.position);
+        body_rate(&motion->body, i->x, motion_driven(motion, shapes, i->force), motion->rate);
+    }
+    body_see(&motion->body, i->x, motion->rate, i->seen);
 }
 
 /* Forces and motions of contacts, rates and accelerations, as far as outputs show them. */
@@ -81,6 +93,8 @@ static int find_motion(Instance *i)
         if (!motion_see(motion, &i->now, i->x, i->force, i->z, i->vz))
             return 0;
         motion_on_other(motion, &i->now, i->z, i->vz, i->pushed);
+        if (i->model.seen.outputs > 0)
+            see(i);
         return 1;
     }
     /* All modes are there, so a force changes no velocity at once. */
