@@ -21,8 +21,9 @@ from .options import (
     errors,
     status,
 )
-from .parameter_options import PairOptions, changes_at
+from .parameter_options import changes_at
 from .results import folder_of
+from .sensor_options import ObservedPair
 
 if TYPE_CHECKING:
     from railcosim.fmus.export import Runtime
@@ -45,7 +46,7 @@ class RuntimeName(StrEnum):
 def export(
     *,
     out: Annotated[Path, typer.Option("--out", help="Folder for the FMUs.", metavar="DIR")],
-    given: PairOptions,
+    given: ObservedPair,
     runtime: Annotated[
         RuntimeName,
         typer.Option("--runtime", help="native: needs nothing where imported. python: numpy."),

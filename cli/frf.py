@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .meeting_options import MeetingOptions
 from .options import (
     Frequencies,
     Out,
@@ -18,6 +17,7 @@ from .options import (
     speed_of,
 )
 from .results import PICTURES, RESULTS, keep
+from .sensor_options import ObservedMeeting
 
 if TYPE_CHECKING:
     from railcosim.analysis.response.frf import Assembly
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def frf(
     out: Out,
-    pair: MeetingOptions,
+    pair: ObservedMeeting,
     frequencies: Frequencies = "1:200:0.5",
     excitation: Annotated[
         str,

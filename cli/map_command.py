@@ -11,7 +11,6 @@ from rich.table import Table
 
 from railcosim.track.irregularity.quantities import QUANTITIES
 
-from .meeting_options import MeetingOptions
 from .options import (
     LIMITS,
     Out,
@@ -23,6 +22,7 @@ from .options import (
     speed_of,
 )
 from .results import PICTURES, Suffixes, keep
+from .sensor_options import ObservedMeeting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +38,7 @@ FILES = Suffixes("--out", (".nc",))
 
 def map_command(
     out: Out,
-    pair: MeetingOptions,
+    pair: ObservedMeeting,
     irregularity: Annotated[
         str,
         typer.Option(
@@ -67,6 +67,7 @@ def map_command(
     where the wavelength suits the distance of the bogies and speed over wavelength a resonance.
     In space every speed is solved for by itself, for wheels roll at it.
     """
+    from railcosim.analysis.pair.sensors import outputs_of_sensors
     from railcosim.analysis.response.excitation import check_irregularity
     from railcosim.analysis.response.map import names_of, response_map
 
@@ -76,9 +77,12 @@ def map_command(
     wavelength, speed = _plane(wavelengths, speeds)
     check_irregularity(irregularity, in_space=pair.in_space)
     names, shown = names_of(in_space=pair.in_space), show or _moved(irregularity)
-    if shown not in names:
+    if shown not in names and not pair.may_have_sensors:
         raise UsageError(f"--show {shown}: must be one of {', '.join(names)}")
     with pair.files() as (vehicle, track), progress("linearising") as update:
+        names += outputs_of_sensors(track)
+        if shown not in names:
+            raise UsageError(f"--show {shown}: must be one of {', '.join(names)}")
         found = response_map(
             vehicle, track, wavelength, speed, irregularity=irregularity, progress=update,
             **arguments,

@@ -24,12 +24,17 @@ from railcosim.plots.chart import Chart
 from railcosim.plots.names import place, words_of
 from railcosim.plots.results import Group, size_chart, time_chart
 
+from .sensor_charts import sensor_groups
+
 MOST = 8
 """Curves in one picture that are told apart."""
 
 
 def run_chart(run: xr.Dataset) -> Chart:
-    """Contact forces, wheel and rail motion, and accelerations over time; aside where they are."""
+    """Contact forces, wheel and rail motion, and accelerations over time; aside where they are.
+
+    Where a track has sensors, contact forces and what these see.
+    """
     first, aside = _left(run)[0], FORCE.format(effort=Y.effort)
     met = {
         d: [f"{first}.{what.format(d.name)}" for what in (WHEEL.motion, RAIL.motion, IRREGULARITY)]
@@ -46,16 +51,18 @@ def run_chart(run: xr.Dataset) -> Chart:
         Group("bogie acceleration (m/s²)", others),
         Group("car body acceleration (m/s²)", _told_apart(cars | cars_aside)),
     )
-    return time_chart(run, groups)
+    seen = tuple(sensor_groups(run))  # what passes is seen from there
+    return time_chart(run, (groups[0], *seen) if seen else groups)
 
 
 def response_chart(frf: xr.Dataset) -> Chart:
     """Magnitude of displacements and of contact forces over frequency, aside where they are."""
     excitation = str(frf.attrs["excitation"])
     per = "m" if is_irregularity(excitation) else "N"
+    seen = sensor_groups(frf, per)
     if is_mirrored(excitation):
-        return size_chart(frf, _responses(frf, Z, per, ""))
-    groups = (*_responses(frf, Y, per, " aside"), *_responses(frf, Z, per, " down"))
+        return size_chart(frf, (*_responses(frf, Z, per, ""), *seen))
+    groups = (*_responses(frf, Y, per, " aside"), *_responses(frf, Z, per, " down"), *seen)
     return size_chart(frf, groups)
 
 

@@ -26,11 +26,11 @@ from .options import (
     positions_of,
     refuse_of_pair,
 )
-from .parameter_options import FmuOptions
 from .results import PICTURES, RESULTS
 from .resuming import keep_fmus, told_how_to_resume
 from .run_system_command import run_system
 from .scheme_options import ContactOption, CourseOptions
+from .sensor_options import ObservedFmus
 from .speed_option import SpeedOrFile, travel_of
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 TIME = 1.0  # s
 OF_THE_PAIR = (
-    "vehicle_fmu", "track_fmu", "vehicle", "vehicles", "track", "set_", "contact",
+    "vehicle_fmu", "track_fmu", "vehicle", "vehicles", "track", "set_", "sensor", "contact",
     "contact_stiffness", "dimension", "local", "position", "speed", "irregularity", "seed",
     "quantities", "fade", "repeat", "defect", "held", "fresh",
 )  # fmt: skip
@@ -51,7 +51,7 @@ def run(
         Path | None,
         typer.Argument(help="A system: see run-system.", metavar="F.ssp", hidden=True),
     ] = None,
-    given: FmuOptions,
+    given: ObservedFmus,
     course: CourseOptions,
     contact: ContactOption = None,
     contact_stiffness: Annotated[

@@ -37,8 +37,8 @@ class ModalBody:
     face : Face
         WHEEL or RAIL: what it meets with.
     poles : array, shape (n_modes,)
-        rad/s, one of each conjugate pair: even modes, odd ones, then a local one a port, then one a
-        row of the observation.
+        rad/s, one of each conjugate pair: even modes, odd ones, then a local one a port, then those
+        of the observation.
     even : int
         How many are even, moving as their own mirror image.
     shapes : AlongRing or Everywhere
@@ -193,7 +193,7 @@ class Met:
         As displacements, and as forces receive them.
     local : array, shape (contacts, directions, directions)
         Shapes of each contact's own oscillators; empty without any.
-    seen : array, shape (n_rows, ports), or None
+    seen : array, shape (n_own, ports), or None
         How forces drive the oscillators of the observation, if there is one.
     """
 
@@ -232,10 +232,10 @@ class Met:
         observation = self.body.observation
         if observation is None:
             return np.empty(0)
-        n, rows = self.body.shared, observation.poles.size
+        n, own = self.body.shared, observation.poles.size
         rate = self.body.poles * state.s + self.drive(force).s
         return observation.outputs(
-            state.s[:n], state.s[-rows:], rate[:n], rate[-rows:], self.body.poles[:n]
+            state.s[:n], state.s[-own:], rate[:n], rate[-own:], self.body.poles[:n]
         )
 
     @cached_property

@@ -17,21 +17,21 @@ from .arrays import ComplexArray, FloatArray
 class Observation:
     """Rows that show what modes do at fixed places, and outputs that are multiples of them.
 
-    A row is y = Re(shown s) + size Re(q). The first is what modes of the ring show; an oscillator
-    of the row's own, dq/dt = pole q + into f, adds what they leave out near the place, so it
-    depends on where the wheels are. An output is a sum of its row's y, dy/dt and d2y/dt2.
+    A row is y = Re(shown s) + sum of size Re(q). The first is what modes of the ring show;
+    oscillators of the row's own, dq/dt = pole q + into f, add what they leave out near the place,
+    so it depends on where the wheels are. An output is a sum of its row's y, dy/dt and d2y/dt2.
 
     Attributes
     ----------
     shown : array, shape (n_rows, n)
         By even and odd modes.
-    poles : array, shape (n_rows,)
-        Of the rows' own oscillators, rad/s.
-    size : array, shape (n_rows,)
+    poles : array, shape (n_own,)
+        Of the rows' own oscillators, rad/s: as many of each row, one row's behind the other's.
+    size : array, shape (n_own,)
         In which they count.
-    into : array, shape (n_rows, n_places, sides, directions)
+    into : array, shape (n_own, n_places, sides, directions)
         How forces on the rails drive them, at places along the ring; beyond these, not at all.
-    begin : array, shape (n_rows,)
+    begin : array, shape (n_own,)
         First of the places, m.
     spacing, length : float
         Between places, and of the ring, m.
@@ -56,7 +56,7 @@ class Observation:
 
         Returns
         -------
-        array, shape (n_rows, ports)
+        array, shape (n_own, ports)
             Ports in the order of a `Layout`.
         """
         places = self.into.shape[1]
@@ -64,10 +64,10 @@ class Observation:
         near = along < places - 1
         first = np.where(near, along, 0.0).astype(int)
         part = np.where(near, along - first, 0.0)[:, :, None, None]
-        rows = np.arange(len(self.into))[:, None]
-        at = (1 - part) * self.into[rows, first] + part * self.into[rows, first + 1]
+        own = np.arange(len(self.into))[:, None]
+        at = (1 - part) * self.into[own, first] + part * self.into[own, first + 1]
         at *= near[:, :, None, None]
-        return at.swapaxes(1, 2).reshape(len(self.into), -1)  # (rows, sides, wheelsets, directions)
+        return at.swapaxes(1, 2).reshape(len(self.into), -1)  # (own, sides, wheelsets, directions)
 
     def outputs(
         self, s: ComplexArray, own: ComplexArray, rate: ComplexArray, own_rate: ComplexArray,
@@ -79,13 +79,18 @@ class Observation:
         ----------
         s, rate, poles : array, shape (n,)
             Even and odd modes, their rates and poles.
-        own, own_rate : array, shape (n_rows,)
+        own, own_rate : array, shape (n_own,)
             The rows' oscillators and their rates.
         """
-        # A force moves nothing at once at a place: what modes jump by, the oscillator takes back.
+
+        def added(of_own: ComplexArray) -> FloatArray:
+            summed: FloatArray = (self.size * of_own.real).reshape(len(self.shown), -1).sum(axis=1)
+            return summed
+
+        # A force moves nothing at once at a place: what modes jump by, the oscillators take back.
         # So d2y/dt2 is that of each by the rate it has, whatever the force changes by.
         y = [
-            (self.shown @ of_modes).real + self.size * of_own.real
+            (self.shown @ of_modes).real + added(of_own)
             for of_modes, of_own in (
                 (s, own), (rate, own_rate), (poles * rate, self.poles * own_rate)
             )

@@ -102,6 +102,14 @@ def check_seen(track: Path, positions: FloatArray) -> None:
             )  # fmt: skip
 
 
+def located(shown: xr.Dataset, track: Path) -> xr.Dataset:
+    """Results with what their sensors are on, and where (m), among the attributes of variables."""
+    for sensor in sensors_of(track):
+        for name in set(sensor.outputs) & set(map(str, shown.data_vars)):
+            shown[name].attrs.update(of=sensor.of, side=sensor.side, at=sensor.at)
+    return shown
+
+
 def marked(run: xr.Dataset, track: Path) -> xr.Dataset:
     """A run in time with NaN where sensors cannot be believed, and where they are.
 
@@ -123,17 +131,14 @@ def marked(run: xr.Dataset, track: Path) -> xr.Dataset:
     position = np.stack(places, axis=-1)
     for number, sensor in enumerate(sensors_of(track), start=1):
         far = sensor.is_far(position)
-        about = {"of": sensor.of, "side": sensor.side, "at": sensor.at}
-        for name in sensor.outputs:
+        for name in sensor.outputs if far.any() else ():
             values = np.where(far, np.nan, np.asarray(run[name]))
-            known = run[name].attrs | about
-            if far.any():
-                known["missing"] = "NaN where a wheelset is over half a ring away"
-            run[name] = ("time", values, known)
+            said = {"missing": "NaN where a wheelset is over half a ring away"}
+            run[name] = ("time", values, run[name].attrs | said)
         if far.all():
             warnings.warn(
                 f"sensor {number}, {sensor.what}: no moment of this run has all wheelsets within "
                 f"half of the ring, {sensor.ring / 2:g} m; all of it is NaN",
                 stacklevel=2,
             )
-    return run
+    return located(run, track)

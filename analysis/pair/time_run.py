@@ -15,6 +15,7 @@ from railcosim.master.recorded_run import Stopped, recorded_run
 from .contact import Parameters
 from .numbering import Vehicles
 from .pair import PLACES, Journey, Pair, open_pair
+from .sensors import marked
 from .several import Load
 
 __all__ = ["Progress", "Stopped", "run_pair"]
@@ -69,7 +70,7 @@ def run_pair(
         run, stopped = recorded_run(
             pair.system, course, progress, about, against=(pair.vehicle.name,)
         )
-        return _true_places(run, pair), stopped
+        return marked(_true_places(run, pair), track), stopped
 
 
 def _going(journey: Journey) -> dict[str, str | float]:

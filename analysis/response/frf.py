@@ -11,6 +11,7 @@ import xarray as xr
 
 from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.ring import check_frequencies_of
+from railcosim.analysis.pair.sensors import located
 from railcosim.analysis.pair.standing import Position
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
@@ -117,11 +118,12 @@ def frequency_response(
     system = systems[assembly]()
     values = response(system, excitation, models.positions, speed)
     check_finite(frequency, values)
-    return dataset(
+    result = dataset(
         system, values, models, excitation,
         **meeting.about, speed=speed, wheelset_positions=models.positions,
         title=f"{system.name}, response to {excitation}",
     )  # fmt: skip
+    return located(result, rails)
 
 
 def check_finite(frequency: FloatArray, values: ComplexArray) -> None:

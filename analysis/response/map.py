@@ -14,6 +14,7 @@ import xarray as xr
 
 from railcosim.analysis.pair.numbering import files_of
 from railcosim.analysis.pair.ring import check_frequencies_of
+from railcosim.analysis.pair.sensors import located, outputs_of_sensors
 from railcosim.analysis.pair.standing import Position
 from railcosim.master.component import FloatArray
 from railcosim.master.connections import CouplingError
@@ -162,6 +163,7 @@ def response_map(
     wheels = wheels_of(cars, contact_stiffness)
     check_irregularity(irregularity, in_space=in_space(wheels))
     outputs = outputs_of(in_space=in_space(wheels))
+    outputs += tuple(f"track.{name}" for name in outputs_of_sensors(rails))
     afford_map(wavelength.size, speed.size, in_space=in_space(wheels))
     models = linear_models(cars, rails, partial(_share, progress, 0.0), position)
     if local is not None:
@@ -188,7 +190,7 @@ def response_map(
         for kind in planes
         for point in _critical(models, kind, meeting.at(float(speed[-1])), irregularity)
     ]
-    return ResponseMap(result, critical)
+    return ResponseMap(located(result, rails), critical)
 
 
 def _plane(
@@ -248,10 +250,11 @@ def _dataset(
     **attributes: object,
 ) -> xr.Dataset:
     """Variables ``name`` on flexible track and ``name.rigid`` on rigid track."""
+    rails = () if models.track is None else models.track.outputs
+    seen = {f"track.{v.name}": v.unit for v in rails}
     parts: dict[str, xr.DataArray] = {}
     for kind, of in planes.items():
-        turns = tuple(o.rpartition(".")[2] in TURNS for o in of.outputs)
-        units = ["rad" if turning else "m" for turning in turns]
+        units = [seen.get(o) or ("rad" if o.rpartition(".")[2] in TURNS else "m") for o in of.outputs]
         part = over_plane(of.outputs, of.over(wavelength, speed), wavelength, speed, units)
         suffix = "" if kind == FLEXIBLE else ".rigid"
         parts |= {f"{name}{suffix}": part[name] for name in part}

@@ -11,6 +11,7 @@ import numpy as np
 from railcosim.analysis.pair.contact import layout_of
 from railcosim.analysis.pair.numbering import Vehicles, files_of, names_through, places_of
 from railcosim.analysis.pair.ring import check_ring_of
+from railcosim.analysis.pair.sensors import check_seen, outputs_of_sensors
 from railcosim.analysis.pair.several import load_vehicles
 from railcosim.analysis.pair.standing import (
     Position,
@@ -165,10 +166,11 @@ def linear_track(fmu: Path, positions: FloatArray, progress: Progress) -> tuple[
             f"{fmu}: is made for {layout.wheelsets} wheelsets, and there are {len(positions)}: "
             "export the track for that vehicle"
         )
-    rails = set(layout.names(RAIL.motion))
+    check_seen(fmu, positions)
+    shown = {*layout.names(RAIL.motion), *outputs_of_sensors(fmu)}
     wanted = Wanted(
         inputs=layout.names(FORCE),
-        outputs=[v.name for v in about.outputs if v.name in rails],
+        outputs=[v.name for v in about.outputs if v.name in shown],
         at=track_at(positions, layout, about.inputs),
     )
     return way_to(fmu, layout)(fmu, "track", wanted, progress), about.sha256

@@ -123,9 +123,9 @@ def _track_states(body: ModalBody, told: Sequence[str]) -> States:
             outputs[port.name(quantity)] = {RE: seen, IM: seen}
     if body.observation is not None:
         drivers += [everybody] * body.observation.poles.size
-        own = ring + body.ports + body.observation.row
-        for name, k in zip(told, own, strict=False):
-            seen = np.append(all_ring, k)
+        own = np.arange(ring + body.ports, body.poles.size).reshape(len(body.observation.shown), -1)
+        for name, row in zip(told, body.observation.row.tolist(), strict=False):
+            seen = np.append(all_ring, own[row])
             outputs[name] = {RE: seen, IM: seen}
     shape = shapes.table[:, 0] if isinstance(shapes, AlongRing) else shapes.into
     largest = FORCE_SIZE * np.abs(shape / body.poles[:ring]).max()

@@ -104,10 +104,10 @@ def _along(shapes: AlongRing, body: ModalBody) -> Sections:
 
 
 def _seen(observation: Observation) -> Sections:
-    rows, places = observation.into.shape[:2]
+    own, places = observation.into.shape[:2]
     return {
         **_complex("seen", observation.shown),
-        **_complex("seen_into", observation.into.reshape(rows, places, -1)),
+        **_complex("seen_into", observation.into.reshape(own, places, -1)),
         "seen_size": observation.size,
         "seen_begin": observation.begin,
         "seen_spacing": np.array([observation.spacing]),

@@ -35,8 +35,8 @@ static void lay_out(Body *body, Arrays *arrays)
         set[k]->in_im = set[k]->out_im;
         set[k]->local_re = arrays_take(arrays, m->contacts * m->directions);
         set[k]->local_im = arrays_take(arrays, m->contacts * m->directions);
-        set[k]->seen_re = arrays_take(arrays, m->seen.rows * m->contacts);
-        set[k]->seen_im = arrays_take(arrays, m->seen.rows * m->contacts);
+        set[k]->seen_re = arrays_take(arrays, m->seen.own * m->contacts);
+        set[k]->seen_im = arrays_take(arrays, m->seen.own * m->contacts);
     }
     /* Of a vehicle the shapes that receive forces. */
     body->receiving = arrays_take(arrays, m->nodes > 0 ? 0 : 2 * all);
@@ -169,7 +169,7 @@ void body_drive_rest(const Body *body, const Shapes *shapes, const double *force
         g[m->width + k] = re;
         g[m->drives + m->width + k] = im;
     }
-    for (size_t k = 0; k < m->seen.rows; k++) {
+    for (size_t k = 0; k < m->seen.own; k++) {
         const double *seen_re = shapes->seen_re + k * m->contacts;
         const double *seen_im = shapes->seen_im + k * m->contacts;
         double re = 0, im = 0;

@@ -23,7 +23,7 @@ typedef struct {
     double *out_re, *out_im;       /* as displacements */
     const double *in_re, *in_im;   /* as forces receive them, before the segments' exchange */
     double *local_re, *local_im;
-    double *seen_re, *seen_im;     /* of oscillators of what is seen: (rows of it, contacts) */
+    double *seen_re, *seen_im;     /* of oscillators of what is seen: (own, contacts) */
     Place *place; /* of each wheelset, what they are for */
 } Shapes;
 

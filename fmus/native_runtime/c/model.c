@@ -118,10 +118,12 @@ static void read_sizes(Reader *reader)
     m->even_coordinates = (size_t)sizes[8];
     m->contact_sign = sizes[9];
     m->ring = m->even + m->odd;
-    m->seen.rows = resource_length(&m->resource, "seen_size");
-    demand(reader, m->seen.rows < MOST_SEEN && (m->seen.rows == 0 || m->nodes > 0),
-           "what is seen of it");
-    m->modes = m->ring + m->local + m->seen.rows;
+    m->seen.rows = resource_length(&m->resource, "seen.re");
+    m->seen.own = resource_length(&m->resource, "seen_size");
+    demand(reader, m->seen.rows < MOST_SEEN && m->seen.own < MOST_SEEN &&
+           (m->seen.rows == 0) == (m->seen.own == 0) && (m->seen.rows == 0 || m->nodes > 0) &&
+           (m->seen.rows == 0 || m->seen.own % m->seen.rows == 0), "what is seen of it");
+    m->modes = m->ring + m->local + m->seen.own;
     m->states = 2 * (m->modes + m->rigid);
     demand(reader, m->even > 0, "there are no modes");
     demand(reader, m->contact_sign == 0 || m->directions == 1 ||
@@ -220,9 +222,9 @@ static void read_seen(Reader *reader)
     const Complexes shown = complexes(reader, "seen", seen->rows, m->ring, 0);
     seen->places = reader->good ? resource_second(&m->resource, "seen_into.re") : 0;
     demand(reader, seen->places > 1, "a table of what is seen");
-    seen->into = complexes(reader, "seen_into", seen->rows, seen->places, m->sides * m->directions);
-    seen->size = doubles(reader, "seen_size", seen->rows, 0, 0);
-    seen->begin = doubles(reader, "seen_begin", seen->rows, 0, 0);
+    seen->into = complexes(reader, "seen_into", seen->own, seen->places, m->sides * m->directions);
+    seen->size = doubles(reader, "seen_size", seen->own, 0, 0);
+    seen->begin = doubles(reader, "seen_begin", seen->own, 0, 0);
     const double *spacing = doubles(reader, "seen_spacing", 1, 0, 0);
     seen->outputs = resource_length(&m->resource, "seen_row");
     seen->row = section(reader, "seen_row", TYPE_INT32, seen->outputs, 0, 0);

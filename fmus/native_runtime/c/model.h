@@ -117,15 +117,15 @@ typedef struct {
     size_t shapes, table; /* where its shapes begin, and its part of the table */
 } Chunk;
 
-/* What is seen of a track at fixed places: rows y = Re(shown s) + size Re(q), of which q is an
-   oscillator that forces drive by a table along the ring, at places from `begin` on; and outputs,
-   each a sum of one row's y, dy/dt and d2y/dt2. */
+/* What is seen of a track at fixed places: rows y = Re(shown s) + sum of size Re(q), of which the q
+   are oscillators of the row's own, as many of each row, that forces drive by a table along the
+   ring, at places from `begin` on; and outputs, each a sum of one row's y, dy/dt and d2y/dt2. */
 typedef struct {
-    size_t rows, padded_rows, places, outputs;
+    size_t rows, padded_rows, own, places, outputs;
     int rates;              /* whether an output takes a derivative */
     double *shown[2];       /* (padded_rows, ring), real and imaginary */
     const double *size, *begin;
-    Complexes into;         /* (rows, places, sides * directions) */
+    Complexes into;         /* (own, places, sides * directions) */
     double spacing;
     const int32_t *row;     /* of an output */
     const double *weight;   /* (outputs, 3) */
@@ -139,7 +139,7 @@ typedef struct {
     size_t padded_rows;    /* whole blocks of them */
     const int32_t *mirror; /* of a direction: 1 where even modes move both sides alike, else -1 */
     /* Modes: even ones (of motions that are their own mirror images), odd ones, one local one a
-       contact; and one a row of what is seen. */
+       contact; and those of what is seen. */
     size_t even, odd, ring, local, modes;
     Observed seen;
     size_t width;  /* columns of shapes: those of all chunks */

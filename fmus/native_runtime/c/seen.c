@@ -14,11 +14,11 @@ void model_fill_seen(Model *m, const double *re, const double *im)
     }
 }
 
-/* Places from the first of a row's table to a position round the ring; of the last place on, there
+/* Places from the first of an oscillator's table to a position round the ring; of the last place on, there
    is nothing. */
-static double along_table(const Model *m, size_t row, double position)
+static double along_table(const Model *m, size_t own, double position)
 {
-    double around = fmod(position - m->seen.begin[row], m->length);
+    double around = fmod(position - m->seen.begin[own], m->length);
     if (around < 0)
         around += m->length;
     return around / m->seen.spacing;
@@ -29,7 +29,7 @@ void body_seen_shapes(const Model *m, size_t wheelset, double position, double h
 {
     const Observed *seen = &m->seen;
     const size_t D = m->directions, values = m->sides * D;
-    for (size_t k = 0; k < seen->rows; k++) {
+    for (size_t k = 0; k < seen->own; k++) {
         const double at = along_table(m, k, position);
         const int near = at < (double)(seen->places - 1);
         const size_t first = near ? (size_t)at : 0;
@@ -62,7 +62,7 @@ void body_see(const Body *body, const double *x, const double *rate, double *out
 {
     const Model *m = body->model;
     const Observed *seen = &m->seen;
-    const size_t own = m->ring + m->local;
+    const size_t each = seen->rows > 0 ? seen->own / seen->rows : 0;
     double *turned = body->turned;
     memset(outputs, 0, seen->outputs * sizeof(double));
     if (seen->rates) {
@@ -73,11 +73,12 @@ void body_see(const Body *body, const double *x, const double *rate, double *out
     for (size_t from = 0; from < seen->rows; from += BLOCK) {
         double y[3][BLOCK] = {{0}};
         see_block(body, from, x, rate, y);
-        for (size_t k = from; k < seen->rows && k < from + BLOCK; k++) {
-            y[0][k - from] += seen->size[k] * x[own + k];
+        for (size_t k = from * each; k < seen->own && k < (from + BLOCK) * each; k++) {
+            const size_t mode = m->ring + m->local + k, of = k / each - from;
+            y[0][of] += seen->size[k] * x[mode];
             if (seen->rates) {
-                y[1][k - from] += seen->size[k] * rate[own + k];
-                y[2][k - from] += seen->size[k] * turned[own + k];
+                y[1][of] += seen->size[k] * rate[mode];
+                y[2][of] += seen->size[k] * turned[mode];
             }
         }
         for (size_t j = 0; j < seen->outputs; j++) {
