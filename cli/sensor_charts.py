@@ -32,7 +32,7 @@ def sensor_groups(shown: xr.Dataset, per: str = "") -> Iterator[Group]:
         label = f"|{axis}| ({shown[names[0]].attrs['units']})" if per else f"{axis} ({unit})"
         words = {name: _short(name, str(shown[name].attrs["long_name"])) for name in names}
         if len(words) == 1:  # has no legend
-            label = f"{words[names[0]]}\n{label}"
+            label = f"{words[names[0]]}: {label}"
         yield Group(label, words, 1.0 if per else factor)
 
 

@@ -359,7 +359,7 @@ def _track(
         text=f"{track.called}, a ring of cells, {rails.layout.dimension}"
         + (f", with {local}: " if local else ": ")
         + ("wheel motion to contact force." if with_contact else "contact force to motion."),
-        table=interface(rails, start, with_contact=with_contact, told=told),
+        table=interface(rails, start, with_contact=with_contact, seen=told),
         body=rails,
         parameters=write_toml(track, track.called),
         annotations=ring_annotations(track, told) | ({"Local": {"changes": local}} if local else {}),

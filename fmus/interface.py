@@ -45,7 +45,7 @@ class Start:
 
 
 def interface(
-    body: ModalBody, start: Start, *, with_contact: bool, told: Sequence[Told] = ()
+    body: ModalBody, start: Start, *, with_contact: bool, seen: Sequence[Told] = ()
 ) -> list[Scalar]:
     """Variables of a track or a vehicle: contact forces to motion, or the other's motion to forces.
 
@@ -57,7 +57,7 @@ def interface(
         Start values.
     with_contact : bool
         Whether it owns the contact springs.
-    told : sequence of Told
+    seen : sequence of Told
         By sensors of a track, as its observation has them.
     """
     layout, stays = body.layout, body.coordinates is None
@@ -92,7 +92,7 @@ def interface(
     )
     for k in range(layout.contacts):
         table += _answers(body, k, own.told_forces(body, k) if own else [], what)
-    table += sensor_outputs(told, what.everything)
+    table += sensor_outputs(seen, what.everything)
     fed = [what.of_wheelset(layout, i) for i in numbers] if own else []
     table += [*bodies(body, names(heights)), *axleboxes(body, names(heights), fed)]
     table += [input_hold(), *trip, *heights]

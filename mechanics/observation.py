@@ -67,7 +67,10 @@ class Observation:
         own = np.arange(len(self.into))[:, None]
         at = (1 - part) * self.into[own, first] + part * self.into[own, first + 1]
         at *= near[:, :, None, None]
-        return at.swapaxes(1, 2).reshape(len(self.into), -1)  # (own, sides, wheelsets, directions)
+        driven: ComplexArray = at.swapaxes(1, 2).reshape(
+            len(self.into), -1
+        )  # sides, then wheelsets
+        return driven
 
     def outputs(
         self, s: ComplexArray, own: ComplexArray, rate: ComplexArray, own_rate: ComplexArray,

@@ -239,7 +239,9 @@ def _table(head: str, name: str, chosen: ParameterSet) -> list[str]:
     lines = ["", head]
     for declared in quantities(chosen):
         known, value = quantity_of(declared), getattr(chosen, declared.name)
-        about = {str: "a name", tuple: "names"}.get(type(value), "true or false")
+        about = "a name" if isinstance(value, str) else "true or false"
+        if isinstance(value, tuple):
+            about = "names"
         if known.usual is not None:
             usual = f"usually {known.usual.low:g} to {known.usual.high:g}"
             about = f"{known.unit}, {known.allowed}, {usual}"

@@ -3,9 +3,9 @@
 A wheel near a sensor does to it what modes show, and more: the cusp of a bending moment under a
 wheel takes all wavelengths. What is left out is local, and at rest known exactly: the finite
 elements' influence line less that of the modes. It becomes two oscillators a row, driven by wheels
-as they pass: exact at rest, and in phase with the force above. They take back what modes alone would jump by
-under an impulse, so that rates are those of what is seen; and are well damped, for a wheel that
-passes leaves a kink behind, at which one alone would ring.
+as they pass: exact at rest, and in phase with the force above. They take back what modes alone
+would jump by under an impulse, so that rates are those of what is seen; and are well damped, for a
+wheel that passes leaves a kink behind, at which one alone would ring.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ class Modes:
     parity: FloatArray
     shown: ComplexArray
 
-    def by_forces(self, rows: slice, x: FloatArray, weights: ComplexArray) -> FloatArray:
-        """Re of the sum over modes of shown x weight x driven, by forces on the left and the right.
+    def by_forces(self, rows: slice, x: FloatArray, weights: ComplexArray) -> ComplexArray:
+        """Sums over modes of shown x weight x driven, by forces on the left and the right.
 
         Parameters
         ----------
@@ -81,7 +81,7 @@ class Modes:
         x : array, shape (n_places,)
             Of the forces, m.
         weights : array, shape (n_weights, n)
-            Of modes; complex results if these are pairs, see `response`.
+            Of modes.
 
         Returns
         -------
@@ -110,7 +110,7 @@ class Modes:
 
     def jump(self, rows: slice, x: FloatArray) -> FloatArray:
         """Of the rate under a unit force at once, (n_rows, n_places, sides, directions)."""
-        return np.asarray(self.by_forces(rows, x, np.ones((1, self.poles.size)))[0].real)
+        return np.asarray(self.by_forces(rows, x, np.ones((1, self.poles.size), complex))[0].real)
 
 
 @dataclass(frozen=True)
@@ -145,9 +145,10 @@ def observation_of(modes: Modes, told: Sequence[Told]) -> Observation | None:
     track = modes.track
     reach = min(REACH, MOST_OF_RING * track.length)
     count = int(reach / SPACING)
-    steps = SPACING * np.arange(-count, count + 1)
+    steps: FloatArray = SPACING * np.arange(-count, count + 1, dtype=np.float64)
     top = 2 * np.pi * track.mesh.highest_frequency
-    pair = top * np.array(NATURAL) * complex(-DAMPING, np.sqrt(1 - DAMPING**2))
+    unit = complex(-DAMPING, np.sqrt(1 - DAMPING**2))
+    pair: ComplexArray = (unit * top * np.array(NATURAL)).astype(np.complex128)
     into, begin = [], []
     for k, row in enumerate(rows):
         x = row.place.cell * track.cell_length + row.place.inside
@@ -174,9 +175,7 @@ def observation_of(modes: Modes, told: Sequence[Told]) -> Observation | None:
     )
 
 
-def _left_out(
-    modes: Modes, row: Row, own: slice, x: FloatArray, omega: FloatArray
-) -> ComplexArray:
+def _left_out(modes: Modes, row: Row, own: slice, x: FloatArray, omega: FloatArray) -> ComplexArray:
     """Of a row, by forces at places, (n_omega, n_places, sides, directions)."""
     middle = row.place.cell * modes.track.cell_length + row.place.inside
     found = -modes.response(own, x, omega)[:, 0]

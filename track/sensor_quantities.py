@@ -206,5 +206,3 @@ def _pressed(
 def _across(track: Track, sensor: Sensor) -> float:
     """From the middle of the track, on the right, m."""
     return 0.0 if sensor.side == MIDDLE else track.rail.lateral_distance / 2
-
-

@@ -143,9 +143,11 @@ class MotionAt:
             point = np.array([inside]), np.array([of.y])
             bodies = joint.upper, joint.lower
             one, other = (body.rows(of.direction, *point)[0] for body in bodies)
-            return sign * (one - other)
+            between: FloatArray = sign * (one - other)
+            return between
         # Springs of a railseat are given by parts: each the square of what it is stretched by.
-        return sign * (np.sqrt(weight[here]) @ joint.stretch(of.direction)[here])
+        stretched: FloatArray = sign * (np.sqrt(weight[here]) @ joint.stretch(of.direction)[here])
+        return stretched
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -286,5 +288,3 @@ def shown_by(rows: Sequence[Row], cell: Cell, ring: RingModes) -> ComplexArray:
     """Rows by modes of a cell's parity, shape (n_rows, n)."""
     found = [row.of_modes(cell, ring) * np.exp(1j * ring.mu * row.place.cell) for row in rows]
     return np.array(found).reshape(len(rows), ring.poles.size).astype(complex)
-
-

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from railcosim.fmus.sensor_variables import ANNOTATION
 from railcosim.master.component import FloatArray
@@ -49,10 +50,9 @@ class SensorOfFmu:
     at: float
     ring: float
 
-    def is_far(self, position: FloatArray) -> FloatArray:
+    def is_far(self, position: FloatArray) -> NDArray[np.bool_]:
         """Whether a wheelset of those at positions, (..., n), m, is too far away."""
-        far: FloatArray = (np.abs(position - self.at) > 0.5 * self.ring).any(axis=-1)
-        return far
+        return np.asarray((np.abs(position - self.at) > 0.5 * self.ring).any(axis=-1))
 
 
 def sensors_of(track: Path) -> list[SensorOfFmu]:

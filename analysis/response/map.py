@@ -254,7 +254,9 @@ def _dataset(
     seen = {f"track.{v.name}": v.unit for v in rails}
     parts: dict[str, xr.DataArray] = {}
     for kind, of in planes.items():
-        units = [seen.get(o) or ("rad" if o.rpartition(".")[2] in TURNS else "m") for o in of.outputs]
+        units = [
+            seen.get(o) or ("rad" if o.rpartition(".")[2] in TURNS else "m") for o in of.outputs
+        ]
         part = over_plane(of.outputs, of.over(wavelength, speed), wavelength, speed, units)
         suffix = "" if kind == FLEXIBLE else ".rigid"
         parts |= {f"{name}{suffix}": part[name] for name in part}

@@ -123,9 +123,11 @@ def _track_states(body: ModalBody, told: Sequence[str]) -> States:
             outputs[port.name(quantity)] = {RE: seen, IM: seen}
     if body.observation is not None:
         drivers += [everybody] * body.observation.poles.size
-        own = np.arange(ring + body.ports, body.poles.size).reshape(len(body.observation.shown), -1)
+        each = np.arange(ring + body.ports, body.poles.size).reshape(
+            len(body.observation.shown), -1
+        )
         for name, row in zip(told, body.observation.row.tolist(), strict=False):
-            seen = np.append(all_ring, own[row])
+            seen = np.append(all_ring, each[row])
             outputs[name] = {RE: seen, IM: seen}
     shape = shapes.table[:, 0] if isinstance(shapes, AlongRing) else shapes.into
     largest = FORCE_SIZE * np.abs(shape / body.poles[:ring]).max()

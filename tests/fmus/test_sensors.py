@@ -2,6 +2,7 @@
 
 import zipfile
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -14,7 +15,6 @@ from railcosim.cli.sensor_options import ObservedPair, sensor_of
 from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, Start, export_track
 from railcosim.master.fmi.fmu import FmuComponent
-from railcosim.mechanics.ports import Layout
 from railcosim.parameters import ArgumentError
 from railcosim.track.parameters import Mesh, Sensor, Track
 from railcosim.vehicle.parameters import Vehicle
@@ -54,7 +54,7 @@ def run(path, names, given):
         fmu.set_inputs(given[0, 1:])
         fmu.exit_initialization()
         rows = [fmu.get_outputs()]
-        for row, after in zip(given, given[1:], strict=False):
+        for row, after in pairwise(given):
             fmu.set_inputs(row[1:])
             fmu.do_step(row[0], after[0] - row[0])
             rows.append(fmu.get_outputs())
@@ -81,7 +81,9 @@ def test_runtimes_and_versions_tell_the_same(made):
         assert np.array_equal(third, found[:20])
     names, given = table(made["python"]["Track"], "in")
     found, outputs = run(made["python"]["Track"], names, given[:3])
-    assert found == pytest.approx(table(made["python"]["Track"], "ref")[1][:3, 1:], rel=1e-9, abs=1e-15)
+    assert found == pytest.approx(
+        table(made["python"]["Track"], "ref")[1][:3, 1:], rel=1e-9, abs=1e-15
+    )
 
 
 def test_descriptions_are_valid_and_say_where_sensors_are(made):
@@ -115,10 +117,10 @@ def test_derivatives_and_response(made):
         fmu.enter_initialization(0.0)
         fmu.set_inputs(given[0, 1:])
         fmu.exit_initialization()
-        force, kept = names.index("wheelset[1].left.force_z"), fmu.get_state()
+        force, kept = names.index("wheelset[1].left.force_z"), fmu.save_state()
         ends = []
         for change in (-1e3, 1e3):
-            fmu.set_state(kept)
+            fmu.restore_state(kept)
             fmu.set_inputs(given[0, 1:] + change * np.eye(len(names))[force])
             fmu.do_step(0.0, 1e-3)
             ends.append(fmu.get_outputs())
