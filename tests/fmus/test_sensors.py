@@ -36,7 +36,10 @@ START = Start(loads=[7e4, 7.1e4, 7.2e4, 7.3e4], positions=PLACES,
               contact=contact_defaults(Vehicle()))  # fmt: skip
 
 
-@pytest.fixture(scope="module", params=["vertical", "spatial"])
+# In space 5 s more.
+@pytest.fixture(
+    scope="module", params=["vertical", pytest.param("spatial", marks=pytest.mark.slow)]
+)
 def made(request, tmp_path_factory):
     folder, dimension = tmp_path_factory.mktemp("sensors"), request.param
     return {

@@ -35,10 +35,11 @@ def told(track, directions=VERTICAL):
     return [f"sensor[{one.sensor}].{one.name}" for one in told_by(track, directions)]
 
 
-def seen_at_rest(track, place, side=0, layout=None, force=None):
+def seen_at_rest(track, place, side=0, layout=None, force=None, reduced=None):
     """All that sensors tell under one wheel at rest, by name."""
     layout = layout or Layout(1)
-    met = reduce_track(track, layout.directions).under(layout).at(np.array([place]))
+    reduced = reduced or reduce_track(track, layout.directions)
+    met = reduced.under(layout).at(np.array([place]))
     if force is None:
         force = np.zeros(len(layout.ports))
         force[side] = LOAD
@@ -62,6 +63,8 @@ def moving(rail, speed, x, damping):
             residues(moment, whole, x).real)  # fmt: skip
 
 
+# 6 s each: a thousand steps of a ring that is long enough.
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [20.0, 90.0])
 def test_a_load_that_passes_on_a_foundation(speed):
     """Fastenings 0.1 m apart. Under the wheel velocities jump: a load at a point shears a rail."""
@@ -106,6 +109,8 @@ def test_a_load_that_passes_on_a_foundation(speed):
 # --- a moving load on the ring of slabs in finite elements, in time ------------------------------
 
 
+# 4 s: the whole ring in finite elements, 500 steps.
+@pytest.mark.slow
 def test_a_load_that_passes_on_slabs():
     """Constant average acceleration of the whole ring, both rails; only the left one is loaded."""
     h, speed, steps, place = 1e-4, 60.0, 500, 9.0
@@ -179,29 +184,29 @@ def _slab_rows(ring, x, y):
 # --- in frequency, and in space -------------------------------------------------------------------
 
 
-def response(track, omega, place, row, directions=VERTICAL, port=0):
-    """Of a row of the observation to a force at a port of one wheelset."""
-    body = reduce_track(track, directions).under(Layout(1, directions=directions))
+def response(body, omega, place, row):
+    """Of a row of the observation to a force on the left rail."""
     seen, n = body.observation, body.shared
-    into = body.at(np.array([place])).drive(np.eye(body.ports)[port]).s
+    into = body.at(np.array([place])).drive(np.eye(body.ports)[0]).s
     each = seen.poles.size // len(seen.shown)
     shown = np.zeros(body.poles.size, dtype=complex)
     shown[:n] = seen.shown[row]
-    own = slice(body.poles.size - seen.poles.size + each * row, None)
-    shown[own][:each] = seen.size[each * row : each * (row + 1)]
+    first = body.poles.size - seen.poles.size + each * row
+    shown[first : first + each] = seen.size[each * row : each * (row + 1)]
     s = 1j * omega
-    return 0.5 * (np.sum(shown * into / (s - body.poles))
-                  + np.sum(shown * into / (s.conjugate() - body.poles)).conj())  # fmt: skip
+    one, other = (np.sum(shown * into / (p - body.poles)) for p in (s, s.conjugate()))
+    return 0.5 * (one + other.conjugate())
 
 
-@pytest.mark.parametrize("frequency", [0.0, 60.0, 400.0])
-def test_a_sensor_and_a_wheel_change_places(frequency):
+def test_a_sensor_and_a_wheel_change_places():
     """Betti's law, at nodes of the mesh and between them."""
     a, b = 7.5, 8.31
     track = with_sensors(TINY, at(a, "rail", "left", "z"), at(b, "rail", "left", "z"))
-    there, back = (response(track, 2 * np.pi * frequency, *one) for one in ((a, 1), (b, 0)))
-    assert there == pytest.approx(back, rel=3e-3)  # measured 5e-4: a wheel is met between nodes
-    assert abs(there) > 1e-11
+    body = reduce_track(track).under(Layout(1))
+    for frequency in (0.0, 60.0, 400.0):
+        there, back = (response(body, 2 * np.pi * frequency, *one) for one in ((a, 1), (b, 0)))
+        assert there == pytest.approx(back, rel=3e-3)  # a wheel is met between nodes
+        assert abs(there) > 1e-11
 
 
 def test_what_is_the_mirror_image_of_itself():
@@ -209,8 +214,11 @@ def test_what_is_the_mirror_image_of_itself():
     track = with_sensors(
         TINY, at(7.5), at(7.5, "rail", "right"), at(7.6, "slab", "middle"), at(7.6, "slab")
     )
-    both = seen_at_rest(track, 7.7, force=np.array([LOAD, LOAD]))
-    against = seen_at_rest(track, 7.7, force=np.array([LOAD, -LOAD]))
+    reduced = reduce_track(track)
+    both, against = (
+        seen_at_rest(track, 7.7, force=np.array([LOAD, other]), reduced=reduced)
+        for other in (LOAD, -LOAD)
+    )
     for name in ("z", "bending_moment", "stress"):
         one = both[f"sensor[1].{name}"]
         assert one == pytest.approx(both[f"sensor[2].{name}"], rel=1e-9)
@@ -229,8 +237,9 @@ def test_in_space():
     track = with_sensors(track, at(seat), at(seat, "fastening"), at(seat, "rail", "right"))
     layout = Layout(1, directions=SPATIAL)
     force = np.array([0.0, 2e4, 0.0, 0.0, 0.0, 0.0])
-    seen = seen_at_rest(track, seat, layout=layout, force=force)
-    met = reduce_track(track, SPATIAL).under(layout).at(np.array([seat]))
+    reduced = reduce_track(track, SPATIAL)
+    seen = seen_at_rest(track, seat, layout=layout, force=force, reduced=reduced)
+    met = reduced.under(layout).at(np.array([seat]))
     at_wheel = met.motion(met.rest(force))
     assert seen["sensor[1].y"] == pytest.approx(at_wheel[1], rel=1e-6)  # it is where the wheel is
     assert seen["sensor[1].roll"] == pytest.approx(at_wheel[2], rel=1e-6)
@@ -275,6 +284,8 @@ LAYERED = from_tables(Track, {
 })  # fmt: skip
 
 
+# 6 s: fifty sensors.
+@pytest.mark.slow
 def test_forces_go_down_layer_by_layer():
     """All fastenings together carry the wheel, and so does all that sleepers lie on."""
     seats = [0.3 + 0.6 * k for k in range(8, 33)]
