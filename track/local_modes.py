@@ -53,6 +53,11 @@ def with_changes(
     """
     if reduced.directions != (Z,) or track.rails_tilt:
         raise ParameterError("single places change in the vertical model only")
+    if track.sensor:
+        raise ParameterError(
+            f"sensor {track.sensor[0]}: sensors see a track that is equal everywhere; leave them "
+            f"out, or {changes[0]}"
+        )
     added = _added(track, changes)
     top, cells = 2 * np.pi * track.mesh.highest_frequency, track.mesh.cells
     found = []
