@@ -362,6 +362,7 @@ def _track(
         table=interface(rails, start, with_contact=with_contact, seen=told),
         body=rails,
         parameters=write_toml(track, track.called),
-        annotations=ring_annotations(track, told) | ({"Local": {"changes": local}} if local else {}),
+        annotations=ring_annotations(track, told)
+        | ({"Local": {"changes": local}} if local else {}),
         profiles=_profiles_of(start) if with_contact else None,
     )

@@ -72,7 +72,7 @@ class Point:
 
 
 class Place(Protocol):
-    """Where a load acts, or a motion is seen: a `Point`, a spring, what a sensor sees."""
+    """Where a load acts, or a motion is seen."""
 
     @property
     def x(self) -> float:
@@ -84,7 +84,7 @@ class Place(Protocol):
 
     @property
     def on_rail(self) -> bool:
-        """Whether a rail is loaded or seen there, and so gets a node."""
+        """Whether a rail is loaded there, and so gets a node."""
 
     def row(self, cell: Cell) -> FloatArray:
         """Participation in the unknowns of its cell, shape (n,)."""
@@ -189,7 +189,7 @@ def ring_receptance(
     def join(cell: CondensedCell) -> Joined:
         return ring(cell, track.mesh.cells)
 
-    return _periodic(track, omega, loads, observed, join, None, viscous=True)
+    return periodic(track, omega, loads, observed, join, None, viscous=True)
 
 
 def infinite_receptance(
@@ -259,13 +259,13 @@ def _receptance(
             f"{changes[0].what}@{changes[0].x:g}: single places change in the vertical model only, "
             "for loads and motions down, with [slab] tilts_rails = false"
         )
-    found = _periodic(track, omega, of, at, join, progress, viscous=viscous)
+    found = periodic(track, omega, of, at, join, progress, viscous=viscous)
     if not places:
         return found
     return changed_by(found, np.stack(added, axis=1), len(observed), len(loads))
 
 
-def _periodic(
+def periodic(
     track: Track,
     omega: FloatArray,
     loads: Sequence[Place],
@@ -275,6 +275,7 @@ def _periodic(
     *,
     viscous: bool,
 ) -> ComplexArray:
+    """Of equal cells, joined in some way; see `direct_receptance`."""
     out = np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
     on_rail = [p.x % track.cell_length for p in (*loads, *observed) if p.on_rail]
     directions = directions_for(
