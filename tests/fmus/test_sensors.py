@@ -45,7 +45,8 @@ def made(request, tmp_path_factory):
     return {
         name: export_track(TINY, START, folder / name, dimension=dimension, runtime=runtime)
         for name, runtime in (
-            ("native", NativeRuntime(model_exchange=True)), ("fmi3", NativeRuntime(fmi=3)), ("python", PythonRuntime())
+            ("native", NativeRuntime(model_exchange=True)),
+            ("fmi3", NativeRuntime(fmi=3)), ("python", PythonRuntime())
         )
     }  # fmt: skip
 
