@@ -84,7 +84,10 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     Anybody *a = c;
     if (!a->initialised) a->r[X] = a->r[X0];
     a->r[Z] = a->r[K] * a->r[U];
-    for (size_t j = 0; j < n; j++) v[j] = a->r[vr[j]];
+    for (size_t j = 0; j < n; j++) {
+        if (vr[j] >= REALS) return fmi2Error;
+        v[j] = a->r[vr[j]];
+    }
     return got(a);
 }
 
@@ -92,7 +95,10 @@ fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t
 {
     Anybody *a = c;
     a->i[TWICE] = 2 * a->i[N], a->i[CHOSEN] = a->i[CHOICE], a->i[LENGTH] = (int)strlen(a->label);
-    for (size_t j = 0; j < n; j++) v[j] = a->i[vr[j]];
+    for (size_t j = 0; j < n; j++) {
+        if (vr[j] >= INTEGERS) return fmi2Error;
+        v[j] = a->i[vr[j]];
+    }
     return got(a);
 }
 
@@ -100,7 +106,10 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
 {
     Anybody *a = c;
     a->b[NOT_B] = !a->b[B];
-    for (size_t j = 0; j < n; j++) v[j] = a->b[vr[j]];
+    for (size_t j = 0; j < n; j++) {
+        if (vr[j] >= BOOLEANS) return fmi2Error;
+        v[j] = a->b[vr[j]];
+    }
     return got(a);
 }
 
@@ -108,7 +117,10 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 {
     Anybody *a = c;
     a->set_since_step = 1;
-    for (size_t j = 0; j < n; j++) a->r[vr[j]] = v[j];
+    for (size_t j = 0; j < n; j++) {
+        if (vr[j] >= REALS) return fmi2Error;
+        a->r[vr[j]] = v[j];
+    }
     return fmi2OK;
 }
 
@@ -117,7 +129,7 @@ fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t
     Anybody *a = c;
     a->set_since_step = 1;
     for (size_t j = 0; j < n; j++) {
-        if (vr[j] == CHOICE && (v[j] < 1 || v[j] > 7)) return fmi2Error;
+        if (vr[j] >= INTEGERS || (vr[j] == CHOICE && (v[j] < 1 || v[j] > 7))) return fmi2Error;
         a->i[vr[j]] = v[j];
     }
     return fmi2OK;
@@ -127,7 +139,10 @@ fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
 {
     Anybody *a = c;
     a->set_since_step = 1;
-    for (size_t j = 0; j < n; j++) a->b[vr[j]] = v[j];
+    for (size_t j = 0; j < n; j++) {
+        if (vr[j] >= BOOLEANS) return fmi2Error;
+        a->b[vr[j]] = v[j];
+    }
     return fmi2OK;
 }
 
