@@ -20,9 +20,16 @@ USUAL = "jacobi"
 def run_system(
     *,
     system: Annotated[
-        Path, typer.Argument(help="A system of FMUs, SSP 1.0. Their code is run.", metavar="F.ssp")
+        Path,
+        typer.Argument(
+            help="A system of FMUs, SSP 1.0 or 2.0. Their code is run.", metavar="F.ssp"
+        ),
     ],
     out: Out,
+    variant: Annotated[
+        str | None,
+        typer.Option(help="Which of several system structures in the file, by its name."),
+    ] = None,
     course: CourseOptions,
     keeping: KeepingOptions,
     plot: PlotFile = None,
@@ -56,7 +63,7 @@ def run_system(
                 system, make_scheme, update, step=course.step, time=course.time,
                 load=keeping.load, keeping=kept, tolerance=course.tolerance,
                 tolerance_fmu=course.tolerance_fmu, limit=course.largest, change=change,
-                check=check_rings_of, held=held,
+                check=check_rings_of, held=held, variant=variant,
             ),
             out, plot, outputs_chart, believe=keeping.believe,
         )  # fmt: skip

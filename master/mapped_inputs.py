@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.master.component import Component, FloatArray, Hold, Variable
-from railcosim.master.units import Linear
+from railcosim.master.component import Component, ComponentError, FloatArray, Hold, Variable
+from railcosim.master.units import IDENTITY, Linear
 
 
 class MappedInputs(Component):
@@ -23,8 +23,8 @@ class MappedInputs(Component):
         What is stepped; used through this object only from now on.
     inputs : sequence of Variable
         Its inputs as they are seen from outside, in the same order: unit and start value.
-    maps : sequence of Linear
-        From each input seen from outside to that of `inner`.
+    maps : sequence of Linear or mapping
+        From each input seen from outside to that of `inner`; what is no Real may have a table.
 
     Attributes
     ----------
@@ -33,15 +33,20 @@ class MappedInputs(Component):
     """
 
     def __init__(
-        self, inner: Component, inputs: Sequence[Variable], maps: Sequence[Linear]
+        self,
+        inner: Component,
+        inputs: Sequence[Variable],
+        maps: Sequence[Linear | Mapping[float, float]],
     ) -> None:
         super().__init__(inner.name, inputs, inner.outputs)
         self.inner = inner
         self.holds = inner.holds
         self.max_input_derivative = inner.max_input_derivative
         self.takes_any_step = inner.takes_any_step
-        self._factor = np.array([m.factor for m in maps])
-        self._offset = np.array([m.offset for m in maps])
+        lines = [m if isinstance(m, Linear) else IDENTITY for m in maps]
+        self._factor = np.array([m.factor for m in lines])
+        self._offset = np.array([m.offset for m in lines])
+        self._tables = [(j, m) for j, m in enumerate(maps) if not isinstance(m, Linear)]
         self._inner_u = np.empty(len(self.inputs))
         self.bind(self.u, self.y)
 
@@ -74,6 +79,14 @@ class MappedInputs(Component):
         """Make `u`, converted, the inputs at the present time."""
         np.multiply(self._factor, self.u, out=self._inner_u)
         self._inner_u += self._offset
+        for j, table in self._tables:
+            value = float(self.u[j])
+            if value not in table:
+                raise ComponentError(
+                    f"{self.name}: its input {self.inputs[j].name} is given {value:g}, which its "
+                    f"mapping does not have; it has {', '.join(f'{known:g}' for known in table)}"
+                )
+            self._inner_u[j] = table[value]
         self.inner.write_inputs()
 
     def read_outputs(self) -> None:

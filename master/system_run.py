@@ -43,6 +43,7 @@ def run_ssp(
     change: Change = lambda course: course,
     check: Callable[[Sequence[LoadedFmu]], None] = _nothing,
     held: ExitStack | None = None,
+    variant: str | None = None,
 ) -> tuple[xr.Dataset, Stopped]:
     """Run a system; also a run that stops early returns what was recorded, and why it stopped.
 
@@ -76,6 +77,8 @@ def run_ssp(
         Given all FMUs, initialised; may raise, or warn.
     held : ExitStack, optional
         Closes the FMUs when its owner wants; else they are closed before the results are returned.
+    variant : str, optional
+        Which of several system structures in the file, see `open_ssp`.
 
     Returns
     -------
@@ -92,7 +95,7 @@ def run_ssp(
         If the system cannot be coupled.
     """
     with ExitStack() as own:
-        loaded = (held or own).enter_context(open_ssp(path, load=load))
+        loaded = (held or own).enter_context(open_ssp(path, load=load, variant=variant))
         for note in loaded.notes:
             warnings.warn(f"{path}: {note}", stacklevel=2)
         start, stop, step = _experiment(path, loaded, step, time)

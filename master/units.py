@@ -37,6 +37,40 @@ IDENTITY = Linear()
 
 
 @dataclass(frozen=True)
+class Table:
+    """What becomes of Booleans, whole numbers, or items of enumerations, one by one, as in SSP.
+
+    Attributes
+    ----------
+    kind : str
+        ``Boolean``, ``Integer`` or ``Enumeration``.
+    entries : tuple of (bool, int or str; the same)
+        Source and target.
+    """
+
+    kind: str
+    entries: tuple[tuple[bool | int | str, bool | int | str], ...]
+
+    def of(self, value: bool | float | str) -> bool | int | str:
+        """The target of a value; ValueError if there is none."""
+        known = dict(self.entries)
+        if value not in known or isinstance(value, str) != (self.kind == "Enumeration"):
+            listed = ", ".join(str(source) for source in known)
+            raise ValueError(f"{value!r} is not in its {self.kind} mapping, which has {listed}")
+        return known[value]
+
+    def numbers(self, source: Mapping[str, int], target: Mapping[str, int]) -> dict[float, float]:
+        """Source to target as numbers, by the items of enumerations at both ends."""
+        if self.kind != "Enumeration":
+            return {float(a): float(b) for a, b in self.entries}
+        for name, items in [*((a, source) for a, _ in self.entries),
+                            *((b, target) for _, b in self.entries)]:  # fmt: skip
+            if name not in items:
+                raise ValueError(f"an item {name!r} of its mapping is none of {', '.join(items)}")
+        return {float(source[str(a)]): float(target[str(b)]) for a, b in self.entries}
+
+
+@dataclass(frozen=True)
 class Unit:
     """A unit: ``factor * x + offset`` of it is in SI's base units.
 

@@ -1,4 +1,4 @@
-"""Systems of FMUs in SSP 1.0 files (System Structure and Parameterization).
+"""Systems of FMUs in SSP files, 1.0 and 2.0, (System Structure and Parameterization).
 
 Read, and run:
 

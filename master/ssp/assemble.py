@@ -15,7 +15,7 @@ from railcosim.master.fmi.loaded_fmu import LoadedFmu
 from railcosim.master.mapped_inputs import MappedInputs
 from railcosim.master.ssp.structure import Start, Structure, Wire
 from railcosim.master.suggest import suggest
-from railcosim.master.units import IDENTITY, Linear, UnitError, Units, fmu_units
+from railcosim.master.units import IDENTITY, Linear, Table, UnitError, Units, fmu_units
 
 _LARGEST = 2**31 - 1  # Integer
 
@@ -89,6 +89,7 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
     inputs = {name: {v.name: v for v in fmu.inputs} for name, fmu in fmus.items()}
     notes = list(structure.notes)
     maps: dict[Connection, Linear] = {}
+    tables: dict[Connection, dict[float, float]] = {}
     for wire in _element_wise(path, structure.wires, outputs, inputs):
         output, input_ = outputs[wire.source].get(wire.output), inputs[wire.target].get(wire.input)
         if _is_text(wire, fmus):
@@ -101,10 +102,6 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
         if output is None or input_ is None:
             raise FmuError(f"{path}: {wire}: texts feed texts only; take the connection out")
         try:
-            check_types(str(wire), output, input_)
-        except CouplingError as error:
-            raise FmuError(f"{path}: {error}") from None
-        try:
             linear = wire.way.linear(
                 output.unit, units[wire.source], input_.unit, units[wire.target]
             )
@@ -112,12 +109,26 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
             raise FmuError(
                 f"{path}: {wire}: {error}; define it in both, or suppress the conversion"
             ) from None
+        connection = Connection(wire.source, wire.output, wire.target, wire.input)
+        try:
+            table = _table(linear, output, input_)
+        except ValueError as error:
+            raise FmuError(f"{path}: {wire}: {error}") from None
+        if table is not None:
+            tables[connection] = table
+            maps[connection] = IDENTITY
+            continue
+        try:
+            check_types(str(wire), output, input_)
+        except CouplingError as error:
+            raise FmuError(f"{path}: {error}") from None
+        assert isinstance(linear, Linear)
         if linear != IDENTITY and input_.type is not Type.REAL:
             raise FmuError(
                 f"{path}: {wire}: a transformation or a conversion of units is for Real inputs; "
                 f"this one is of type {input_.type.value}"
             )
-        maps[Connection(wire.source, wire.output, wire.target, wire.input)] = linear
+        maps[connection] = linear
     starts: dict[str, dict[str, Scalar]] = {name: {} for name in fmus}
     for name, fmu in fmus.items():
         starts[name] = _starts(path, structure, fmu, units[name], notes)
@@ -126,7 +137,9 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
     return LoadedSystem(
         name=structure.name,
         fmus=tuple(fmus.values()),
-        components=tuple(_seen(fmu, maps, outputs, starts[fmu.name]) for fmu in fmus.values()),
+        components=tuple(
+            _seen(fmu, maps, tables, outputs, starts[fmu.name]) for fmu in fmus.values()
+        ),
         connections=tuple(maps),
         maps={c: linear for c, linear in maps.items() if linear != IDENTITY},
         starts=starts,
@@ -213,8 +226,29 @@ def _starts(
     return starts
 
 
-def _converted(start: Start, linear: Linear) -> Scalar:
+def _table(linear: Linear | Table, output: Variable, input_: Variable) -> dict[float, float] | None:
+    """What a mapping makes of numbers; None if there is none. ValueError if it does not fit."""
+    if not isinstance(linear, Table):
+        return None
+    whole = {Type.INTEGER, Type.ENUMERATION}
+    ends = {
+        "Boolean": {Type.BOOLEAN}, "Integer": whole, "Enumeration": {Type.ENUMERATION},
+    }[linear.kind]  # fmt: skip
+    for variable in (output, input_):
+        if variable.type not in ends:
+            raise ValueError(
+                f"a mapping of {linear.kind} values, and {variable.name} is {variable.type.value}"
+            )
+    found = linear.numbers(dict(output.items), dict(input_.items))
+    for value in found.values():
+        _number(value, input_)
+    return found
+
+
+def _converted(start: Start, linear: Linear | Table) -> Scalar:
     """A value in the unit of its variable."""
+    if isinstance(linear, Table):
+        return linear.of(start.value)
     # A function that does nothing leaves whole numbers whole and Booleans Booleans.
     if linear == IDENTITY:
         return start.value
@@ -248,12 +282,13 @@ def _number(value: Scalar, variable: Variable) -> float:
 def _seen(
     fmu: LoadedFmu,
     maps: dict[Connection, Linear],
+    tables: dict[Connection, dict[float, float]],
     outputs: dict[str, dict[str, Variable]],
     starts: dict[str, Scalar],
 ) -> Component:
     """An FMU as its neighbours see it."""
     sources = {c.input: c for c in maps if c.target == fmu.name}
-    seen, linears = [], []
+    seen, linears = [], list[Linear | dict[float, float]]()
     for variable in fmu.inputs:
         connection = sources.get(variable.name)
         given = starts.get(variable.name)
@@ -265,7 +300,7 @@ def _seen(
             source = outputs[connection.source][connection.output]
             unit = variable.unit and (source.unit or variable.unit)
             seen.append(replace(variable, unit=unit, start=start))
-            linears.append(maps[connection])
+            linears.append(tables.get(connection, maps[connection]))
     plain = all(linear == IDENTITY for linear in linears)
     if plain and [(v.unit, v.start) for v in seen] == [(v.unit, v.start) for v in fmu.inputs]:
         return fmu

@@ -24,9 +24,12 @@ _EXCHANGES = 100
 
 @contextmanager
 def open_ssp(
-    path: str | Path, *, load: Callable[..., LoadedFmu] = FmuComponent.load
+    path: str | Path,
+    *,
+    load: Callable[..., LoadedFmu] = FmuComponent.load,
+    variant: str | None = None,
 ) -> Iterator[LoadedSystem]:
-    """Load a system from an SSP 1.0 file for as long as the block lasts.
+    """Load a system from an SSP 1.0 or 2.0 file for as long as the block lasts.
 
     Systems in systems are made flat: a component is called after all that it is in, but the
     outermost.
@@ -37,6 +40,9 @@ def open_ssp(
         The ``.ssp`` file. The code in it is run: load only what you would run.
     load : callable, optional
         Makes an FMU from a file and, by keyword, a name.
+    variant : str, optional
+        Which of several system structures in the file, by its name; SystemStructure.ssd if not
+        given.
 
     Yields
     ------
@@ -57,7 +63,10 @@ def open_ssp(
         folder = unpack_archive(path, MAIN, check_structure)
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
         try:
-            structure = read_structure(Package(path, folder))
+            package = Package(path, folder)
+            if variant is not None:
+                package = package.of_variant(variant)
+            structure = read_structure(package)
             _check_size(path, structure)
             fmus = {
                 name: stack.enter_context(load(file, name=name))

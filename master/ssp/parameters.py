@@ -13,6 +13,12 @@ from railcosim.master.units import Units
 
 _SET = "application/x-ssp-parameter-set"
 _MAPPING = "application/x-ssp-parameter-mapping"
+REALS = {"Real", "Float64", "Float32"}
+WHOLE = {"Integer", *(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64))}
+TEXTS = {"String", "Enumeration", "Binary"}
+"""Types of SSP 1.0 and 2.0."""
+LONGEST = 25
+"""Characters of a whole number that any type could hold."""
 
 
 @dataclass(frozen=True)
@@ -73,14 +79,20 @@ def _content(package: Package, element: Element, inline: str) -> Element | None:
 
 
 def _values(package: Package, root: Element, prefix: str, units: Units) -> Iterator[Bound]:
-    """The entries of a parameter set."""
+    """The entries of a parameter set; those of an array (SSP 2.0) one by one."""
     for parameter in root.iterfind(f"{SSV}Parameters/{SSV}Parameter"):
         name = prefix + package.need(parameter, "name")
         found = next((child for child in parameter if child.tag.startswith(SSV)), None)
         if found is None:
             raise package.error(f"parameter {name} has no value")
         way = Way(unit=found.get("unit", ""), units=units)
-        yield Bound(name, Start(_scalar(package, name, found), way))
+        several = found.get("value", "").split() if local(found) not in TEXTS else []
+        if len(several) > 1:
+            for k, text in enumerate(several, start=1):
+                one = Element(found.tag, {"value": text})
+                yield Bound(f"{name}[{k}]", Start(_scalar(package, name, one), way))
+        else:
+            yield Bound(name, Start(_scalar(package, name, found), way))
 
 
 def _scalar(package: Package, name: str, element: Element) -> Scalar:
@@ -90,10 +102,12 @@ def _scalar(package: Package, name: str, element: Element) -> Scalar:
         return is_true(package.need(element, "value"))
     if kind in {"String", "Enumeration"}:
         return package.need(element, "value")
-    if kind not in {"Real", "Integer"}:
+    if kind not in REALS | WHOLE:
         raise package.error(f"parameter {name}: {kind} values are not supported; leave it out")
+    if kind in WHOLE and (text := package.need(element, "value").strip()).lstrip("+-").isdecimal():
+        return int(text) if len(text) <= LONGEST else float(text)  # of 64 bits, all digits
     number = package.number(element, "value")
-    return int(number) if kind == "Integer" and number.is_integer() else number
+    return int(number) if kind in WHOLE and number.is_integer() else number
 
 
 def _mapped(package: Package, element: Element, bounds: list[Bound]) -> Iterator[Bound]:
@@ -106,6 +120,8 @@ def _mapped(package: Package, element: Element, bounds: list[Bound]) -> Iterator
         bound = by_name.get(package.need(entry, "source"))
         if bound is None:
             continue
-        hop = Hop(package.linear(entry), "", not is_true(entry.get("suppressUnitConversion")))
+        hop = Hop(
+            package.transformation(entry), "", not is_true(entry.get("suppressUnitConversion"))
+        )
         way = Way(unit=bound.start.way.unit, units=bound.start.way.units, hops=(hop,))
         yield Bound(package.need(entry, "target"), Start(bound.start.value, way))

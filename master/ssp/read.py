@@ -7,8 +7,8 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from railcosim.master.ssp.package import Package, is_true, local
-from railcosim.master.ssp.parameters import read_bindings
-from railcosim.master.ssp.structure import FMU, SSC, SSD, Hop, Start, Structure, Way, Wire
+from railcosim.master.ssp.parameters import REALS, read_bindings
+from railcosim.master.ssp.structure import FMU, SSB, SSC, SSD, Hop, Start, Structure, Way, Wire
 from railcosim.master.suggest import suggest
 from railcosim.master.units import IDENTITY
 
@@ -17,6 +17,10 @@ MAX_DEPTH = 50
 
 _KINDS = {"input", "output", "parameter", "calculatedParameter"}
 _GIVES = {"output", "calculatedParameter"}
+_SHARED = "inout"
+"""Kind of the entries of signal dictionaries: from one who gives to all who take."""
+_DICTIONARY = "signals of "
+"""Before the name of a dictionary, so that no element is called so."""
 
 _Place = tuple[str, ...]
 """Names of a system or component and of those around it; empty for the outermost system."""
@@ -87,6 +91,12 @@ def _step(package: Package, root: Element) -> float | None:
     return None
 
 
+def _unit(connector: Element) -> str:
+    """Unit of a connector or an entry of a dictionary; empty if not stated."""
+    found = [connector.find(f"{SSC}{kind}") for kind in sorted(REALS)]
+    return next((real.get("unit", "") for real in found if real is not None), "")
+
+
 def _name(place: _Place) -> str:
     """A component's name in the flat system."""
     return ".".join(place)
@@ -104,6 +114,8 @@ class _Reader:
         self._connectors: dict[_Node, _Connector] = {}
         self._sources: dict[_Node, tuple[_Node, Hop]] = {}
         self._starts: dict[_Node, Start] = {}
+        self._dictionaries: set[_Place] = set()
+        self._references: dict[_Place, _Place] = {}
 
     # --- reading -------------------------------------------------------------------------------
 
@@ -113,6 +125,7 @@ class _Reader:
             raise self.package.error(f"systems are nested more than {MAX_DEPTH} deep; refused")
         names = self._systems[place] = []
         self._read_connectors(system, place)
+        self._read_dictionaries(system, place)
         for element in system.iterfind(f"{SSD}Elements/*"):
             name = self.package.need(element, "name")
             if name in names:
@@ -122,9 +135,11 @@ class _Reader:
                 self.read_system(element, (*place, name))
             elif local(element) == "Component":
                 self._read_component(element, (*place, name))
+            elif local(element) == "SignalDictionaryReference":
+                self._refer(element, (*place, name))
             else:
                 raise self.package.error(
-                    f"{_name((*place, name))} is a {local(element)}, which is not supported; "
+                    f"{_name((*place, name))} is a {local(element)}, which is not known; "
                     "connect the components directly"
                 )
         for element in system.iterfind(f"{SSD}Connections/{SSD}Connection"):
@@ -155,15 +170,42 @@ class _Reader:
                     f"connector {_name((*place, name))} is of kind {kind}; "
                     f"supported are {', '.join(sorted(_KINDS))}"
                 )
-            real = connector.find(f"{SSC}Real")
-            unit = "" if real is None else real.get("unit", "")
-            self._connectors[place, name] = _Connector(kind, unit)
+            self._connectors[place, name] = _Connector(kind, _unit(connector))
+
+    def _read_dictionaries(self, system: Element, place: _Place) -> None:
+        """Signal dictionaries: connectors that all references to them share."""
+        for element in system.iterfind(f"{SSD}SignalDictionaries/{SSD}SignalDictionary"):
+            own = (*place, _DICTIONARY + self.package.need(element, "name"))
+            root: Element | None = element.find(f"{SSB}SignalDictionary")
+            if element.get("source"):
+                root = self.package.xml(self.package.file(element, "a SignalDictionary"))
+            self._dictionaries.add(own)
+            for entry in [] if root is None else root.iterfind(f"{SSB}DictionaryEntry"):
+                name = self.package.need(entry, "name")
+                self._connectors[own, name] = _Connector(_SHARED, _unit(entry))
+
+    def _refer(self, element: Element, place: _Place) -> None:
+        """Look a dictionary up in the system of a reference to it, and in those around it."""
+        name = _DICTIONARY + self.package.need(element, "dictionary")
+        around = [(*place[:n], name) for n in reversed(range(len(place)))]
+        found = [one for one in around if one in self._dictionaries]
+        if not found:
+            raise self.package.error(
+                f"{_name(place)} refers to the signal dictionary "
+                f"{name.removeprefix(_DICTIONARY)!r}, which is not there"
+            )
+        self._references[place] = found[0]
 
     def _read_connection(self, element: Element, place: _Place) -> None:
         """Take note of what feeds what; start and end do not say which way values go."""
         ends = [self._end(element, place, side) for side in ("start", "end")]
         # Seen from inside a system, its own inputs give and its outputs take.
         gives = [(self._connectors[n].kind in _GIVES) != (n[0] == place) for n in ends]
+        shared = [self._connectors[n].kind == _SHARED for n in ends]
+        if any(shared):  # an entry of a dictionary takes from who gives, and gives to who takes
+            if all(shared):
+                raise self.package.error(f"{_pair(*ends)}: both are entries of dictionaries")
+            gives[shared.index(True)] = not gives[shared.index(False)]
         if gives[0] == gives[1]:
             what = "give" if gives[0] else "take"
             raise self.package.error(f"{_pair(*ends)}: both {what} values; connect one of each")
@@ -174,7 +216,7 @@ class _Reader:
                 f"two sources for one input: {_pair(other, sink)} and {_pair(source, sink)}"
             )
         converts = not is_true(element.get("suppressUnitConversion"))
-        hop = Hop(self.package.linear(element), self._connectors[sink].unit, converts)
+        hop = Hop(self.package.transformation(element), self._connectors[sink].unit, converts)
         self._sources[sink] = source, hop
 
     def _end(self, element: Element, place: _Place, side: str) -> _Node:
@@ -184,6 +226,7 @@ class _Reader:
             hint = suggest(owner, self._systems[place])
             raise self.package.error(f"a connection names the element {owner!r}, not there{hint}")
         node = (place if owner is None else (*place, owner), name)
+        node = (self._references.get(node[0], node[0]), name)
         if node not in self._connectors:
             known = [n for p, n in self._connectors if p == node[0]]
             raise self.package.error(

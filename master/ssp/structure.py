@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from railcosim.master.fmi.fmu_parameters import Scalar
-from railcosim.master.units import Linear, Units, conversion
+from railcosim.master.units import IDENTITY, Linear, Table, UnitError, Units, conversion
 
 NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructure"
 SSC = f"{{{NAMESPACE}Common}}"
 SSD = f"{{{NAMESPACE}Description}}"
 SSV = f"{{{NAMESPACE}ParameterValues}}"
 SSM = f"{{{NAMESPACE}ParameterMapping}}"
+SSB = f"{{{NAMESPACE}SignalDictionary}}"
 
 MAIN = "SystemStructure.ssd"
 FMU = "application/x-fmu-sharedlibrary"
@@ -24,7 +25,7 @@ class Hop:
 
     Attributes
     ----------
-    linear : Linear
+    linear : Linear or Table
         Applied to what comes, after any conversion.
     unit : str
         Of the connector it leads to; empty if not stated.
@@ -32,7 +33,7 @@ class Hop:
         Whether what comes is converted to that unit.
     """
 
-    linear: Linear
+    linear: Linear | Table
     unit: str
     converts: bool
 
@@ -55,14 +56,23 @@ class Way:
     units: Units
     hops: tuple[Hop, ...] = ()
 
-    def linear(self, source: str, source_units: Units, target: str, target_units: Units) -> Linear:
+    def linear(
+        self, source: str, source_units: Units, target: str, target_units: Units
+    ) -> Linear | Table:
         """Compose everything, from a variable in one unit to a variable in another.
+
+        A mapping of other values than Reals stands alone.
 
         Raises
         ------
         UnitError
             If units on the way do not fit.
         """
+        tables = [hop.linear for hop in self.hops if isinstance(hop.linear, Table)]
+        if tables:
+            if len(tables) > 1 or any(h.linear not in (tables[0], IDENTITY) for h in self.hops):
+                raise UnitError("a mapping comes together with another transformation")
+            return tables[0]
         total = conversion(source, source_units, self.unit, self.units)
         unit, units = (self.unit, self.units) if self.unit else (source, source_units)
         for hop in self.hops:
@@ -71,6 +81,7 @@ class Way:
             goal, goal_units = (target, target_units) if is_open else (hop.unit, self.units)
             if hop.converts:
                 total = total.then(conversion(unit, units, goal, goal_units))
+            assert isinstance(hop.linear, Linear)
             total = total.then(hop.linear)
             if goal or not hop.converts:
                 unit, units = goal, goal_units

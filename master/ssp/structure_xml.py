@@ -25,6 +25,11 @@ _NAMESPACES = {
 }
 TYPES = {t: t for t in ("Real", "Integer", "Boolean", "String")} | {"Enumeration": "Integer"}
 """SSP's types for FMI's, of the values that can be written."""
+VERSIONS: Mapping[str, Mapping[str, str]] = {
+    "1.0": {},
+    "2.0": {"Real": "Float64", "Integer": "Int32"},
+}
+"""What versions of SSP call the types of values."""
 PARAMETER_SET = "start"
 """Name of every parameter set; ecos asks for it."""
 
@@ -75,6 +80,7 @@ def structure_xml(
     wiring: Mapping[Connection, Linear],
     sources: Mapping[Path, str],
     experiment: Experiment,
+    ssp: str = "1.0",
 ) -> bytes:
     """Write SystemStructure.ssd.
 
@@ -90,6 +96,8 @@ def structure_xml(
         Where each part's FMU is in the SSP.
     experiment : Experiment
         The default.
+    ssp : str, optional
+        Version of SSP, one of `VERSIONS`.
 
     Returns
     -------
@@ -121,6 +129,13 @@ def structure_xml(
         _annotate_for_omsimulator(system, experiment.step)
     _units(root, defined)
     _experiment(root, experiment)
+    if ssp not in VERSIONS:
+        raise ValueError(f"SSP version {ssp}: must be {' or '.join(VERSIONS)}")
+    for element in root.iter():
+        prefix, _, kind = element.tag.partition(":")
+        element.tag = f"{prefix}:{VERSIONS[ssp].get(kind, kind)}"
+        if "version" in element.attrib:
+            element.set("version", ssp)
     indent(root)
     text: bytes = tostring(root, encoding="UTF-8", xml_declaration=True)
     return text

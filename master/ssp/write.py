@@ -1,4 +1,4 @@
-"""Writing a system of FMUs as one SSP 1.0 file.
+"""Writing a system of FMUs as one SSP file.
 
 Any importer of SSP runs it as it is. What several of them do not bear is left out: libcosim and
 ecos refuse connectors of the system itself, and FMPy feeds an input connector that nothing is
@@ -27,6 +27,7 @@ def write_ssp(
     start: float = 0.0,
     stop: float | None = None,
     step: float | None = None,
+    version: str = "1.0",
 ) -> Path:
     """Write a system with its FMUs in it.
 
@@ -45,6 +46,8 @@ def write_ssp(
     step : float, optional
         Communication step, s. SSP has no place for it; it goes to annotations of libcosim's and
         OMSimulator's.
+    version : str, optional
+        Of SSP: ``1.0``, which all tools read, or ``2.0``, whose types are those of FMI 3.0.
 
     Returns
     -------
@@ -60,7 +63,7 @@ def write_ssp(
     _check(parts, wiring)
     sources = _sources(parts)
     experiment = Experiment(start=start, stop=stop, step=step)
-    text = structure_xml(target.stem, parts, wiring, sources, experiment)
+    text = structure_xml(target.stem, parts, wiring, sources, experiment, version)
     fmus = {source: path.read_bytes() for path, source in sources.items()}
     write_archive(target, {MAIN: text, **fmus})
     return target
