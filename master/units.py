@@ -53,7 +53,7 @@ class Table:
 
     def of(self, value: bool | float | str) -> bool | int | str:
         """The target of a value; ValueError if there is none."""
-        known = dict(self.entries)
+        known: dict[float | str, bool | int | str] = {a: b for a, b in self.entries}  # noqa: C416
         if value not in known or isinstance(value, str) != (self.kind == "Enumeration"):
             listed = ", ".join(str(source) for source in known)
             raise ValueError(f"{value!r} is not in its {self.kind} mapping, which has {listed}")
