@@ -101,34 +101,12 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
             _check_other(path, wire, fmus[wire.target], wire.input, "input")
         if output is None or input_ is None:
             raise FmuError(f"{path}: {wire}: texts feed texts only; take the connection out")
-        try:
-            linear = wire.way.linear(
-                output.unit, units[wire.source], input_.unit, units[wire.target]
-            )
-        except UnitError as error:
-            raise FmuError(
-                f"{path}: {wire}: {error}; define it in both, or suppress the conversion"
-            ) from None
+        ends = units[wire.source], units[wire.target]
+        changed = _changed(path, wire, output, input_, ends)
         connection = Connection(wire.source, wire.output, wire.target, wire.input)
-        try:
-            table = _table(linear, output, input_)
-        except ValueError as error:
-            raise FmuError(f"{path}: {wire}: {error}") from None
-        if table is not None:
-            tables[connection] = table
-            maps[connection] = IDENTITY
-            continue
-        try:
-            check_types(str(wire), output, input_)
-        except CouplingError as error:
-            raise FmuError(f"{path}: {error}") from None
-        assert isinstance(linear, Linear)
-        if linear != IDENTITY and input_.type is not Type.REAL:
-            raise FmuError(
-                f"{path}: {wire}: a transformation or a conversion of units is for Real inputs; "
-                f"this one is of type {input_.type.value}"
-            )
-        maps[connection] = linear
+        maps[connection] = changed if isinstance(changed, Linear) else IDENTITY
+        if not isinstance(changed, Linear):
+            tables[connection] = changed
     starts: dict[str, dict[str, Scalar]] = {name: {} for name in fmus}
     for name, fmu in fmus.items():
         starts[name] = _starts(path, structure, fmu, units[name], notes)
@@ -148,6 +126,33 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
         step=structure.step,
         notes=tuple(notes),
     )
+
+
+def _changed(
+    path: Path, wire: Wire, output: Variable, input_: Variable, units: tuple[Units, Units]
+) -> Linear | dict[float, float]:
+    """What becomes of a value on a wire: a function of Reals, or a table of other numbers."""
+    try:
+        linear = wire.way.linear(output.unit, units[0], input_.unit, units[1])
+    except UnitError as error:
+        raise FmuError(
+            f"{path}: {wire}: {error}; define it in both, or suppress the conversion"
+        ) from None
+    if isinstance(linear, Table):
+        try:
+            return _table(linear, output, input_)
+        except ValueError as error:
+            raise FmuError(f"{path}: {wire}: {error}") from None
+    try:
+        check_types(str(wire), output, input_)
+    except CouplingError as error:
+        raise FmuError(f"{path}: {error}") from None
+    if linear != IDENTITY and input_.type is not Type.REAL:
+        raise FmuError(
+            f"{path}: {wire}: a transformation or a conversion of units is for Real inputs; "
+            f"this one is of type {input_.type.value}"
+        )
+    return linear
 
 
 def _is_text(wire: Wire, fmus: Mapping[str, LoadedFmu]) -> bool:
