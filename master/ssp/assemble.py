@@ -231,10 +231,8 @@ def _starts(
     return starts
 
 
-def _table(linear: Linear | Table, output: Variable, input_: Variable) -> dict[float, float] | None:
-    """What a mapping makes of numbers; None if there is none. ValueError if it does not fit."""
-    if not isinstance(linear, Table):
-        return None
+def _table(linear: Table, output: Variable, input_: Variable) -> dict[float, float]:
+    """What a mapping makes of numbers; ValueError if it does not fit."""
     whole = {Type.INTEGER, Type.ENUMERATION}
     ends = {
         "Boolean": {Type.BOOLEAN}, "Integer": whole, "Enumeration": {Type.ENUMERATION},
