@@ -28,7 +28,7 @@ SensorOption = Annotated[
         help="What is seen at a place of the track, such as rail.left@50.3, slab.middle@50 or "
         "fastening.left@railseat+80; some of it with rail.left@50.3:z,stress. PLACE is in m along "
         "the track, as --position. Repeat it for more.",
-        metavar="WHAT.SIDE@PLACE",
+        metavar="SENSOR",
     ),
 ]
 
