@@ -140,13 +140,14 @@ CONTACTS: Mapping[str, Callable[[Train, Multibody, FloatArray], OfContact | None
 """Start values of contact laws, by dimension."""
 
 
-def ring_annotations(track: Track, told: Sequence[Told] = ()) -> Annotations:
+def ring_annotations(track: Track, told: Sequence[Told] = (), local: str = "") -> Annotations:
     """What a track says of its ring: its length, and what vehicle it is long enough for, m.
 
-    And of its sensors, if there are any: FMI 2.0 has room for one element only.
+    And of its sensors and local changes, if any: FMI 2.0 has room for one element only.
     """
     longest = decay_along(track).longest_span(track.mesh.cells)
     ring = {"length": repr(track.length), "longestVehicle": repr(longest)}
+    ring |= {"changes": local} if local else {}
     return {"Ring": ring | sensors_noted(track.sensor, told)}
 
 
@@ -362,7 +363,6 @@ def _track(
         table=interface(rails, start, with_contact=with_contact, seen=told),
         body=rails,
         parameters=write_toml(track, track.called),
-        annotations=ring_annotations(track, told)
-        | ({"Local": {"changes": local}} if local else {}),
+        annotations=ring_annotations(track, told, local),
         profiles=_profiles_of(start) if with_contact else None,
     )

@@ -32,7 +32,7 @@ def test_the_compiled_track_is_its_model(tmp_path):
     with packed(made.values(), tmp_path) as files:
         _moves_as(files["Track"], made["Track"].body)
         told = read_annotations(files["TrackWithContact"], "railcosim")
-        assert told["Local"] == {"changes": "fastening@20.3125=0"}
+        assert told["Ring"]["changes"] == "fastening@20.3125=0"
         forces = _felt(files)
     # The first wheel comes over it after 1.8 m at 60 m/s, 300 steps: the second is 2.5 m behind.
     swings = np.abs(forces / forces[0] - 1)
