@@ -99,12 +99,13 @@ class Journey:
         UnusualWarning
             If less than `STEPS` of them fit on one.
         """
-        gone, front = float(self.way.gone(stop)), float(wheels.start.max())
+        gone = float(self.way.gone(stop))
+        rear, front = float(wheels.start.min()), float(wheels.start.max())
         for defect in self.defects:
             if not any(one.met_within(gone) for one in meetings([defect], wheels)):
                 raise ArgumentError(
-                    "defect", defect, f"no wheel comes to it: the first stands at {front:g} m and "
-                    f"goes {gone:g} m",
+                    "defect", defect, f"no wheel comes to it within {gone:g} m from where they "
+                    f"stand at first, {rear:g} to {front:g} m",
                 )  # fmt: skip
             longest = defect.shortest / STEPS
             if step * self.way.fastest > longest:

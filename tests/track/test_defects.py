@@ -3,6 +3,8 @@
 Against closed forms by hand.
 """
 
+import math
+
 import numpy as np
 import pytest
 
@@ -203,6 +205,19 @@ def test_millimetres_are_doubted():
 def test_what_no_wheel_can_meet(one, said):
     with pytest.raises(ArgumentError, match=said):
         meetings([one], WHEELS)
+
+
+@pytest.mark.parametrize(
+    ("one", "way"),
+    [(Dip(depth=1e-3, length=1.0, at=-5.0), math.inf),  # behind the last
+     (Dip(depth=1e-3, length=1.0, at=30.0), 30.0 - 20.0 - 0.5),
+     (Flat(length=0.05, wheel="1", turn=0.5), np.pi * R - 0.025)],
+)  # fmt: skip
+def test_from_what_way_on_a_wheel_comes_to_it(one, way):
+    met = meetings([one], WHEELS)
+    beyond = met[0].s[-1] - one.extent / 2  # where the round of a wheel touches first
+    ways = (0.999 * (min(way, 1e5) - beyond), 1.001 * min(way, 1e5))
+    assert [any(m.met_within(w) for m in met) for w in ways] == [False, math.isfinite(way)]
 
 
 def test_a_radius_that_nobody_tells():

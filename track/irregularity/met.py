@@ -90,8 +90,9 @@ class Meeting:
         return bool(abs(self._from_middle(np.float64(gone))) < self.s[-1])  # type: ignore[arg-type]
 
     def met_within(self, distance: float) -> bool:
-        """Whether the wheel comes to it on its way, m."""
-        return math.isfinite(self.period) or -self.s[-1] < distance - self.ahead + self.s[-1]
+        """Whether the wheel, which is not on it at first, comes to it on its way, m."""
+        first = self.ahead if self.ahead > 0 else self.ahead + self.period
+        return 0 < first < distance + self.s[-1]
 
 
 def centre_path(defect: Defect, radius: float) -> tuple[FloatArray, FloatArray]:
