@@ -92,7 +92,7 @@ class Meeting:
     def met_within(self, distance: float) -> bool:
         """Whether the wheel, which is not on it at first, comes to it on its way, m."""
         first = self.ahead if self.ahead > 0 else self.ahead + self.period
-        return 0 < first < distance + self.s[-1]
+        return bool(0 < first < distance + self.s[-1])
 
 
 def centre_path(defect: Defect, radius: float) -> tuple[FloatArray, FloatArray]:
