@@ -47,13 +47,18 @@ def fit(
     position: Annotated[
         list[str] | None,
         typer.Option(
-            help="Where the rail was hit: railseat (if not given), midspan, or m along the track; "
-            "of several files once for all or once for each.",
+            help="Where the rail was hit: railseat (if neither this nor the file says), midspan, "
+            "or m along the track; of several files once for all or once for each.",
             metavar="PLACE",
         ),
     ] = None,
-    direction: Annotated[Hit, typer.Option(help="z down, y to the right.")] = Hit.DOWN,
-    load: Annotated[Load, typer.Option(help="single: one rail was hit.")] = Load.SINGLE,
+    direction: Annotated[
+        Hit | None, typer.Option(help="z (if neither this nor the file says) down, y to the right.")
+    ] = None,
+    load: Annotated[
+        Load | None,
+        typer.Option(help="single: one rail was hit (if neither this nor the file says)."),
+    ] = None,
     unit: Annotated[
         str | None,
         typer.Option(
@@ -76,8 +81,9 @@ def fit(
     with progress("fitting") as update:
         result = fitted(
             list(measured), track,
-            free=[key.strip() for key in free.split(",")], position=position or "railseat",
-            direction=direction.value, both_rails=load is Load.BOTH, unit=unit, progress=update,
+            free=[key.strip() for key in free.split(",")], position=position or None,
+            direction=direction and direction.value,
+            both_rails=None if load is None else load is Load.BOTH, unit=unit, progress=update,
         )  # fmt: skip
     _tell(result)
     columns = ["value", "lower", "upper", "start"]
@@ -104,8 +110,9 @@ def _tell(result: xr.Dataset) -> None:
     console.print(f"fitted within {result.attrs['rms']:.2g} dB (root mean square)")
     if result.attrs["inflation"] > 1:
         console.print(
-            f"neighbouring residuals correlate by {result.attrs['neighbours']:.2f}: the track "
-            "lacks something of what was measured; intervals are "
+            f"neighbouring residuals correlate by {result.attrs['neighbours']:.2f}: the rail "
+            "was hit otherwise than supposed (--load, --position, --direction), or the track lacks "
+            "something of what was measured; intervals are "
             f"{result.attrs['inflation'] ** 0.5:.2g} times as wide for it"
         )
     known = [str(n) for n in result["parameter"].values if n not in why_not]

@@ -116,9 +116,9 @@ def fit(
     track: Track | None = None,
     *,
     free: Sequence[str],
-    position: str | float | Sequence[str | float] = "railseat",
-    direction: str = "z",
-    both_rails: bool = False,
+    position: str | float | Sequence[str | float] | None = None,
+    direction: str | None = None,
+    both_rails: bool | None = None,
     unit: str | None = None,
     progress: Progress = unheard,
 ) -> xr.Dataset:
@@ -135,12 +135,13 @@ def fit(
         Where the search starts, and all that is not free; the paper's if not given.
     free : sequence of str
         Keys such as ``fastening.stiffness`` (see `railcosim.changed`); all above 0.
-    position : str or float, or one a file
-        Where the rail was hit: ``railseat``, ``midspan``, or m.
-    direction : str
-        ``z`` or ``y``, of hammer and accelerometer.
-    both_rails : bool
-        Whether equal forces acted on both rails.
+    position : str or float, or one a file, optional
+        Where the rail was hit: ``railseat``, ``midspan``, or m. If not given what a file of ours
+        says, else ``railseat``.
+    direction : str, optional
+        ``z`` or ``y``, of hammer and accelerometer; likewise, else ``z``.
+    both_rails : bool, optional
+        Whether equal forces acted on both rails; likewise, else not.
     unit : str, optional
         Of responses whose columns say none.
     progress : callable
@@ -171,7 +172,11 @@ def fit(
     """
     track = track or Track()
     sources = [measured] if isinstance(measured, str | Path) else list(measured)
-    places = [position] if isinstance(position, str | float | int) else list(position)
+    places: list[str | float | None]
+    if position is None or isinstance(position, str | float | int):
+        places = [position]
+    else:
+        places = list(position)
     if len(places) not in {1, len(sources)}:
         raise ArgumentError("position", None, f"{len(places)} places for {len(sources)} files")
     curves = tuple(
@@ -182,7 +187,9 @@ def fit(
         for source, place in zip(sources, places * (len(sources) // len(places)), strict=True)
     )  # fmt: skip
     highest = max(float(one.frequency[-1]) for one in curves)
-    fine = fine_enough(track, highest, curves[0].direction)
+    fine = track
+    for direct in {one.direction for one in curves}:
+        fine = fine_enough(fine, highest, direct)
     problem = Problem(fine, tuple(free), curves, partial(_counted, progress, [0], len(free)))
     _check(problem)
     found = _searched(problem)

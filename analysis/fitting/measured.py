@@ -19,6 +19,7 @@ from railcosim.track.decay_rate import distances, rate, responses
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import BOTH, Point, infinite_receptance
 
+from .loading import Loading, loading_of
 from .table import COHERENCE, DECAY, Table, frequency_of, read_table, response_of
 
 MOST_FREQUENCIES = 20_000
@@ -85,9 +86,9 @@ def read_measured(
     source: Path,
     track: Track,
     *,
-    position: str | float = "railseat",
-    direction: str = "z",
-    both_rails: bool = False,
+    position: str | float | None = None,
+    direction: str | None = None,
+    both_rails: bool | None = None,
     unit: str | None = None,
 ) -> Measured:
     """Read a measured receptance (mobility, accelerance), or decay rates in third octaves.
@@ -98,29 +99,34 @@ def read_measured(
         ``.csv``, or ``.nc`` of ours.
     track : Track
         For places.
-    position : str or float
-        Where hammer and accelerometer are; not asked of decay rates, which say it themselves.
-    direction : str
-        ``z`` or ``y``, at the head.
-    both_rails : bool
-        Whether the same force acts on both rails; of decay rates it does not.
+    position : str or float, optional
+        Where hammer and accelerometer are; not asked of decay rates, which say it themselves. If
+        not given what a file of ours says, else ``railseat``.
+    direction : str, optional
+        ``z`` or ``y``, at the head; likewise, else ``z``.
+    both_rails : bool, optional
+        Whether the same force acts on both rails; likewise, else not. Of decay rates it does not.
     unit : str, optional
         Of a response whose column says none.
 
     Raises
     ------
     ParameterError
-        With the file, what is wrong and what is allowed.
+        With the file, what is wrong and what is allowed; also if a file of ours says that it was
+        loaded otherwise.
     """
-    along = direction_of("direction", direction)
+    along = direction_of("direction", direction or Z.name)
     table = read_table(source)
     decay = _decay_of(table, along)
     if decay is not None:
         return _in_order(table, decay, along, f"{RATES[along]} decay rate", DECAY, _rates(along))
-    of = partial(_driving_point, place_of(track, position), along, both_rails)
-    what = "receptance, both rails" if both_rails else "receptance"
     values = response_of(table, unit)
-    return _in_order(table, values, along, f"{what}, {position}", "m/N", of)
+    given = Loading(position=position, direction=direction, both_rails=both_rails)
+    hit = loading_of(table, track, given)
+    along = direction_of("direction", str(hit.direction))
+    of = partial(_driving_point, place_of(track, hit.position or 0.0), along, bool(hit.both_rails))
+    what = "receptance, both rails" if hit.both_rails else "receptance"
+    return _in_order(table, values, along, f"{what}, {hit.position}", "m/N", of)
 
 
 def _decay_of(table: Table, direction: Direction) -> FloatArray | None:

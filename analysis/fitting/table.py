@@ -81,11 +81,14 @@ class Table:
         Numbers by name.
     units : dict
         By name; empty where the file has none.
+    about : dict or None
+        What a file of ours says besides, nothing if it is CSV; None: it is not ours.
     """
 
     source: Path
     columns: dict[str, FloatArray]
     units: dict[str, str]
+    about: dict[str, object] | None = None
 
     def named(self, names: Collection[str]) -> str | None:
         """The column whose name, or its last part, is one of some; ParameterError if two are."""
@@ -143,7 +146,8 @@ def _ours(source: Path) -> Table:
             for part, values in _parts(variable).items():
                 columns[f"{name}{part}"] = values
                 units[f"{name}{part}"] = str(variable.attrs.get("units", ""))
-    return Table(source=source, columns=columns, units=units)
+    about = {str(key): value for key, value in found.attrs.items()}
+    return Table(source=source, columns=columns, units=units, about=about)
 
 
 def _parts(variable: xr.DataArray) -> dict[str, FloatArray]:

@@ -186,7 +186,9 @@ def track_receptance(
     unit = f"{seen.motion}/{f'({loaded.force})' if '.' in loaded.force else loaded.force}"
     worst_of_ring = {"ring_error": float(error[worst]), "ring_error_at": float(frequency[worst])}
     about = {"title": ", ".join(about.values()), **about}
-    asked = {"direction": loaded.name, "response": seen.name, "offset": offset}
+    asked = {
+        "direction": loaded.name, "response": seen.name, "offset": offset, "position": position,
+    }  # fmt: skip
     values = round_ if ring else endless
     return _dataset(frequency, values, unit, {**about, **asked, **worst_of_ring})
 

@@ -10,6 +10,7 @@ from railcosim.analysis.fitting.measured import read_measured
 from railcosim.analysis.fitting.table import Unit
 from railcosim.analysis.response.decay_rate import track_decay_rate
 from railcosim.analysis.response.receptance import track_receptance
+from railcosim.master.files import save
 from railcosim.parameters import ArgumentError, ParameterError, changed
 from railcosim.track.parameters import Slab, Track
 
@@ -257,3 +258,26 @@ def test_units():
     assert Unit.of("dB re 1e-6 m/N") == Unit(0, 1e-6, decibels=True)
     assert Unit.of("m/N/s") is None
     assert Unit.of("dB re x m/N") is None
+
+
+def test_a_file_of_ours_says_how_the_rail_was_hit(tmp_path):
+    """Both rails, midspan, by default of the command that wrote it; other words are refused."""
+    computed = track_receptance(GROUND, F, position="midspan")
+    save(computed, tmp_path / "r.nc")
+    save(computed, tmp_path / "r.csv")
+    measured = read_measured(tmp_path / "r.nc", GROUND)
+    assert measured.of(GROUND, F) == pytest.approx(computed["receptance"].values, rel=1e-12)
+    read_measured(tmp_path / "r.nc", GROUND, both_rails=True, position="midspan", direction="z")
+    for other, said in {
+        ("both_rails", False): "is --load both, as it says itself, not --load single",
+        ("position", "railseat"): "is --position midspan",
+        ("direction", "y"): "is --direction z",
+    }.items():
+        with pytest.raises(ParameterError, match=said):
+            read_measured(tmp_path / "r.nc", GROUND, **dict([other]))
+    with pytest.raises(ParameterError, match="on which rails the load was: add --load"):
+        read_measured(tmp_path / "r.csv", GROUND)
+    read_measured(tmp_path / "r.csv", GROUND, both_rails=True)
+    save(track_receptance(GROUND, F, offset=0.02, response="y"), tmp_path / "o.nc")
+    with pytest.raises(ParameterError, match=r"offset = 0.02: a fit is of"):
+        read_measured(tmp_path / "o.nc", GROUND)

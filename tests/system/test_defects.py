@@ -168,7 +168,7 @@ def test_the_pair_meets_it_where_and_when_it_is(run, exported):
     assert blow[5:].max() < 0.5 * blow[4]
     begins = np.argmax(np.abs(F[:, 4] / F[0, 4] - 1) > 0.1) * 1e-4
     assert 0.9 / 60.0 < begins < 1.0 / 60.0
-    with pytest.raises(ArgumentError, match="no wheel comes to it within 0.3 m from"):
+    with pytest.raises(ArgumentError, match=r"no wheel comes to it within 0\.3 m"):
         run(Journey(speed=60.0, held=False, profile=flat(), defects=defects), 5e-3)
 
 

@@ -28,6 +28,7 @@ from .quantities import SIDES
 FINEST, COARSEST = 4000, 400  # samples over the shortest part of a defect
 OVER_TOUCH = 50  # samples of how far a wheel touches ahead: the minimum is then known to 1e-4 of it
 MOST_SAMPLES = 4_000_000
+MOST_COMPARED = 1_000_000_000  # samples of the wheel with those of the defect: some seconds
 
 
 @dataclass(frozen=True)
@@ -113,13 +114,15 @@ def centre_path(defect: Defect, radius: float) -> tuple[FloatArray, FloatArray]:
     step = min(max(touch / OVER_TOUCH, shortest / FINEST), first)
     step = half / math.ceil(half / step)  # ends and middle are samples
     n = math.ceil((half + touch) / step) + 1
-    if 2 * n > MOST_SAMPLES:
+    beside = math.ceil(touch / step)
+    if 2 * n > MOST_SAMPLES or 4 * n * beside > MOST_COMPARED:
         raise ArgumentError(
-            "defect", defect, f"{defect.extent:g} m with parts of {shortest:g} m are "
-            f"{2 * n} samples; at most {MOST_SAMPLES}",
+            "defect", defect, f"{defect.extent:g} m with parts of {shortest:g} m and slopes of "
+            f"{touch / radius:.2g} are too long, too fine or too steep for a wheel of {radius:g} m "
+            f"({2 * n:.2g} samples): is a number in other units than m?",
         )  # fmt: skip
     s: FloatArray = step * np.arange(-n, n + 1, dtype=np.float64)
-    near = step * np.arange(-math.ceil(touch / step), math.ceil(touch / step) + 1)
+    near = step * np.arange(-beside, beside + 1)
     from scipy.ndimage import grey_erosion  # noqa: PLC0415 - heavy
 
     z: FloatArray = grey_erosion(
