@@ -39,8 +39,8 @@ def fit(
     free: Annotated[
         str,
         typer.Option(
-            help="Numbers of the track to be found, with commas, such as "
-            "fastening.stiffness,fastening.damping."
+            help="Numbers of the track to be found, with commas: fastening.stiffness, "
+            "foundation.damping and so on."
         ),
     ],
     given: TrackOptions,

@@ -33,7 +33,8 @@ class MeetingOptions(FmuOptions):
         DimensionName,
         typer.Option(
             "--dimension",
-            help="Of our FMUs. In space wheels roll at the speed, as the vehicle FMU tells, or "
+            metavar="NAME",
+            help="Of our FMUs: vertical or spatial. In space wheels roll at the speed, as the vehicle FMU tells, or "
             "[rolling] of --vehicle.",
         ),
     ] = DimensionName.VERTICAL

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,8 +12,9 @@ from railcosim.plots.chart import Chart, Curve, FloatArray, Panel
 from railcosim.plots.names import words_of
 from railcosim.plots.results import phase_panel
 
+LEGIBLE = 40  # turns of a phase that can still be told apart
 FEW = 60  # points of a curve that are marked: third octaves
-LOG = 20.0  # an axis of frequency that spans more is logarithmic
+LOG = 10.0  # an axis of frequency that spans more is logarithmic: 100 to 2000 Hz of a hammer test
 
 
 def overlay_chart(lines: Sequence[Line], title: str = "") -> Chart:
@@ -25,15 +27,24 @@ def overlay_chart(lines: Sequence[Line], title: str = "") -> Chart:
         of_unit = [line for line in lines if line.unit == unit]
         alone = len({line.output for line in of_unit}) == 1
         names = [_name(line, alone=alone) for line in of_unit]
-        rows.append((_panel(of_unit, names),))
+        panel = _panel(of_unit, names)
         turning = {
             name: (line.x, line.y)
             for name, line in zip(names, of_unit, strict=True)
             if np.iscomplexobj(line.y)
         }
-        if turning:
+        turns = max(map(_turns, turning.values()), default=0)
+        if turns > LEGIBLE:
+            panel = replace(panel, title=f"without phase, which turns over {turns} times")
+        rows.append((panel,))
+        if turning and turns <= LEGIBLE:
             rows.append((phase_panel(turning, _quantity(of_unit)),))
     return Chart(title=title, rows=tuple(rows), share_x=len({line.axis for line in lines}) == 1)
+
+
+def _turns(curve: tuple[FloatArray, np.ndarray]) -> int:
+    """How often a phase turns over, as with the lag from wheel to wheel."""
+    return int((np.abs(np.diff(np.angle(curve[1]))) > np.pi).sum())
 
 
 def _name(line: Line, *, alone: bool) -> str:

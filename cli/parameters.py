@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -11,6 +11,7 @@ from railcosim.track.names import BUILT_IN as TRACKS
 from railcosim.vehicle.names import BUILT_IN, PAPER
 
 from .options import UsageError
+from .parameter_options import TRACK, VEHICLE, SetOption, changes_of
 
 
 def parameters(
@@ -23,9 +24,10 @@ def parameters(
             metavar="NAME",
         ),
     ] = PAPER,
+    set_: SetOption = None,
 ) -> None:
     """Print a built-in parameter file, with units, ranges and sources as comments."""
-    from railcosim.parameters import write_toml
+    from railcosim.parameters import changed, write_toml
     from railcosim.track.files import read_track
     from railcosim.vehicle.files import read_stock, write_stock
 
@@ -34,7 +36,8 @@ def parameters(
     known = TRACKS if track else BUILT_IN
     if of not in known:
         raise UsageError(f"--of {of}: must be one of {', '.join(known)}")
+    what = TRACK if track else VEHICLE
+    read: Any = read_track(of) if track else read_stock(Path(of))
+    chosen = changed(read, changes_of(set_, {what: read})[what])
     # Plain print: the file goes to a file.
-    rails = read_track(of) if track else None
-    text = write_toml(rails, rails.called) if rails else write_stock(read_stock(Path(of)))
-    print(text, end="")
+    print(write_toml(chosen, read.called) if track else write_stock(chosen), end="")

@@ -26,7 +26,7 @@ SensorOption = Annotated[
     typer.Option(
         "--sensor",
         help="What is seen at a place of the track, such as rail.left@50.3, slab.middle@50 or "
-        "fastening.left@railseat+80; some of it with rail.left@50.3:z,stress. PLACE is in m along "
+        "rail.left@midspan+80; some of it with rail.left@50.3:z,stress. PLACE is in m along "
         "the track, as --position. Repeat it for more.",
         metavar="SENSOR",
     ),
@@ -72,7 +72,10 @@ class ObservedMeeting(SensorOptions, MeetingOptions):
         """See `MeetingOptions`: sensors see a track that is equal everywhere."""
         found = super()._local()
         if found is not None and found.track.sensor:
-            raise UsageError("--local and --sensor: sensors see a track that is equal everywhere")
+            raise UsageError(
+                "--local and --sensor: sensors see a track that is equal everywhere; leave one out "
+                "(with --local the result has what wheels and rails below them do)"
+            )
         return found
 
     @property

@@ -119,7 +119,10 @@ def value_of(text: str) -> object:
 
 def meant(key: str, known: list[str]) -> str:
     """What a wrong key may mean: a key like it, those of its table, or of one of the tables."""
-    table = key.rpartition(".")[0]
+    table, _, name = key.rpartition(".")
+    begun = [one for one in known if table and one.startswith(table) and one.endswith(f".{name}")]
+    if len(begun) == 1:  # primary.stiffness_vertical
+        return f"; did you mean {begun[0]}?"
     if close := difflib.get_close_matches(key, known, n=1, cutoff=0.8):
         return f"; did you mean {close[0]}?"
     if beside := [one for one in known if one.rpartition(".")[0] == table]:
