@@ -34,8 +34,8 @@ class MeetingOptions(FmuOptions):
         typer.Option(
             "--dimension",
             metavar="NAME",
-            help="Of our FMUs: vertical or spatial. In space wheels roll at the speed, as the vehicle FMU tells, or "
-            "[rolling] of --vehicle.",
+            help="Of our FMUs: vertical or spatial. In space wheels roll at the speed, as the "
+            "vehicle FMU tells, or [rolling] of --vehicle.",
         ),
     ] = DimensionName.VERTICAL
     contact_stiffness: Annotated[
