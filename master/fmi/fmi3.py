@@ -94,7 +94,14 @@ class Fmi3Calls(Calls):
         end(ctypes.c_void_p(self._component))
 
     def set_value(self, setting: Setting) -> None:
-        """Give a parameter its value; of an array one element."""
+        """Give a parameter or text its value; of an array one element."""
+        if self._events is None:
+            self._set_value(setting)
+        else:
+            self._events.let(lambda: self._set_value(setting))
+
+    def _set_value(self, setting: Setting) -> None:
+        """The same, in the mode that is."""
         kind, n = setting.kind, setting.size
         references = references_of((setting.reference,))
         if kind.type is not None:
@@ -292,7 +299,9 @@ class Fmi3Calls(Calls):
         assert self._events is not None
         begin = self.t.value
         end = begin + self.h.value
-        now = self._events.step(begin, end)
+        if self._interpolation is not None:  # inputs go along from here, not from the last event
+            self._interpolation.begin = begin
+        now = self._events.step(begin, end, _PIECES)
         self.t.value, self.h.value, self._last.value = begin, end - begin, now
         self._flags[2] = now < end
         return 0
@@ -323,13 +332,14 @@ class Fmi3Calls(Calls):
         self._flags[1] = True
 
     def beside_state(self) -> tuple[float, ...]:
-        """When clocks tick."""
-        return () if self._events is None else self._events.ticks
+        """Time, and when clocks tick."""
+        return () if self._events is None else (self.time, *self._events.ticks)
 
     def take_back(self, beside: tuple[float, ...]) -> None:
         """Be as `beside_state` said."""
         if self._events is not None:
-            self._events.ticks = beside
+            self.time, *ticks = beside
+            self._events.ticks = tuple(ticks)
         self._flags[1] = False
         if self._step is not None:  # if it was at its end, it is no more
             self._step.function, self._step.arguments = self._whole.function, self._whole.arguments

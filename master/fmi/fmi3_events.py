@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from railcosim.master.component import ComponentError
@@ -88,10 +89,18 @@ class Events:
         self._in_event_mode = self._is_initialised = True
         self._event(t)
 
-    def step(self, begin: float, end: float) -> float:
-        """Go from `begin` to `end` (s), through all events between; where it ended."""
-        now, slack = begin, _ROUNDING * (end - begin)
+    def step(self, begin: float, end: float, pieces: int) -> float:
+        """Go from `begin` to `end` (s), through all events between; where it ended.
+
+        In no more than so many pieces that end where they began.
+        """
+        now, slack, left = begin, _ROUNDING * (end - begin), pieces
         while now < end and not self._calls.is_ending:
+            if not left:
+                raise ComponentError(
+                    f"{self._calls._name}: fmi3DoStep from t = {now:.9g} s returned early, at "
+                    f"once, {pieces} times"
+                )
             goal = min(end, self._next())
             goal = end if goal > end - slack else goal
             if goal < end and not self._takes_any_step:
@@ -101,7 +110,8 @@ class Events:
                     "numbers of"
                 )
             if goal > now:
-                now = self._calls.go(now, goal)
+                last, now = now, self._calls.go(now, goal)
+                left = pieces if now > last + slack else left - 1
             if self._calls.event_needed or self._next() <= now + slack:
                 self._event(now + slack)
         return now
@@ -119,6 +129,15 @@ class Events:
             return status
 
         return PreparedCall(in_event_mode, (), call.name)
+
+    def let(self, action: Callable[[], None]) -> None:
+        """Do in event mode what is allowed at events only; before the steps as it is."""
+        if not self._is_initialised:
+            action()
+            return
+        self._enter()
+        action()
+        self._iterate(self._calls.time)
 
     def _next(self) -> float:
         """When something is to happen next, s."""

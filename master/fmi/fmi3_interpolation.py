@@ -35,8 +35,9 @@ class Interpolation:
 
     def __init__(self, calls: Fmi3Calls) -> None:
         self._calls = calls
-        (passed,) = [p for p in calls._description.passed_in if p.is_shared]
-        self.references = passed.references
+        # None of them where an array of length 0 is the only one.
+        shared = [p.references for p in calls._description.passed_in if p.is_shared]
+        self.references = shared[0] if shared else ()
         self.begin: float | None = None
         self._u: FloatArray = np.empty(0)
         self._derivatives: FloatArray = np.empty((0, 0))

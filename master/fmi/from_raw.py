@@ -128,10 +128,15 @@ def _is_initial(variable: Any, kind: Kind) -> bool:
 
 
 def can_interpolate(kind: Any, inputs: Iterable[Any]) -> bool:
-    """Whether the inputs of a Co-Simulation FMU can change within a step."""
+    """Whether the inputs of a Co-Simulation FMU can change within a step.
+
+    In FMI 3.0 those that one call sets: what is discrete among them may change at events only.
+    """
     if getattr(kind, "providesIntermediateUpdate", False):
-        reals = [v for v in inputs if v.variability == "continuous"]
-        return bool(reals) and all(v.intermediateUpdate for v in reals)
+        reals = [v for v in inputs if v.type == "Float64"]
+        return bool(reals) and all(
+            v.intermediateUpdate and v.variability == "continuous" for v in reals
+        )
     return bool(getattr(kind, "canInterpolateInputs", False))
 
 

@@ -3,7 +3,7 @@
  * x' = u, exactly for u held, or a parabola where it may ask for it within a step; f_out = 2 f; every whole
  * number comes back plus one; w = gain v, of n elements; s' = v - gain s in Model Exchange. Trouble in a step
  * comes in the one that ends behind 0.45 s. `ticks` counts a clock of 0.2 s, `held` is u when it ticked, `rings`
- * counts a countdown that the third tick sets off, to end 0.05 s later.
+ * counts a countdown that the third tick sets off, or a level above 6, to end 0.05 s later.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -16,8 +16,8 @@ enum { TIME, U, X, F, F_OUT, INTS = 10, B = 30, NOT_B, CHOICE, CHOSEN, LABEL, LE
        V = 40, W, N, GAIN, S, DS, OF_STEP, DISCRETE, CLOCK = 50, TICKS, HELD, COUNTDOWN, RINGS, EVENTS, SAID = 60, COPIED };
 
 static const char *const MODES[] = {"plain", "errs", "ends", "ends early", "early", "stuck", "nan", "warns",
-                                    "clocks", "between", "event"};
-enum { PLAIN, ERRS, ENDS, ENDS_EARLY, EARLY, STUCK, GIVES_NAN, WARNS, CLOCKS, BETWEEN, EVENT, ALL };
+                                    "clocks", "between", "event", "stuck in events"};
+enum { PLAIN, ERRS, ENDS, ENDS_EARLY, EARLY, STUCK, GIVES_NAN, WARNS, CLOCKS, BETWEEN, EVENT, STUCK_IN_EVENTS, ALL };
 
 typedef struct {
     int mode, configuring, in_events;
@@ -70,7 +70,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     (void)name, (void)resources, (void)visible, (void)logging, (void)early;
     Anybody *a = make(token, environment, log);
     if (a) a->update = update;
-    const int has_clocks = a && (a->m.mode == CLOCKS || a->m.mode == EVENT);
+    const int has_clocks = a && (a->m.mode == CLOCKS || a->m.mode == EVENT || a->m.mode == STUCK_IN_EVENTS);
     const int wants_u = a && a->m.mode == BETWEEN && !(n == 1 && vr[0] == U);
     if (a && (wants_u || has_clocks != events)) return free(a), NULL;
     return a;
@@ -134,6 +134,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
         if (!to || at + size > n_v || vr[j] == W || vr[j] == DS) return fmi3Error;
         if (vr[j] == DISCRETE && m->mode == CLOCKS && !m->in_events && m->t > 0) return fmi3Error;
         memcpy(to, v + at, size * sizeof *v);
+        if (vr[j] == DISCRETE && v[at] > 6) ((Anybody *)c)->m.counting = 1;
     }
     return at == n_v ? fmi3OK : fmi3Error;
 }
@@ -220,7 +221,8 @@ fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference vr[], size_t 
 fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3String v[],
                          size_t n_v)
 {
-    if (n != 1 || n_v != 1 || vr[0] != LABEL) return fmi3Error;
+    const Model *m = &((Anybody *)c)->m;
+    if (n != 1 || n_v != 1 || vr[0] != LABEL || (m->mode == CLOCKS && !m->in_events && m->t > 0)) return fmi3Error;
     strncpy(((Anybody *)c)->m.label, v[0], 63);
     return fmi3OK;
 }
@@ -314,7 +316,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
     if (fabs(t - m->t) > 1e-12 || t + h > a->stop) return fmi3Error;
     if (m->mode == WARNS && a->log) a->log(a->environment, fmi3Warning, "w", "a step of 100%s");
     if (m->mode == EARLY && h > 0.1) h /= 2, *early = fmi3True;
-    if (m->mode == STUCK && t + h > 0.45) h = 0, *early = fmi3True;
+    if ((m->mode == STUCK || m->mode == STUCK_IN_EVENTS) && t + h > 0.45) h = 0, *early = fmi3True;
     if (m->mode == EVENT && t < 0.3 && t + h > 0.3) h = 0.3 - t, *early = *event = fmi3True;
     if (t + h > 0.45) {
         if (m->mode == ERRS) return fmi3Error;
@@ -322,7 +324,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
         if (m->mode == ENDS) *terminate = fmi3True;
         if (m->mode == ENDS_EARLY) h = 0.1, *terminate = *early = fmi3True;
     }
-    if (m->mode == BETWEEN && a->update) {
+    if ((m->mode == BETWEEN || m->mode == CLOCKS) && a->update) {
         const double u0 = u_at(a, t), u1 = u_at(a, t + h / 2), u2 = u_at(a, t + h);
         m->x += h / 6 * (u0 + 4 * u1 + u2);
     } else {

@@ -184,9 +184,11 @@ def test_what_fails(tmp_path):
     for mode, words in (
         ("errs", "a: fmi3DoStep at t = 0.25 s gave status error"),
         ("stuck", "a: fmi3DoStep from t = 0.25 s returned early"),
+        ("stuck in events", "a: fmi3DoStep from t = 0.25 s returned early, at once, 10000 times"),
         ("nan", "diverged at t = 0.5 s: a.x = nan"),
     ):
-        with begun(make_fmu3(tmp_path / f"{mode}.fmu", mode), name="a") as fmu:
+        about = {"variables": "u x countdown", "able": EVENTS} if "events" in mode else {}
+        with begun(make_fmu3(tmp_path / f"{mode}.fmu", mode, **about), name="a") as fmu:
             found, stopped, _ = ran(System([fmu], []))
         assert found["a.x"] == [0.0, 0.125]
         assert words in str(stopped)
@@ -267,6 +269,57 @@ def test_clocks_go_back_with_the_state(tmp_path):
             fmu.do_step(0.3, 0.3)
             seen.append(fmu.get_outputs().tolist())
         assert seen[0] == seen[1] == seen[2]
+
+
+def test_inputs_go_along_through_the_ticks_of_a_step(tmp_path):
+    """x' = 3 t^2, its parabola counted from the beginning of the step, not from the last tick."""
+    able = f'{EVENTS} providesIntermediateUpdate="true"'
+    path = make_fmu3(tmp_path / "A.fmu", "clocks", "u x clock countdown", able=able, **BETWEEN)
+    with begun(path, name="a") as fmu:
+        source = Signal("signal", [Variable(name="f")], lambda t: [3 * t * t])
+        system = System([source, fmu], [Connection("signal", "f", "a", "u")])
+        found, stopped, _ = ran(system, picard(degree=2))
+    assert stopped is None
+    expected = np.diff(np.arange(1, 5) ** 3 / 64)
+    np.testing.assert_allclose(np.diff(found["a.x"][1:]), expected, rtol=1e-14)
+
+
+def test_a_countdown_begins_at_the_time_gone_back_to(tmp_path):
+    """Set off at 0.25 s it rings at 0.3 s; the third tick's at 0.45 s."""
+    path = make_fmu3(tmp_path / "A.fmu", "clocks", "level clock countdown rings", able=EVENTS)
+    with begun(path) as fmu:
+        fmu.do_step(0.0, 0.25)
+        state = fmu.save_state()
+        fmu.do_step(0.25, 0.25)
+        fmu.restore_state(state)
+        fmu.set_inputs([7.0])
+        fmu.do_step(0.25, 0.25)
+        assert fmu.get_outputs().tolist() == [2.0]
+
+
+def test_texts_are_set_at_events(tmp_path):
+    path = make_fmu3(tmp_path / "A.fmu", "clocks", "text clock countdown length", able=EVENTS)
+    with begun(path) as fmu:
+        fmu.do_step(0.0, 0.25)
+        fmu.set_text("text", b"five5")
+        fmu.do_step(0.25, 0.25)
+        assert fmu.get_outputs().tolist() == [5.0]
+
+
+@pytest.mark.parametrize("names", ["u x level", "f f_out", "v w n gain"])
+def test_what_cannot_be_interpolated(tmp_path, names):
+    """Discrete inputs, and short floats: they are held. Arrays may have no elements."""
+    text = description(variables=names, able=ASKS)
+    for old, new in (
+        ('causality="input"', 'causality="input" intermediateUpdate="true"'),
+        ('fixed" start="3"', 'fixed" start="0"'),
+        ('start="1 2 3"', 'start="1"'),
+    ):
+        text = text.replace(old, new)
+    path = make_fmu3(tmp_path / "A.fmu", text=text)
+    with begun(path) as fmu:
+        assert fmu.max_input_derivative == 0
+        fmu.do_step(0.0, 0.25)
 
 
 def test_an_event_that_the_fmu_finds(tmp_path):
