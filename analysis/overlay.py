@@ -20,6 +20,7 @@ MOST = 8
 SEGMENTS = 4  # of Welch's estimate, without their halves that overlap
 EVEN = 1e-6  # of a step: how far samples may be from even ones
 LISTED = 40  # names in a message
+NOMINAL = 0.06  # tenths of a decade by which nominal centres may be off: 31.5 for 31.62 Hz
 
 
 class InterpolatedWarning(UserWarning):
@@ -107,8 +108,13 @@ def _lines(
         raise ArgumentError("output", output, f"of {file} is over no axis of numbers")
     axis = along[-1]
     x = np.asarray(values[axis], dtype=float)
+    if not values.size or not np.isfinite(x).all():
+        raise ArgumentError(
+            "output", output, f"of {file} is over {x.size} values of {axis}: must be finite ones"
+        )
     rest = [d for d in values.dims if d != axis]
-    flat = np.asarray(values.transpose(*rest, axis)).reshape(-1, x.size)
+    order = np.argsort(x, kind="stable")  # a sweep may go down
+    x, flat = x[order], np.asarray(values.transpose(*rest, axis)).reshape(-1, x.size)[:, order]
     of_rest = [np.asarray(values[d]) for d in rest]
     shown = sorted({round(k) for k in np.linspace(0, len(flat) - 1, min(MOST, len(flat)))})
     if len(shown) < len(flat):
@@ -134,8 +140,14 @@ def _density(line: Line) -> Line:
         raise ArgumentError(
             "output", line.output, f"of {line.file} is over {line.axis}: no record in time"
         )
+    _check_no_level(line)
     step = float(np.median(steps))
     x, y = line.x, line.y
+    if not (step > 0 and np.isfinite(y).all()):
+        raise ArgumentError(
+            "output", line.output,
+            f"of {line.file}: a spectrum needs finite numbers at times that go on",
+        )  # fmt: skip
     if np.abs(steps - step).max() > EVEN * step:
         x = x[0] + step * np.arange(int((x[-1] - x[0]) / step * (1 + EVEN)) + 1)
         y = np.interp(x, line.x, line.y)
@@ -158,6 +170,16 @@ def _squared(unit: str) -> str:
     return f"{unit}²/Hz" if unit.isalpha() else f"({unit})²/Hz"
 
 
+def _check_no_level(line: Line) -> None:
+    """Raise ArgumentError for what is a level: of one there is a difference, and no more."""
+    if line.unit.startswith("dB"):
+        raise ArgumentError(
+            "output", line.output,
+            f"of {line.file} is in {line.unit}, so there is only a difference of it (--as "
+            "difference), no ratio, no spectrum and no third octaves",
+        )  # fmt: skip
+
+
 def _is_density(line: Line) -> bool:
     return line.unit.endswith("/Hz")
 
@@ -178,7 +200,11 @@ def third_octaves(lines: Sequence[Line]) -> list[Line]:
 
 
 def _in_third_octaves(line: Line) -> Line:
+    _check_no_level(line)
     over = line if line.axis == "frequency" else _density(line)
+    bands = 10 * np.log10(over.x[over.x > 0])
+    if bands.size and np.abs(bands - np.round(bands)).max() < NOMINAL:
+        raise ArgumentError("output", line.output, f"of {line.file} is in third octaves already")
     is_density = _is_density(over)
     power = over.y if is_density else np.abs(over.y) ** 2
     centres, inside = in_bands(over.x, power)
@@ -207,6 +233,7 @@ def ratio(lines: Sequence[Line]) -> list[Line]:
     """Likewise the level, dB: 20 lg of the ratio of sizes, 10 lg of that of densities."""
     found = []
     for first, other in _against_first(lines):
+        _check_no_level(other)
         x, y_first, y = _at_common(first, other)
         with np.errstate(divide="ignore", invalid="ignore"):
             level = (10 if _is_density(other) else 20) * np.log10(np.abs(y) / np.abs(y_first))

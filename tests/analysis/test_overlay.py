@@ -134,5 +134,42 @@ def test_what_does_not_go_together_is_refused(results, output, message):
         lines_of(results, [output])
 
 
+@pytest.mark.parametrize("way", [ratio, third_octaves, spectrum])
+def test_a_level_has_a_difference_and_nothing_else(way):
+    """40 dB over 20 dB are 20 dB more, not 6."""
+    f = np.linspace(1, 9, 9)
+    results = {"a": response(np.full(9, 20.0), f, "dB"), "b": response(np.full(9, 40.0), f, "dB")}
+    lines = lines_of(results, ["rail"])
+    assert difference(lines)[0].y == pytest.approx(20.0)
+    if way is spectrum:
+        lines = lines_of({"a": run(unit="dB")}, ["force"])
+    with pytest.raises(ArgumentError, match="only a difference"):
+        way(lines)
+
+
+def test_third_octaves_are_not_taken_twice():
+    centres = 10 ** (np.arange(10, 26) / 10)
+    with pytest.raises(ArgumentError, match="in third octaves already"):
+        third_octaves(lines_of({"a": response(np.ones(16), centres)}, ["rail"]))
+
+
+def test_an_axis_that_goes_down_is_the_same_curve():
+    f = np.linspace(1, 9, 9)
+    up, down = response(f, f), response(2 * f[::-1], f[::-1])
+    (line,) = difference(lines_of({"a": up, "b": down}, ["rail"]))
+    assert line.y == pytest.approx(f)
+
+
+@pytest.mark.parametrize("spoil", [
+    lambda one: one.assign_coords(time=one["time"] * np.nan),
+    lambda one: one.assign_coords(time=one["time"] * 0.0),
+    lambda one: one.isel(time=slice(0, 0)),
+    lambda one: one.where(one["time"] != 0.5),
+])  # fmt: skip
+def test_a_record_that_is_none_is_refused(spoil):
+    with pytest.raises(ArgumentError, match="finite"):
+        third_octaves(lines_of({"a": spoil(run())}, ["force"]))
+
+
 def test_the_command_names_all_ways():
     assert list(Way) == list(WAYS)
