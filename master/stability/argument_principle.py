@@ -71,7 +71,7 @@ def windings(
     Raises
     ------
     TurningLostError
-        If it turns between points however many there are.
+        If it turns between points however many there are, or is not finite at one of them.
     """
     phi = _opposite(poles, radius)
     value, slope = _with_slope(turn, phi, np.diff(phi, append=2.0 * phi[-1] - phi[-2]))
@@ -136,7 +136,10 @@ def _with_slope(
 ) -> tuple[ComplexArray, ComplexArray]:
     """A logarithm and its derivative, from a difference that is short against the room there is."""
     step = _NEAR * room
-    both = turn(np.concatenate([phi, phi + step]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        both = turn(np.concatenate([phi, phi + step]))
+    if not np.isfinite(both).all():  # nan turns by nothing, and would count as such
+        raise TurningLostError("a pole or zero is on the circle")
     value, ahead = both[: len(phi)], both[len(phi) :]
     return value, _difference(np.stack([value, ahead]))[0] / step
 

@@ -244,14 +244,27 @@ def test_a_ring_under_many_wheels_is_condensed_to_a_stable_model() -> None:
 
 
 def test_what_is_rounding_is_not_followed_for_ever() -> None:
-    """Noise turns between points however many there are: memory would be full first."""
-    rng = np.random.default_rng(1)
+    """Noise turns between points however many there are: memory would be full first.
+
+    Points are counted before they are asked for: each that is steep asks for dozens.
+    """
+    rng, asked = np.random.default_rng(1), []
 
     def noise(phi):
+        asked.append(phi.size)
         return 1j * rng.uniform(-np.pi, np.pi, len(phi))
 
     with pytest.raises(TurningLostError, match="still turns"):
         windings(noise, np.array([0.5 + 0.0j]), 1.0)
+    assert len(asked) > 1
+    assert max(asked) <= 2 * 100_000  # each with its neighbour
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_root_or_pole_on_the_circle_is_told(sign) -> None:
+    """Not counted as nothing, nor a failure of arithmetic: a free body's is at 1."""
+    with pytest.raises(TurningLostError, match="is on the circle"):
+        windings(lambda phi: sign * np.log(np.exp(1j * phi) - 1.0), np.zeros(0, dtype=complex), 1.0)
 
 
 def test_where_it_is_not_followed_eigenvalues_are_counted(monkeypatch) -> None:
