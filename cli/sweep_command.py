@@ -75,6 +75,9 @@ def sweep(
     if not axes:
         raise UsageError(f"--set: give at least one axis, KEY= and {FORM}")
     arguments += arguments_of(command, same)
+    for key in axes:  # of two the last would count, and nobody be told
+        if any(one.partition("=")[0] == f"--{key}" for one in context.args):
+            raise UsageError(f"--{key}: is an axis (--set {key}=...), and given besides")
     _check(command, [*arguments, *arguments_of(command, {k: v[0] for k, v in axes.items()})])
     words = [word for one in arguments for word in (one, one.partition("=")[2])]  # --track=a.toml
     files = {one: Path(one).read_bytes() for one in words if Path(one).is_file()}

@@ -7,6 +7,7 @@ import xarray as xr
 from railcosim.analysis import sweep as module
 from railcosim.analysis.joined import JoinError
 from railcosim.analysis.sweep import sweep
+from railcosim.cli.commands import loaded
 from railcosim.cli.options import UsageError
 from railcosim.cli.sweep_command import _axes
 from railcosim.cli.sweep_point import arguments_of
@@ -128,6 +129,12 @@ def test_words_are_kept_as_written():
     assert _axes("frf", ["contact-stiffness=hertz:1e9"])["contact-stiffness"] == ["hertz:1e9"]
     with pytest.raises(UsageError, match="given twice"):
         _axes("frf", ["speed=1,2", "speed=3,4"])
+
+
+def test_an_axis_is_not_given_besides(tmp_path):
+    words = ["frf", "--set", "speed=100,200", "--speed", "90", "--out", str(tmp_path / "s.nc")]
+    with pytest.raises(UsageError, match="--speed: is an axis"):
+        loaded("sweep").main(words, standalone_mode=False)
 
 
 def test_refuses_axes_that_are_none(tmp_path):
