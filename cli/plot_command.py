@@ -88,5 +88,7 @@ def _read(paths: list[Path]) -> dict[str, xr.Dataset]:
         try:
             found[name] = load(path)
         except (OSError, ValueError) as error:
-            raise UsageError(f"{path}: cannot be read: {error}") from error
+            raise UsageError(
+                f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"
+            ) from error
     return found

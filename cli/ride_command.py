@@ -75,9 +75,11 @@ def ride_command(
 
 
 def _table(result: xr.Dataset, title: str) -> Table:
-    table = Table(title=title)
-    for heading in ("", "standard deviation", "ISO 2631", "Sperling Wz", "people say"):
+    table = Table(title=title, pad_edge=False)
+    table.add_column("", no_wrap=True)  # wheelset[1].az and wheelset[1].left.force_z, not both cut
+    for heading in ("standard deviation", "ISO 2631", "Wz"):
         table.add_column(heading)
+    table.add_column("people say", min_width=len("uncomfortable"))
     for name, variable in result.data_vars.items():
         if ".right." in str(name):
             continue  # as on the left: each quantity is its own mirror image, or turned round

@@ -57,7 +57,9 @@ def safety(
     try:
         recorded = load(run)
     except (OSError, ValueError) as error:
-        raise UsageError(f"{run}: cannot be read: {error}") from error
+        raise UsageError(
+            f"{run}: cannot be read: {getattr(error, 'strerror', None) or error}"
+        ) from error
     try:
         found = running_safety(
             recorded, speed=None if speed is None else speed_of(speed), section=section

@@ -40,5 +40,7 @@ def view(
     except NothingToViewError as error:
         raise UsageError(f"{run}: {error}") from error
     except (OSError, ValueError) as error:
-        raise UsageError(f"{run}: cannot be read: {error}") from error
+        raise UsageError(
+            f"{run}: cannot be read: {getattr(error, 'strerror', None) or error}"
+        ) from error
     console.print(f"{page}: {frames} frames; open it in a browser")

@@ -19,7 +19,7 @@ DASHES: tuple[tuple[float, ...], ...] = (
 WIDTH, THIN = 1.2, 0.8  # points: of a result, and of what it is compared with
 GREY = "#888888"
 ROLL_OFF = 1e-6  # of the top: below there is roll-off and rounding, nothing to read
-_SQUARES = re.compile(r"\b(m/s|rad/s|N)2\b")
+_SQUARES = re.compile(r"((?:\b(?:m/s|rad/s|N)|\)))2\b")
 _SYMBOL = re.compile(r"\b([A-Za-zκω])_([A-Za-z0-9]+)\b")
 
 

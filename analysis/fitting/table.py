@@ -125,7 +125,9 @@ def read_table(source: Path) -> Table:
     except (OSError, UnicodeDecodeError, ValueError) as error:
         if isinstance(error, ParameterError):
             raise
-        raise ParameterError(f"{source}: cannot be read ({error})") from error
+        raise ParameterError(
+            f"{source}: cannot be read ({getattr(error, 'strerror', None) or error})"
+        ) from error
     if text.startswith("# units: "):
         return _ours(source)
     return _anyones(source, [line for line in text.splitlines() if line.strip()])
@@ -136,7 +138,9 @@ def _ours(source: Path) -> Table:
     try:
         found = load(source)
     except (OSError, ValueError, KeyError, StopIteration) as error:
-        raise ParameterError(f"{source}: cannot be read ({error})") from error
+        raise ParameterError(
+            f"{source}: cannot be read ({getattr(error, 'strerror', None) or error})"
+        ) from error
     if "frequency" not in found.coords:
         raise ParameterError(f"{source}: is of {', '.join(map(str, found.dims))}, not of frequency")
     columns = {"frequency": np.asarray(found["frequency"].values, float)}

@@ -63,3 +63,18 @@ def test_files_are_named_in_the_legend_and_complex_ones_have_a_phase():
     assert size.y_label == "|car body, down| (m/N)"
     assert phase.y_label == "phase of car body, down (°)"
     assert size.curves[1].y == pytest.approx(2.0)
+
+
+def test_a_phase_that_turns_over_too_often_is_left_out_and_said():
+    f = np.linspace(1, 100, 800)
+    of = {
+        name: xr.Dataset(
+            {"carbody.z": ("frequency", np.exp(2j * np.pi * f * lag), {"units": "m/N"})},
+            {"frequency": ("frequency", f, {"units": "Hz"})},
+        )
+        for lag, name in ((0.2, "near.nc"), (0.6, "far.nc"))  # 19.8 turns, 59.4
+    }
+    near = overlay_chart(lines_of({"near.nc": of["near.nc"]}, ["carbody.z"]))
+    both = overlay_chart(lines_of(of, ["carbody.z"]))
+    assert (len(near.rows), len(both.rows)) == (2, 1)
+    assert "turns over 59 times" in both.rows[0][0].title  # from 0.6 turns at 1 Hz to 60 at 100

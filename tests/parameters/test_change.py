@@ -36,6 +36,8 @@ def test_one_of_an_array_and_all_vehicles_of_a_train():
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [("fastening.stifness", 1.0, "did you mean fastening.stiffness"),
+     ("foot.stiffness", 1.0, "allowed: numbers of rail"),
+     ("fast.stiffness", 1.0, "did you mean fastening.stiffness"),
      ("slab.colour", 1.0, "allowed: slab.present, slab.young_modulus"),
      ("stiffness", 1.0, "allowed: numbers of rail, fastening, slab, foundation, mesh"),
      ("fastening.stiffness", -1.0, r"fastening.stiffness = -1 N/m: must be > 0"),

@@ -222,6 +222,7 @@ def test_steps_at_one_stiffness_are_bars(drawn) -> None:
 
 
 def test_what_a_file_calls_its_variables_is_no_mathematics(drawn) -> None:
+    assert on_paper("((m/s2)2/Hz)") == "((m/s²)²/Hz)"
     assert on_paper("at k_H 3 GN/m for $5 and $6") == r"at $k_\mathrm{H}$ 3 GN/m for \$5 and \$6"
     odd = "a$b$ \\frac _ ^ {"
     panel = Panel(x_label=odd, y_label=odd, curves=(Curve(name=odd, x=X, y=X),), title=odd)
