@@ -123,7 +123,7 @@ def frequency_response(
         **meeting.about, speed=speed, wheelset_positions=models.positions,
         title=f"{system.name}, response to {excitation}",
     )  # fmt: skip
-    return located(result, rails)
+    return result if rigid else located(result, rails)
 
 
 def check_finite(frequency: FloatArray, values: ComplexArray) -> None:

@@ -188,11 +188,11 @@ def test_starts_lie_within_ranges_and_nominal_values_are_positive(subject):
 
 
 def test_display_units_are_right():
-    """Held against their names: a prefix and the unit, or km/h."""
-    prefixes = {"m": 1e-3, "k": 1e3, "G": 1e9}
+    """Held against their names: a prefix and the unit (Pa for N/m2), or km/h."""
+    prefixes = {"m": 1e-3, "k": 1e3, "M": 1e6, "G": 1e9}
     for unit, shown in DISPLAY_UNITS.items():
         for name, factor in shown.items():
-            size = 1 / 3.6 if name == "km/h" else prefixes[name.removesuffix(unit)]
+            size = 1 / 3.6 if name == "km/h" else prefixes[name.removesuffix(unit).removesuffix("Pa")]
             assert factor == pytest.approx(1 / size, rel=1e-15)  # one rounding
 
 

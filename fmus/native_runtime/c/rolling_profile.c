@@ -62,7 +62,7 @@ int rolling_profile_ready(RollingProfile *p)
         !between_rows(p, known_constant(0), &at))
         return 0;
     for (size_t row = 0; row < p->rows; row++)
-        for (int column = PROFILE_ALONG; column < PROFILE_COLUMNS; column++)
+        for (size_t column = PROFILE_ALONG; column < PROFILE_COLUMNS; column++)
             if (!(p->table[row * PROFILE_COLUMNS + column] > 0))
                 return 0;
     heights(&at, height);
