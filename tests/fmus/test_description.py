@@ -192,7 +192,9 @@ def test_display_units_are_right():
     prefixes = {"m": 1e-3, "k": 1e3, "M": 1e6, "G": 1e9}
     for unit, shown in DISPLAY_UNITS.items():
         for name, factor in shown.items():
-            size = 1 / 3.6 if name == "km/h" else prefixes[name.removesuffix(unit).removesuffix("Pa")]
+            size = (
+                1 / 3.6 if name == "km/h" else prefixes[name.removesuffix(unit).removesuffix("Pa")]
+            )
             assert factor == pytest.approx(1 / size, rel=1e-15)  # one rounding
 
 
