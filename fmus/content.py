@@ -313,8 +313,9 @@ def track_under(
     progress("reducing the track")
     reduced = reduce_track(track, directions)
     if changes:
-        progress("finding the modes of the changed ring")
-        reduced = with_changes(track, reduced, changes)
+        reduced = with_changes(
+            track, reduced, changes, lambda text: progress(f"finding the changed ring: {text}")
+        )
     return reduced.under(Layout(len(start.positions), sides, directions))
 
 

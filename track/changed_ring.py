@@ -1,158 +1,264 @@
 """Modes of a ring that is different at single railseats, from those of the equal ring.
 
-A spring and damper added at a place, dk + dc s, act on one motion of the ring only: its stretch
-there. With all complex modes, s_j' = p_j s_j + U_j f and w = Re sum U_j s_j, the changed ring has
-its poles where
+Springs and dampers added at places, D(s) = dk + dc s, act on the ring's stretches there only. With
+all complex modes of the equal ring, s_j' = p_j s_j + U_j f and w = Re sum U_j s_j, and their
+stretches c_j, the changed ring has its poles where
 
-    1 + (dk + dc s) H(s) = 0,   H(s) = sum over j and conjugates of c_j^2 / (2 (s - p_j)),
+    det(1 + D(s) H(s)) = 0,   H(s) = sum over j and conjugates of c_j c_j' / (2 (s - p_j)),
 
-c_j the stretch in the shape U_j, and the shapes of the new modes are sums of the old ones,
-sum c_j U_j / (s - p_j). Nothing is left out, as nothing is of the modes that are given. Modes of
-one pole are turned until only one of them has a stretch; the others stay as they are.
+and the shapes of the new modes are sums of the old ones, sum U_j (c_j' z) / (s - p_j), z the forces
+of the springs: (1 + D H) z = 0. Nothing is left out, as nothing is of the modes that are given; only
+poles below a frequency are looked for. All are found at once (Ehrlich and Aberth), each beside the
+old pole it comes from, and told by how far it is from there: of one that hardly moves no digit is
+lost. Modes of one pole move as far as the springs are more than one motion of them; the others are
+`still`.
 
 References
 ----------
 Golub, G. H. (1973), Some modified matrix eigenvalue problems, SIAM Rev. 15(2), 318-334.
+Bini, D. A. & Robol, L. (2014), Solving secular and polynomial equations, J. Comput. Appl. Math.
+272, 276-292.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.mechanics.arrays import ComplexArray
+from railcosim.mechanics.arrays import ComplexArray, FloatArray
+from railcosim.parameters import ParameterError
 
-STILL = 1e-12  # of the largest: a stretch that does not count
-ALIKE = 1e-9  # relative difference of poles that are one
-POLISHED = 3  # steps of Newton: eigenvalues are known to 1e-12 of the largest of them
+MARGIN = 1.2  # poles followed beyond the highest looked for: some come down over it
+HEAVY = 0.5  # |Im p| / |p| below which a pole and its conjugate may meet and be two real ones
+FOUND, OF_ITS_WAY = 1e-11, 1e-6  # last steps, of a pole and of its way; what is left is the square
+MOST_STEPS = 200
+AT_FIRST = 0.4  # of the way to the next pole: the farthest first guess
+PART = 128  # poles at once: 128 rows of the sums stay near the processor
+ONE = 1e-10  # relative distance of poles found that are one
 
 
 @dataclass(frozen=True, kw_only=True)
-class Modes:
-    """Complex modes whose own shapes receive forces, one of each conjugate pair.
+class Equal:
+    """The equal ring as the springs feel it: its different poles, m and conjugates behind.
 
     Attributes
     ----------
     poles : array, shape (n,)
-        rad/s; a real one is its own conjugate.
-    real : array of bool, shape (n,)
-        Which are real.
-    shapes : array, shape (places, n)
-        Motions at all places that matter.
+        rad/s.
+    residues : array, shape (n, k, k)
+        Of the stretches.
+    moving : array of int, shape (n,)
+        How many modes of that pole the springs move.
+    mirror : array of int, shape (n,)
+        The conjugate, or itself where real.
     """
 
     poles: ComplexArray
-    real: NDArray[np.bool_]
-    shapes: ComplexArray
+    residues: ComplexArray
+    moving: NDArray[np.intp]
+    mirror: NDArray[np.intp]
 
 
-def changed(modes: Modes, stretch: int, dk: float, dc: float) -> Modes:
-    """The modes with a spring and a damper added.
+@dataclass(frozen=True, kw_only=True)
+class Springs:
+    """Stiffnesses and dampings added at k places, N/m and N s/m; negative ones take away."""
+
+    dk: FloatArray
+    dc: FloatArray
+
+    def at(self, s: ComplexArray) -> ComplexArray:
+        """Dynamic stiffness, shape (..., k)."""
+        return self.dk + self.dc * s[..., None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Poles:
+    """Poles found, as ways from old ones.
+
+    Attributes
+    ----------
+    beside : array of int, shape (m,)
+        Old poles.
+    way : array, shape (m,)
+        From there, rad/s.
+    """
+
+    beside: NDArray[np.intp]
+    way: ComplexArray
+
+    def of(self, ring: Equal) -> ComplexArray:
+        """The poles themselves, rad/s."""
+        return ring.poles[self.beside] + self.way
+
+    def some(self, part: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Poles:
+        """Of them, some."""
+        return Poles(beside=self.beside[part], way=self.way[part])
+
+    def pull(self, ring: Equal) -> ComplexArray:
+        """1 / (s - p) of every one and every old one."""
+        apart = ring.poles[self.beside][:, None] - ring.poles
+        apart += self.way[:, None]
+        pull: ComplexArray = np.reciprocal(apart, out=apart)
+        return pull
+
+
+def poles_below(
+    ring: Equal, springs: Springs, top: float, progress: Callable[[str], None]
+) -> Poles:
+    """Poles of the changed ring that came from moving ones below a frequency, and a bit beyond.
 
     Parameters
     ----------
-    modes : Modes
-        All of a ring: without some of them, what a removed spring sets free would be missing.
-    stretch : int
-        Which of the places is the spring's stretch.
-    dk, dc : float
-        N/m and N s/m; negative ones take away.
+    ring : Equal
+        With ALL modes of a ring: without some of them, what a removed spring sets free would be
+        missing.
+    springs : Springs
+        What is added.
+    top : float
+        rad/s.
+    progress : callable
+        Told how many are found.
+
+    Returns
+    -------
+    Poles
+        One of each conjugate pair; real ones with no imaginary part.
+
+    Raises
+    ------
+    ParameterError
+        If poles are not found or not told apart.
     """
-    modes = _turned(modes, stretch)
-    c = modes.shapes[stretch]
-    moves = np.abs(c) > STILL * np.abs(c).max()
-    old = replace(
-        modes, poles=modes.poles[moves], real=modes.real[moves], shapes=modes.shapes[:, moves]
-    )
-    p, residue = _spread(old.poles, old.real, c[moves] ** 2)
-    found = _roots(p, residue, dk, dc)
-    poles = found[found.imag > 0]
-    real = np.abs(found.imag) == 0
-    poles = np.concatenate([poles, found[real]])
-    is_real = np.arange(poles.size) >= poles.size - real.sum()
-    # w = sum over all of a motion u of the state: of q, its conjugate and real ones.
-    by = old.shapes * c[moves]
-    u = np.concatenate(
-        [by[:, ~old.real], by[:, ~old.real].conj(), 2 * by[:, old.real].real], axis=1
-    )
-    shapes = np.empty((by.shape[0], poles.size), dtype=complex)
-    h = dk + dc * p
-    for k in range(0, poles.size, 64):
-        part = slice(k, k + 64)
-        x = 1 / (poles[part] - p[:, None])
-        norm = (h * residue) @ (x**2)
-        size = np.where(is_real[part], 1.0, 2.0) * (dk + dc * poles[part]) / norm
-        shapes[:, part] = 0.5 * (u @ x) * np.sqrt(size.astype(complex))
-    return Modes(
-        poles=np.concatenate([modes.poles[~moves], poles]),
-        real=np.concatenate([modes.real[~moves], is_real]),
-        shapes=np.concatenate([modes.shapes[:, ~moves], shapes], axis=1),
+    near = np.where(np.abs(ring.poles) < MARGIN * top, ring.moving, 0)
+    heavy = np.abs(ring.poles.imag) < HEAVY * np.abs(ring.poles)
+    # Of most pairs one is followed and the other is its mirror image. Two that may become real are
+    # followed by themselves, first guesses being no mirror images.
+    single = ~heavy & (ring.poles.imag > 0)
+    s = _guesses(ring, springs, np.where(single | heavy, near, 0))
+    twice = single[s.beside]
+    s.way[~twice] *= np.exp(0.3j)
+    waiting = np.arange(s.way.size)
+    for _ in range(MOST_STEPS):
+        progress(f"{s.way.size - waiting.size} of {s.way.size} modes")
+        left = []
+        for k in range(0, waiting.size, PART):
+            part = waiting[k : k + PART]
+            left.append(part[~_step(ring, springs, near, s, twice, part)])
+        waiting = np.concatenate(left)
+        if not waiting.size:
+            return _one_of_each(ring, s, twice)
+    raise ParameterError(
+        f"{waiting.size} of {s.way.size} modes of the changed ring are not found; "
+        "change fewer places, or by less"
     )
 
 
-def _spread(
-    poles: ComplexArray, real: NDArray[np.bool_], c2: ComplexArray
-) -> tuple[ComplexArray, ComplexArray]:
-    """Poles with their conjugates, real ones once, and residues of H there."""
-    own, other = poles[~real], c2[~real] / 2
-    p = np.concatenate([own, own.conj(), poles[real].real + 0j])
-    return p, np.concatenate([other, other.conj(), c2[real].real + 0j])
+def forces(
+    ring: Equal, springs: Springs, s: Poles
+) -> Iterator[tuple[slice, ComplexArray, ComplexArray]]:
+    """What springs do in the new modes: parts of the poles, z of unit modes (m, k), and the pull."""
+    for k in range(0, s.way.size, PART):
+        part = slice(k, k + PART)
+        pull = s.some(part).pull(ring)
+        H, slope = _felt(ring, pull)
+        pole = s.some(part).of(ring)
+        within = np.eye(H.shape[1]) + springs.at(pole)[:, :, None] * H
+        z = np.linalg.svd(within)[2][:, -1].conj()
+        # The residue of -(D^-1 + H)^-1: modes receive forces by their own shapes.
+        norm = np.einsum("mi,mij,mj->m", z, slope, z)
+        norm -= np.sum(springs.dc * np.einsum("mij,mj->mi", H, z) ** 2, axis=1)
+        count = np.where(pole.imag == 0, 1.0, 2.0)
+        yield part, z * np.sqrt(-count / norm)[:, None], pull
 
 
-def _roots(p: ComplexArray, residue: ComplexArray, dk: float, dc: float) -> ComplexArray:
-    """Zeros of 1 + (dk + dc s) sum residue / (s - p), real ones with no imaginary part."""
-    n = (p.imag > 0).sum()
-    real = p[2 * n :].real
-    # The same in real numbers: of a pair, its real and imaginary part.
-    size = p.size
-    A = np.zeros((size, size))
-    even, odd = np.arange(n), n + np.arange(n)
-    A[even, even] = A[odd, odd] = p[:n].real
-    A[even, odd], A[odd, even] = -p[:n].imag, p[:n].imag
-    A[np.arange(2 * n, size), np.arange(2 * n, size)] = real
-    into = np.concatenate([2 * residue[:n].real, 2 * residue[:n].imag, residue[2 * n :].real])
-    h = dk + dc * p
-    # F = -Re sum (dk + dc p) q, q of half the conjugate pair each.
-    felt = np.concatenate([h[:n].real, -h[:n].imag, h[2 * n :].real])
-    A -= np.outer(into, felt)
-    roots = np.linalg.eigvals(A).astype(complex)
-    upper = roots[roots.imag > 0]
-    flat = roots[roots.imag == 0]
-    return np.concatenate([_polished(x, p, residue, dk, dc) for x in (upper, flat)])
+def _felt(ring: Equal, pull: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """H and its derivative, (m, k, k)."""
+    n, k, _ = ring.residues.shape
+    R = ring.residues.reshape(n, k * k)
+    return (pull @ R).reshape(-1, k, k), -((pull * pull) @ R).reshape(-1, k, k)
 
 
-def _polished(
-    s: ComplexArray, p: ComplexArray, residue: ComplexArray, dk: float, dc: float
-) -> ComplexArray:
-    for _ in range(POLISHED):
-        for k in range(0, s.size, 256):
-            part = slice(k, k + 256)
-            x = 1 / (s[part, None] - p)
-            H, slope = x @ residue, -(x**2) @ residue
-            f = 1 + (dk + dc * s[part]) * H
-            step = f / ((dk + dc * s[part]) * slope + dc * H)
-            good = np.abs(step) < 1e-6 * np.abs(s[part])
-            s[part] -= np.where(good, step, 0.0)
-    return s
+def _guesses(ring: Equal, springs: Springs, count: NDArray[np.intp]) -> Poles:
+    """So many beside every old pole, as if that were the only one that is near."""
+    beside, way = [], []
+    old = np.flatnonzero(count)
+    for k in range(0, old.size, PART):
+        part = old[k : k + PART]
+        apart = ring.poles[part][:, None] - ring.poles
+        apart[np.arange(part.size), part] = np.inf
+        H, _ = _felt(ring, 1 / apart)
+        D = springs.at(ring.poles[part])[:, :, None]
+        own = np.linalg.eigvals(
+            -np.linalg.solve(np.eye(H.shape[1]) + D * H, D * ring.residues[part])
+        )
+        size = np.abs(own)
+        rank = np.argsort(np.argsort(-size, axis=1), axis=1)
+        most = AT_FIRST * np.abs(apart).min(axis=1, keepdims=True) / (1 + rank)
+        least = 1e-20 * np.abs(ring.poles[part])[:, None] * (1 + rank)
+        own = np.where(size > least, own * np.minimum(1, most / np.maximum(size, least)), least)
+        row, column = np.nonzero(rank < count[part][:, None])
+        beside.append(part[row])
+        way.append(own[row, column].astype(complex))
+    return Poles(beside=np.concatenate(beside), way=np.concatenate(way))
 
 
-def _turned(modes: Modes, stretch: int) -> Modes:
-    """Modes of one pole turned until one of them alone has a stretch."""
-    shapes = modes.shapes.copy()
-    order = np.lexsort((modes.poles.real, modes.poles.imag))
-    p = modes.poles[order]
-    same = np.abs(np.diff(p)) <= ALIKE * np.abs(p[1:])
-    for i in np.flatnonzero(same):
-        a, b = order[i], order[i + 1]
-        ca, cb = shapes[stretch, a], shapes[stretch, b]
-        norm = np.sqrt(ca**2 + cb**2)
-        if np.abs(norm) <= STILL * max(np.abs(ca), np.abs(cb), 1e-300):
-            continue
-        A, B = shapes[:, a].copy(), shapes[:, b].copy()
-        # The later one takes all, so that a third of the same pole meets it.
-        shapes[:, b] = (ca * A + cb * B) / norm
-        shapes[:, a] = (cb * A - ca * B) / norm
-        shapes[stretch, a] = 0.0
-    return replace(modes, shapes=shapes)
+def _step(
+    ring: Equal,
+    springs: Springs,
+    near: NDArray[np.intp],
+    s: Poles,
+    twice: NDArray[np.bool_],
+    part: NDArray[np.intp],
+) -> NDArray[np.bool_]:
+    """Move some of the poles by Newton's step of what all others leave; whether they are there."""
+    own = s.some(part)
+    pull, pole = own.pull(ring), own.of(ring)
+    H, slope = _felt(ring, pull)
+    D = springs.at(pole)[:, :, None]
+    within = np.eye(H.shape[1]) + D * H
+    change = D * slope + springs.dc[:, None] * H
+    hit = np.linalg.det(within) == 0
+    within[hit] = np.eye(H.shape[1])
+    newton = np.trace(np.linalg.solve(within, change), axis1=1, axis2=2)
+    newton += pull @ near.astype(complex)
+    # Relative to one old pole all ways are exact where two are near each other.
+    mirror = ring.mirror[s.beside[twice]]
+    for beside, way, itself in ((s.beside, s.way, True), (mirror, s.way[twice].conj(), False)):
+        apart = ring.poles[own.beside][:, None] - ring.poles[beside]
+        apart += own.way[:, None] - way
+        if itself:
+            apart[np.arange(part.size), part] = np.inf
+        newton -= np.sum(1 / apart, axis=1)
+    step = np.where(hit, 0, 1 / newton)
+    nearest = np.argmin(np.abs(ring.poles - (pole - step)[:, None]), axis=1)
+    s.way[part] = (ring.poles[own.beside] - ring.poles[nearest]) + (own.way - step)
+    s.beside[part] = nearest
+    there: NDArray[np.bool_] = np.abs(step) < np.minimum(
+        FOUND * np.abs(pole), OF_ITS_WAY * np.abs(s.way[part])
+    )
+    return there
+
+
+def _one_of_each(ring: Equal, s: Poles, twice: NDArray[np.bool_]) -> Poles:
+    """Without mirror images, if all poles are different."""
+    pole = s.of(ring)
+    flat = ~twice & (np.abs(pole.imag) < FOUND * np.abs(pole))
+    s.way[flat] -= 1j * s.of(ring)[flat].imag
+    chosen = s.some(flat | (pole.imag > 0))
+    pole = chosen.of(ring)
+    alone = pole.size + np.sum(pole.imag > 0) == s.way.size + twice.sum()
+    for k in range(0, pole.size, PART):
+        part = chosen.some(slice(k, k + PART))
+        apart = ring.poles[part.beside][:, None] - ring.poles[chosen.beside]
+        apart += part.way[:, None] - chosen.way
+        apart[np.arange(part.way.size), k + np.arange(part.way.size)] = np.inf
+        size = np.minimum(np.abs(part.way), ONE * np.abs(pole[k : k + PART]))
+        alone = alone and bool((np.abs(apart).min(axis=1) > 1e-3 * size).all())
+    if not alone:
+        raise ParameterError(
+            "modes of the changed ring are not told apart; move one place by a railseat"
+        )
+    return chosen
