@@ -7,8 +7,8 @@ stretches c_j, the changed ring has its poles where
     det(1 + D(s) H(s)) = 0,   H(s) = sum over j and conjugates of c_j c_j' / (2 (s - p_j)),
 
 and the shapes of the new modes are sums of the old ones, sum U_j (c_j' z) / (s - p_j), z the forces
-of the springs: (1 + D H) z = 0. Nothing is left out, as nothing is of the modes that are given; only
-poles below a frequency are looked for. All are found at once (Ehrlich and Aberth), each beside the
+of the springs: (1 + D H) z = 0. Nothing is left out, as nothing is of the modes that are given;
+only poles below a frequency are looked for. All are found at once (Ehrlich and Aberth), each beside the
 old pole it comes from, and told by how far it is from there: of one that hardly moves no digit is
 lost. Modes of one pole move as far as the springs are more than one motion of them; the others are
 `still`.
@@ -159,7 +159,7 @@ def poles_below(
 def forces(
     ring: Equal, springs: Springs, s: Poles
 ) -> Iterator[tuple[slice, ComplexArray, ComplexArray]]:
-    """What springs do in the new modes: parts of the poles, z of unit modes (m, k), and the pull."""
+    """What springs do in new modes: parts of the poles, z of unit modes (m, k), and the pull."""
     for k in range(0, s.way.size, PART):
         part = slice(k, k + PART)
         pull = s.some(part).pull(ring)

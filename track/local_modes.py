@@ -74,9 +74,8 @@ def with_changes(
     top, cells = 2 * np.pi * track.mesh.highest_frequency, track.mesh.cells
     found = []
     for parity, said in ((EVEN, "even"), (ODD, "odd")):
-        poles, shapes = _changed(
-            build_cell(track, parity), added, top, lambda text, s=said: progress(f"{s}, {text}")
-        )
+        progress(f"{said} modes of the equal ring")
+        poles, shapes = _changed(build_cell(track, parity), added, top, progress)
         weight = fading(poles, top)
         found.append((poles[weight > 0], (shapes * np.sqrt(weight))[:, weight > 0]))
     poles = np.concatenate([own for own, _ in found])
@@ -211,7 +210,6 @@ def _changed(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Poles below a frequency, and motion and slope of the left rail's head all round."""
     cells, k = cell.track.mesh.cells, len(added)
-    progress("modes of the equal ring")
     ring = _Ring.of(cell, added)
     pole, U = ring.standing(MARGIN * top, cells)
     moves = _turned(pole, U, k)
