@@ -8,10 +8,9 @@ stretches c_j, the changed ring has its poles where
 
 and the shapes of the new modes are sums of the old ones, sum U_j (c_j' z) / (s - p_j), z the forces
 of the springs: (1 + D H) z = 0. Nothing is left out, as nothing is of the modes that are given;
-only poles below a frequency are looked for. All are found at once (Ehrlich and Aberth), each beside the
-old pole it comes from, and told by how far it is from there: of one that hardly moves no digit is
-lost. Modes of one pole move as far as the springs are more than one motion of them; the others are
-`still`.
+only poles below a frequency are looked for. All are found at once (Ehrlich and Aberth), each
+beside the old pole it comes from, and told by how far it is from there: of one that hardly moves no
+digit is lost. Of modes of one pole no more move than there are springs.
 
 References
 ----------
@@ -244,6 +243,8 @@ def _step(
 
 def _one_of_each(ring: Equal, s: Poles, twice: NDArray[np.bool_]) -> Poles:
     """Without mirror images, if all poles are different."""
+    below = twice & (s.of(ring).imag < 0)  # of a pair the other one was met
+    s.beside[below], s.way[below] = ring.mirror[s.beside[below]], s.way[below].conj()
     pole = s.of(ring)
     flat = ~twice & (np.abs(pole.imag) < FOUND * np.abs(pole))
     s.way[flat] -= 1j * s.of(ring)[flat].imag
