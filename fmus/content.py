@@ -20,7 +20,6 @@ from railcosim.track.local import LocalChange
 from railcosim.track.local_modes import with_changes
 from railcosim.track.parameters import Track
 from railcosim.track.reduced import reduce_track
-from railcosim.track.section import moves_aside
 from railcosim.track.sensor_quantities import Told, told_by
 from railcosim.vehicle.files import write_stock
 from railcosim.vehicle.modal import vehicle_body
@@ -45,9 +44,6 @@ UNTOLD: Mapping[str, Callable[[Train], str]] = {
     "spatial": why_not_inside,
 }
 """What FMUs of a dimension do not know of a train."""
-PASSIVE_TO = 8
-"""Elements a bay of rails that move aside: with 16 of the default track, power is given to wheels
-over railseats near 4.6 kHz (docs/track.md); what is between was not looked at."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -300,14 +296,7 @@ def track_under(
 ) -> ModalBody:
     """The reduced track under so many wheelsets, if the ring is long enough for them."""
     check_dimension(dimension)
-    directions, bay = DIMENSIONS[dimension], track.mesh.elements_per_bay
-    if moves_aside(directions) and bay > PASSIVE_TO:
-        warnings.warn(
-            f"[mesh] elements_per_bay = {bay}: met aside, such a track may give power to wheels "
-            f"over railseats, and a stiff contact grow; none was seen to with {PASSIVE_TO} or less",
-            UnusualWarning,
-            stacklevel=3,
-        )
+    directions = DIMENSIONS[dimension]
     progress("measuring the decay along the track")
     check_ring(track, float(np.ptp(start.positions)))
     progress("reducing the track")

@@ -43,16 +43,20 @@ class AlongRing:
 
     Attributes
     ----------
-    table : array, shape (n_nodes, 2 x directions, n)
+    table : array, shape (n_rows, 2 x directions, n)
         Of each direction the displacement and its slope, at all nodes of a cell but its last, which
-        is the first of the next; numbers of single precision.
+        is the first of the next; numbers of single precision. A node with a kink is two rows.
     mu : array, shape (n,)
         Phase of a mode from cell to cell, rad.
     partner : array of int, shape (n,)
         Mode whose shape receives the force.
-    local_table : array, shape (n_nodes, directions, directions)
+    local_table : array, shape (n_rows x parts, directions, directions)
         Shapes of the local oscillators under each contact: motion in a direction by the oscillator
-        of a direction, of the left rail.
+        of a direction, of the left rail; straight between `parts` of the way from row to row.
+    elements : array of int, shape (n_elements,)
+        Row at which each element of a cell begins; elements are equally long.
+    parts : int
+        Of an element.
     cell_length : float
         m.
     cells : int
@@ -63,6 +67,8 @@ class AlongRing:
     mu: FloatArray
     partner: NDArray[np.intp]
     local_table: ComplexArray
+    elements: NDArray[np.intp]
+    parts: int
     cell_length: float
     cells: int
 
@@ -78,7 +84,7 @@ class AlongRing:
 
     @cached_property
     def _closed(self) -> tuple[ComplexArray, ComplexArray]:
-        """Both tables with the last node, not rounded by itself: a wheel must not feel the joint.
+        """Tables with the last node, not rounded by itself: a wheel must not feel the joint.
 
         Contiguous, for `at` reads neighbours as one block.
         """
@@ -95,10 +101,11 @@ class AlongRing:
     def at(self, position: FloatArray, rows: int) -> Shaped:
         """See `Shapes`: between nodes displacements are Hermite's cubics."""
         table, local_table = self._closed
-        element = self.cell_length / (table.shape[0] - 1)
+        element = self.cell_length / self.elements.size
         cell, inside = np.divmod(position % self.length, self.cell_length)
-        first = np.minimum((inside / element).astype(int), table.shape[0] - 2)
+        first = np.minimum((inside / element).astype(int), self.elements.size - 1)
         xi = inside / element - first
+        first = self.elements[first]
         weights, _ = shape_functions(xi, element, 0.0)
         k = rows // position.size
         out = np.empty((position.size, k, self.mu.size), dtype=complex)
@@ -108,7 +115,9 @@ class AlongRing:
                 block = table[node : node + 2, 2 * d : 2 * d + 2].reshape(4, -1).view(float)
                 out[i, d] = (weights[i] @ block).view(complex)
         out *= self._phase[cell.astype(int), None]
-        xi = xi[:, None, None]
+        part = np.minimum((xi * self.parts).astype(int), self.parts - 1)
+        first = first * self.parts + part
+        xi = (xi * self.parts - part)[:, None, None]
         local = (1 - xi) * local_table[first] + xi * local_table[first + 1]
         shaped: ComplexArray = out.reshape(rows, -1)
         return shaped, shaped[:, self.partner], local

@@ -11,7 +11,7 @@ from scipy import sparse
 from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.ports import ROLL, Direction, Y, Z
 from railcosim.track.below import NODE_TOLERANCE, with_lines
-from railcosim.track.cell import EVEN, ODD
+from railcosim.track.cell import EVEN, ODD, elements_per_bay, independent
 from railcosim.track.layers import CONTINUOUS
 from railcosim.track.parameters import Track
 from railcosim.track.rail import section_matrices
@@ -75,16 +75,17 @@ class Slabs:
 def slabs_of(track: Track, directions: Collection[Direction]) -> Slabs:
     """What slabs do for loads in directions."""
     there, top = track.slab.present, track.mesh.highest_slab_frequency
+    bend = there and (Z in directions or track.rails_tilt)
     return Slabs(
         track=track,
-        plates=tuple(free_plate_modes(track.slab, p, top) for p in (EVEN, ODD)) if there else (),
+        plates=tuple(free_plate_modes(track.slab, p, top) for p in (EVEN, ODD)) if bend else (),
         sideways=there and moves_aside(directions),
     )
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackRing:
-    """M, C, K of the ring.
+class Chain:
+    """M, C, K of what moves by itself: rails and all below, in directions that belong together.
 
     The unknowns are those of the section at the nodes of the left rail, at those of the right one,
     then those of slab after slab. All are in one frame: nothing is mirrored.
@@ -95,8 +96,6 @@ class TrackRing:
         Mass, viscous damping, stiffness, hysteretic part.
     nodes : array
         Rail nodes round the ring, m.
-    track : Track
-        Its parameters.
     directions : tuple of Direction
         In which a rail is met.
     section : Section
@@ -108,9 +107,33 @@ class TrackRing:
     K: sparse.csr_array
     K_loss: sparse.csr_array
     nodes: FloatArray
-    track: Track
     directions: tuple[Direction, ...]
     section: Section
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackRing:
+    """The whole ring: its chains, one behind the other.
+
+    Attributes
+    ----------
+    M, C, K, K_loss : sparse array, shape (n, n)
+        Mass, viscous damping, stiffness, hysteretic part.
+    chains : tuple of Chain
+        Each of directions that know nothing of the others.
+    track : Track
+        Its parameters.
+    directions : tuple of Direction
+        In which a rail is met.
+    """
+
+    M: sparse.csr_array
+    C: sparse.csr_array
+    K: sparse.csr_array
+    K_loss: sparse.csr_array
+    chains: tuple[Chain, ...]
+    track: Track
+    directions: tuple[Direction, ...]
 
     def heads(self, position: FloatArray) -> sparse.csr_array:
         """Motions of the heads at places, as rows.
@@ -118,19 +141,23 @@ class TrackRing:
         Those of the left rail, then of the right one; all directions of a place stand together.
         """
         x = np.asarray(position) % self.track.length
-        line = Line(nodes=self.nodes, section=self.section, length=self.track.length)
         height, count = -self.track.rail.head_height, len(self.directions)
-        rows = []
-        for direction in self.directions:
-            parts = self.section.deflections(direction, 0.0, height)
-            rows.append(sparse.vstack([line.rows(side, parts, x) for side in range(2)]))
+        rows: dict[Direction, sparse.csr_array] = {}
+        first, size = 0, self.K.shape[0]
+        for chain in self.chains:
+            line = Line(nodes=chain.nodes, section=chain.section, length=self.track.length)
+            for direction in chain.directions:
+                parts = chain.section.deflections(direction, 0.0, height)
+                moved = sparse.vstack([line.rows(side, parts, x) for side in range(2)])
+                behind = size - first - moved.shape[1]
+                ends = (sparse.csr_array((2 * x.size, n)) for n in (first, behind))
+                rows[direction] = sparse.hstack([next(ends), moved, next(ends)], format="csr")
+            first += chain.K.shape[0]
         # All directions of a place together.
         order = np.arange(2 * x.size * count).reshape(count, -1).T.ravel()
-        moved = sparse.csr_array(sparse.vstack(rows, format="csr")[order])
-        found = sparse.csr_array((2 * x.size * count, self.K.shape[0]))
-        padded = sparse.hstack([moved, found[:, : self.K.shape[0] - moved.shape[1]]], format="csr")
-        padded.eliminate_zeros()
-        return padded
+        found = sparse.vstack([rows[d] for d in self.directions], format="csr")[order]
+        found.eliminate_zeros()
+        return sparse.csr_array(found)
 
 
 def build_ring(track: Track, directions: tuple[Direction, ...], points: FloatArray) -> TrackRing:
@@ -145,7 +172,18 @@ def build_ring(track: Track, directions: tuple[Direction, ...], points: FloatArr
     points : array
         Positions (m) that get a rail node.
     """
-    nodes = _nodes(track, points % track.length)
+    chains = tuple(_chain(track, group, points) for group in independent(track, directions))
+    M, C, K, K_loss = (
+        sparse.csr_array(sparse.block_diag([getattr(chain, name) for chain in chains]))
+        for name in ("M", "C", "K", "K_loss")
+    )
+    return TrackRing(
+        M=M, C=C, K=K, K_loss=K_loss, chains=chains, track=track, directions=directions
+    )
+
+
+def _chain(track: Track, directions: tuple[Direction, ...], points: FloatArray) -> Chain:
+    nodes = _nodes(track, elements_per_bay(track, directions), points % track.length)
     section = with_lines(section_of(track.rail, directions), track.layers, track.fastening.spacing)
     M_r, K_r = _rail(track, nodes, section)
     slabs = slabs_of(track, directions)
@@ -170,14 +208,11 @@ def build_ring(track: Track, directions: tuple[Direction, ...], points: FloatArr
                 C = C + spring.damping * springs
                 K = K + spring.stiffness * springs
                 K_loss = K_loss + joint.loss_factor * spring.stiffness * springs
-    return TrackRing(
-        M=M, C=C, K=K, K_loss=K_loss, nodes=nodes, track=track, directions=directions,
-        section=section,
-    )  # fmt: skip
+    return Chain(M=M, C=C, K=K, K_loss=K_loss, nodes=nodes, directions=directions, section=section)
 
 
-def _nodes(track: Track, extra: FloatArray) -> FloatArray:
-    n = track.mesh.cells * track.bays * track.mesh.elements_per_bay
+def _nodes(track: Track, a_bay: int, extra: FloatArray) -> FloatArray:
+    n = track.mesh.cells * track.bays * a_bay
     regular = np.arange(n) * (track.length / n)
     ends = np.append(regular, track.length)
     new = [x for x in np.unique(extra) if np.min(np.abs(ends - x)) > NODE_TOLERANCE]

@@ -25,6 +25,7 @@ from .slab import SlabModes, free_plate_modes, no_plate_modes
 from .stack import add_crossings, check_directions, railseats, stack_of
 
 EVEN, ODD = 1, -1
+FINER = 4  # times as many elements where rails twist: bars are straight, and torsion's waves short
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,6 +130,14 @@ class Cell:
         return row
 
 
+def independent(track: Track, directions: Collection[Direction]) -> list[tuple[Direction, ...]]:
+    """Directions in groups that know nothing of each other: upright rails go down by themselves."""
+    down = tuple(d for d in directions if d is Z)
+    aside = tuple(d for d in directions if d is not Z)
+    groups = [tuple(directions)] if track.rails_tilt else [down, aside]
+    return [group for group in groups if group]
+
+
 def build_cell(
     track: Track,
     parity: int,
@@ -155,7 +164,7 @@ def build_cell(
     Cell
     """
     check_directions(track, directions)
-    nodes = _nodes(track, points)
+    nodes = _nodes(track, points, directions)
     section = with_lines(section_of(track.rail, directions), track.layers, track.fastening.spacing)
     slab = _slab(track, parity, directions) if track.slab.present else None
     stack = stack_of(track, parity, section, nodes, slab)
@@ -197,9 +206,21 @@ def _slab(track: Track, parity: int, directions: Collection[Direction]) -> SlabM
     )  # fmt: skip
 
 
-def _nodes(track: Track, points: FloatArray | None) -> FloatArray:
+def elements_per_bay(track: Track, directions: Collection[Direction]) -> int:
+    """How many elements a rail that moves in directions has between two railseats."""
+    return track.mesh.elements_per_bay * (FINER if moves_aside(directions) else 1)
+
+
+def regular_nodes(track: Track, a_bay: int) -> FloatArray:
+    """Ends of so many equal parts of every bay along a cell, m, shape (bays * a_bay + 1,)."""
+    return np.linspace(0, track.cell_length, track.bays * a_bay + 1)
+
+
+def _nodes(
+    track: Track, points: FloatArray | None, directions: Collection[Direction]
+) -> FloatArray:
     """Regular nodes, railseats among them, and the extra points."""
-    regular = np.linspace(0, track.cell_length, track.bays * track.mesh.elements_per_bay + 1)
+    regular = regular_nodes(track, elements_per_bay(track, directions))
     if points is None:
         return regular
     extra = [x for x in np.unique(points) if np.min(np.abs(regular - x)) > NODE_TOLERANCE]

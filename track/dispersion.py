@@ -22,9 +22,9 @@ from .cell import Cell, build_cell
 from .condensation import CondensedCell, condense
 from .parameters import Track
 from .receptance import Progress, shortest
-from .ring import bloch
 from .section import directions_for, section_of
 from .waves import TRAVELLING, waves
+from .waves_of_cell import bloch
 
 LEAST = 1e-12  # a wave that decays to less from cell to cell is rounding: 240 dB
 AHEAD = 1.2  # harmonics of a standing wave are equal: so much is the one that runs ahead preferred

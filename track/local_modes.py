@@ -17,12 +17,13 @@ from railcosim.mechanics.arrays import ComplexArray
 from railcosim.mechanics.ports import Z
 from railcosim.parameters import ParameterError
 
+from .attached import fading
 from .cell import EVEN, ODD, Cell, build_cell
 from .changed_ring import MARGIN, Equal, Springs, forces, poles_below
 from .layers import MASS
 from .local import SIDES, LocalChange, SpringPlace, check_left, springs_at
 from .parameters import Track
-from .reduced import ReducedTrack, fading
+from .reduced import ReducedTrack
 from .residual import head_shapes
 from .ring import REAL_POLE, RingModes, ring_modes
 
@@ -76,22 +77,21 @@ def with_changes(
     for parity, said in ((EVEN, "even"), (ODD, "odd")):
         progress(f"{said} modes of the equal ring")
         poles, shapes = _changed(build_cell(track, parity), added, top, progress)
-        weight = fading(poles, top)
+        weight = fading(np.abs(poles) / top)
         found.append((poles[weight > 0], (shapes * np.sqrt(weight))[:, weight > 0]))
     poles = np.concatenate([own for own, _ in found])
-    nodes = reduced.nodes.size - 1
+    nodes = reduced.elements.size
     shapes = np.concatenate([own for _, own in found], axis=1)
     table = np.sqrt(0.5) * shapes.reshape(cells * nodes, 2, -1)
     whole = np.concatenate([table, table[:1]])
     residual = np.tile(reduced.residual_shapes[:-1], (cells, 1, 1))
-    starts = track.cell_length * np.arange(cells)[:, None]
     return replace(
         reduced,
         poles=poles,
         mu=np.zeros(poles.size),
         partner=np.arange(poles.size),
         parity=np.repeat([1.0, -1.0], [own.size for own, _ in found]),
-        nodes=np.append((starts + reduced.nodes[:-1]).ravel(), track.length),
+        elements=np.arange(cells * nodes),
         table=whole.astype(np.complex64).astype(complex),
         residual_shapes=np.concatenate([residual, residual[:1]]),
         cell_length=track.length,

@@ -21,8 +21,8 @@ from .below import Crossing
 from .cell import EVEN, Cell, build_cell, railseats
 from .parameters import Track
 from .receptance import shortest
-from .ring import bloch
 from .stack import stack_of
+from .waves_of_cell import bloch
 
 MEMBERS = {"w": "vertical", "v": "lateral", "phi": "torsion"}
 SHARED = 0.2  # of its mass that a mode has in common with a motion, to be called by its name

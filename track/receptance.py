@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from typing import Protocol
 
 import numpy as np
@@ -15,7 +16,7 @@ from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.ports import Direction, Z
 from railcosim.parameters import ParameterError
 
-from .cell import EVEN, ODD, Cell, build_cell
+from .cell import EVEN, ODD, Cell, build_cell, independent
 from .condensation import CondensedCell, condense
 from .layers import MASS
 from .local import LocalChange, SpringPlace, changed_by, check_left, masses_at, springs_at
@@ -281,17 +282,29 @@ def periodic(
     directions = directions_for(
         (p.direction for p in (*loads, *observed)), coupled=track.rails_tilt
     )
-    cells = [build_cell(track, parity, np.array(on_rail), directions) for parity in (EVEN, ODD)]
-    if viscous:
-        cells = [cell.made_viscous() for cell in cells]
+    cells = [
+        (cell.made_viscous() if viscous else cell, group)
+        for group in independent(track, directions)
+        for cell in (build_cell(track, parity, np.array(on_rail), group) for parity in (EVEN, ODD))
+    ]
     for start in range(0, omega.size, BLOCK):
         part = slice(start, start + BLOCK)
-        for cell in cells:
-            # A load on one rail is half an even and half an odd one.
-            out[part] += 0.5 * _one_parity(cell, omega[part], loads, observed, join)
+        for cell, group in cells:
+            rows = np.array([_concerns(p, group) for p in observed])
+            columns = np.array([_concerns(p, group) for p in loads])
+            if any(rows) and any(columns):
+                some = list(compress(loads, columns)), list(compress(observed, rows))
+                # A load on one rail is half an even and half an odd one.
+                half = 0.5 * _one_parity(cell, omega[part], *some, join)
+                out[np.ix_(np.arange(omega.size)[part], rows, columns)] += half
         if progress:
             progress(min(start + BLOCK, omega.size), omega.size)
     return out
+
+
+def _concerns(place: Place, group: tuple[Direction, ...]) -> bool:
+    """Whether a group of directions has a part in it: beside the head's middle all have."""
+    return place.direction in group or (isinstance(place, Point) and bool(place.offset))
 
 
 def _one_parity(

@@ -14,22 +14,25 @@ from numpy.typing import NDArray
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.observation import Observation
-from railcosim.mechanics.ports import RAIL, Direction, Layout, Z
+from railcosim.mechanics.ports import RAIL, Direction, Layout
 from railcosim.mechanics.shapes import AlongRing
 from railcosim.parameters import ParameterError
 
-from .cell import EVEN, ODD, build_cell
+from .along import Rows, kinked_rows, smooth_rows
+from .attached import fading
+from .cell import EVEN, FINER, ODD, Cell, build_cell, independent
+from .flexibility import against, kinked_shapes, local_flexibility, local_pole
 from .observed import Modes, observation_of, rows_of
 from .parameters import Track
 from .residual import head_shapes, residual
-from .ring import RingModes, ring_modes
+from .ring import RingModes, passive_modes, ring_modes
 from .section import VERTICAL, moves_aside
 from .sensor_quantities import told_by
 from .sensor_rows import Row, shown_by
 from .stack import check_directions
 
 SHORTEST_WAVES = 0.8  # of the highest frequency kept: what a mesh must have, if at its least
-FADE_FROM = 0.6  # of the highest frequency kept; modes below count in full
+TWISTS_TO = 0.85  # of it: where modes end of rails that twist, which attached shapes go beyond
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,17 +51,20 @@ class ReducedTrack:
         Mode whose shape receives the force, see `RingModes`.
     parity : array, shape (n,)
         1 where both rails are mirror images of each other, -1 where opposite to that.
-    nodes : array, shape (n_nodes,)
-        Along the cell, both ends included, m.
-    table : array, shape (n_nodes, 2 k, n)
-        Motion of the LEFT rail's head at the nodes and its slope along the rail, direction by
-        direction, for a unit force on one rail; numbers of single precision. Between nodes a motion
-        is Hermite's cubic.
+    elements : array of int, shape (n_elements,)
+        Row of the table at which each element of a cell begins; it ends at the next one.
+    table : array, shape (n_rows, 2 k, n)
+        Motion of the LEFT rail's head at nodes along the cell and its slope along the rail,
+        direction by direction, for a unit force on one rail; numbers of single precision. Both ends
+        are included, and a node where shapes have a kink is two rows. Between nodes a motion is
+        Hermite's cubic.
     residual_poles : array, shape (k,)
         Poles of the local flexibility of the modes left out, rad/s.
-    residual_shapes : array, shape (n_nodes, k, k)
-        U at the nodes: ds/dt = pole s + U' f, motion Re(U s), for the forces f on the same rail at
-        the same place.
+    parts : int
+        p of an element: at their ends the shapes of the residual are told.
+    residual_shapes : array, shape ((n_rows - 1) p + 1, k, k)
+        U there: ds/dt = pole s + U' f, motion Re(U s), for the forces f on the same rail at the
+        same place.
     cell_length, length : float
         Of a cell and of the ring, m.
     observation : Observation or None
@@ -70,8 +76,9 @@ class ReducedTrack:
     mu: FloatArray
     partner: NDArray[np.intp]
     parity: FloatArray
-    nodes: FloatArray
+    elements: NDArray[np.intp]
     table: ComplexArray
+    parts: int
     residual_poles: ComplexArray
     residual_shapes: ComplexArray
     cell_length: float
@@ -86,6 +93,8 @@ class ReducedTrack:
             mu=self.mu,
             partner=self.partner,
             local_table=self.residual_shapes[:-1],
+            elements=self.elements,
+            parts=self.parts,
             cell_length=self.cell_length,
             cells=round(self.length / self.cell_length),
         )
@@ -130,8 +139,9 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
     passes straight through, and no algebraic loop closes over a stiff contact. With it the model is
     passive: at no frequency do wheels draw power from the track, however stiff their contacts.
     Where fastenings all but clamp the rail, with dampers of 2.5e6 N s/m, 100 times the default,
-    that costs accuracy: 3 % of the little that a railseat gives. Rails that move aside are passive
-    with up to 8 elements a bay; with 16, wheels over railseats draw power near 4.6 kHz.
+    that costs accuracy: 3 % of the little that a railseat gives.
+
+    Rails that move aside are passive whatever they lie on: see `attached` and `local_flexibility`.
 
     Parameters
     ----------
@@ -154,16 +164,16 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
     check_mesh(track, directions)
     groups, told = independent(track, directions), told_by(track, directions)
     parts = [_group(track, group, rows_of(told)) for group in groups]
-    nodes, k = parts[0].nodes, len(directions)
-    poles, shapes = np.empty(k, complex), np.zeros((nodes.size, k, k), complex)
+    rows, k = max((part.rows for part in parts), key=lambda rows: rows.node.size), len(directions)
+    poles, shapes = np.empty(k, complex), np.zeros((rows.places[0].size, k, k), complex)
     tables: list[list[ComplexArray]] = [[], []]
-    for group, part in zip(groups, parts, strict=True):
+    for group, part in zip(groups, [part.on(rows) for part in parts], strict=True):
         own = np.array([directions.index(d) for d in group])
         poles[own], shapes[:, own[:, None], own] = part.pole, part.shape
-        rows = np.stack([2 * own, 2 * own + 1], axis=1).ravel()
+        values = np.stack([2 * own, 2 * own + 1], axis=1).ravel()
         for parity, table in zip(tables, part.tables, strict=True):
-            whole = np.zeros((nodes.size, 2 * k, table.shape[2]), complex)
-            whole[:, rows] = table
+            whole = np.zeros((rows.node.size, 2 * k, table.shape[2]), complex)
+            whole[:, values] = table
             parity.append(whole)
     modes = [part.modes[parity] for parity in (0, 1) for part in parts]
     joined, count = RingModes.joined(modes), [sum(t.shape[2] for t in some) for some in tables]
@@ -177,8 +187,9 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
         mu=joined.mu,
         partner=joined.partner,
         parity=np.repeat([1.0, -1.0], count),
-        nodes=nodes,
+        elements=rows.elements,
         table=table.astype(np.complex64).astype(complex),
+        parts=rows.parts,
         residual_poles=poles,
         residual_shapes=shapes,
         cell_length=track.cell_length,
@@ -202,27 +213,68 @@ class _Group:
     And what of them sensors see.
     """
 
-    nodes: FloatArray
+    rows: Rows
     modes: list[RingModes]
     tables: list[ComplexArray]
     shown: list[ComplexArray]
     pole: ComplexArray
     shape: ComplexArray
 
+    def on(self, rows: Rows) -> _Group:
+        """The same in a table of more rows, which says no more of it."""
+        if rows.node.size == self.rows.node.size:
+            return self
+        tables = [table[rows.node] for table in self.tables]
+        return replace(self, rows=rows, tables=tables, shape=rows.spread(self.shape))
 
-def _group(track: Track, directions: tuple[Direction, ...], rows: Sequence[Row]) -> _Group:
+
+def _group(track: Track, directions: tuple[Direction, ...], seen: Sequence[Row]) -> _Group:
     top = track.mesh.highest_frequency
     cells = [build_cell(track, parity, directions=directions) for parity in (EVEN, ODD)]
+    if moves_aside(directions):
+        return _kinked_group(track, cells, directions, seen)
     modes = [_faded(ring_modes(cell, top), 2 * np.pi * top) for cell in cells]
     pole, shape = residual(track, cells, modes, directions)
     pairs = list(zip(cells, modes, strict=True))
     return _Group(
-        nodes=cells[0].nodes,
+        rows=smooth_rows(track),
         modes=[replace(ring, shapes=ring.shapes[:0]) for ring in modes],
         tables=[head_shapes(cell, ring, directions) for cell, ring in pairs],
-        shown=[shown_by(rows, cell, ring) for cell, ring in pairs],
+        shown=[shown_by(seen, cell, ring) for cell, ring in pairs],
         pole=pole,
         shape=shape,
+    )
+
+
+def _kinked_group(
+    track: Track, cells: list[Cell], directions: tuple[Direction, ...], seen: Sequence[Row]
+) -> _Group:
+    top = 2 * np.pi * track.mesh.highest_frequency * TWISTS_TO
+    both, rows = [passive_modes(cell, top / (2 * np.pi)) for cell in cells], kinked_rows(track)
+
+    def tables(rings: list[RingModes]) -> list[ComplexArray]:
+        pairs = zip(cells, rings, strict=True)
+        return [kinked_shapes(cell, ring, directions) for cell, ring in pairs]
+
+    moving = [modes for modes, _ in both]
+    shown = tables(moving)
+    pole = local_pole(track, rows, shown, moving, directions, top)
+    taken = [against(elastic, pole) for _, elastic in both]
+    hidden = tables(taken)
+    return _Group(
+        rows=rows,
+        modes=[
+            RingModes.joined([replace(ring, shapes=ring.shapes[:0]) for ring in pair])
+            for pair in zip(moving, taken, strict=True)
+        ],
+        tables=[np.concatenate(pair, axis=2) for pair in zip(shown, hidden, strict=True)],
+        # Sensors stand still: no notch of theirs goes with a wheel.
+        shown=[
+            np.concatenate([shown_by(seen, cell, ring), np.zeros((len(seen), ends.poles.size))], 1)
+            for cell, ring, ends in zip(cells, moving, taken, strict=True)
+        ],
+        pole=np.full(len(directions), pole),
+        shape=local_flexibility(track, rows, directions, (shown, moving), (hidden, taken)),
     )
 
 
@@ -231,9 +283,10 @@ def check_mesh(track: Track, directions: Collection[Direction]) -> None:
     rail, mesh = track.rail, track.mesh
     speed = np.sqrt(rail.torsional_rigidity / rail.polar_inertia)
     shortest = np.sqrt(6) * speed / (2 * np.pi * track.fastening.spacing)  # of a bay as one element
-    ends = shortest * mesh.elements_per_bay
+    ends = shortest * mesh.elements_per_bay * FINER
     if moves_aside(directions) and ends < SHORTEST_WAVES * mesh.highest_frequency:
-        needed = 2 * int(np.ceil(SHORTEST_WAVES * mesh.highest_frequency / shortest / 2))
+        highest = SHORTEST_WAVES * mesh.highest_frequency
+        needed = 2 * int(np.ceil(highest / FINER / shortest / 2))
         raise ParameterError(
             f"[mesh] elements_per_bay = {mesh.elements_per_bay}: torsion of this mesh ends at "
             f"{ends:.0f} Hz, too far below highest_frequency = {mesh.highest_frequency:g} Hz; take "
@@ -241,21 +294,6 @@ def check_mesh(track: Track, directions: Collection[Direction]) -> None:
         )
 
 
-def independent(track: Track, directions: Collection[Direction]) -> list[tuple[Direction, ...]]:
-    """Directions in groups that know nothing of each other: upright rails go down by themselves."""
-    down = tuple(d for d in directions if d is Z)
-    aside = tuple(d for d in directions if d is not Z)
-    groups = [tuple(directions)] if track.rails_tilt else [down, aside]
-    return [group for group in groups if group]
-
-
 def _faded(modes: RingModes, top: float) -> RingModes:
-    """Weigh modes by cos^2 falling from 1 at `FADE_FROM * top` (rad/s) to 0 at `top`."""
-    return modes.weighted(fading(modes.poles, top))
-
-
-def fading(poles: ComplexArray, top: float) -> FloatArray:
-    """Weights of modes: cos^2, from 1 at `FADE_FROM * top` (rad/s) to 0 at `top`."""
-    part = np.clip((np.abs(poles) / top - FADE_FROM) / (1 - FADE_FROM), 0, 1)
-    weight: FloatArray = np.cos(0.5 * np.pi * part) ** 2
-    return np.where(part < 1, weight, 0.0)
+    """Weigh modes by how near they are to the highest frequency, rad/s."""
+    return modes.weighted(fading(np.abs(modes.poles) / top))

@@ -82,14 +82,17 @@ def residual(
     """
     top = 2 * np.pi * track.mesh.highest_frequency
     omega = np.concatenate([[0.0], np.linspace(FIT_FROM, FIT_TO, 8) * top])
-    left_out, whole = _left_out(track, cells, modes, directions, omega)
-    apart = _Apart.of(left_out[0].real, whole)
+    motions = [
+        head_shapes(c, ring, directions)[:, ::2] for c, ring in zip(cells, modes, strict=True)
+    ]
+    left_out, whole = left_out_by(track, cells[0].nodes, motions, modes, directions, omega)
+    apart = Apart.of(left_out[0].real, whole)
     N, w, k = apart.seen(left_out), omega[1:, None], len(directions)
     static = np.diagonal(apart.static, axis1=1, axis2=2)
     missing = _missing_jumps(track, cells, modes, directions, apart)
     poles, slope = np.empty(k, complex), np.zeros_like(apart.static)  # of the imaginary part
     for j in range(k):
-        omega_r = _natural(N[:, :, j, j], apart.known[:, j], w, top)
+        omega_r = natural(N[:, :, j, j], apart.known[:, j], w, top)
         falls = 1 - (w / omega_r) ** 2
         loss = np.max(-N[1:, :, j, j].imag / w * falls, axis=0)
         needed = missing[:, :, j, j].max(axis=0) / omega_r**2
@@ -102,7 +105,7 @@ def residual(
             slope[:, i, j] = slope[:, j, i] = np.mean(N[1:, :, i, j].imag / w * falls, axis=0)
     jump, size = _jumps(slope, apart.static, poles), np.sqrt(np.max(static, axis=0))
     for least in missing:
-        jump = _at_least(jump, least, size)
+        jump = at_least(jump, least, size)
     return poles, apart.U @ _shapes(jump, apart.static, poles)
 
 
@@ -112,7 +115,7 @@ def _around(at_places: FloatArray) -> FloatArray:
     return np.stack([ends[:-2:2], ends[1:-1:2], ends[2::2]])
 
 
-def _at_least(J: FloatArray, least: FloatArray, size: FloatArray) -> FloatArray:
+def at_least(J: FloatArray, least: FloatArray, size: FloatArray) -> FloatArray:
     """Symmetric matrices raised where they lie below others; `size` is that of coordinates."""
     unit = np.outer(size, size)
     value, vector = np.linalg.eigh((least - J) / unit)
@@ -122,7 +125,7 @@ def _at_least(J: FloatArray, least: FloatArray, size: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class _Apart:
+class Apart:
     """Coordinates in which the directions' flexibilities are apart on average: R0 = U static U'.
 
     A rail's head is moved sideways by its twist, most of all; what its own bending adds is damped
@@ -143,7 +146,8 @@ class _Apart:
     known: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, R0: FloatArray, whole: FloatArray) -> _Apart:
+    def of(cls, R0: FloatArray, whole: FloatArray) -> Apart:
+        """Of what is left out at rest and of all, (n_nodes, k, k)."""
         rest = R0.mean(axis=0)
         U = np.eye(len(rest))
         for j in reversed(range(len(rest))):
@@ -170,7 +174,7 @@ class _Apart:
         return np.linalg.inv(self.U).astype(float)
 
 
-def _natural(N: ComplexArray, known: NDArray[np.bool_], w: FloatArray, top: float) -> float:
+def natural(N: ComplexArray, known: NDArray[np.bool_], w: FloatArray, top: float) -> float:
     """Natural frequency of an oscillator like this flexibility, static first; rad/s.
 
     Told by the nodes where damping does not decide.
@@ -230,18 +234,20 @@ def _carried(shape: ComplexArray) -> ComplexArray:
     return shape[:, :, None] * shape[:, None, :]
 
 
-def _left_out(
+def left_out_by(
     track: Track,
-    cells: list[Cell],
+    nodes: FloatArray,
+    motions: list[ComplexArray],
     modes: list[RingModes],
     directions: Directions,
     omega: FloatArray,
 ) -> tuple[ComplexArray, FloatArray]:
     """Finite elements less modes, at every node for forces there, (n_omega, n_nodes, k, k).
 
-    And the finite elements at rest, (n_nodes, k, k).
+    And the finite elements at rest, (n_nodes, k, k). `motions` are those of the modes, of either
+    parity (n_nodes, k, n).
     """
-    nodes, k = cells[0].nodes, len(directions)
+    k = len(directions)
     points = [Point(x=float(x), direction=d) for x in nodes for d in directions]
     total = direct_receptance(track, omega, points, points, viscous=True)
     same = np.arange(nodes.size)
@@ -249,8 +255,7 @@ def _left_out(
     left_out: ComplexArray = np.moveaxis(total[:, same, :, same], 0, 1).copy()
     whole = left_out[0].real.copy()
     s = 1j * omega[:, None]
-    for cell, ring in zip(cells, modes, strict=True):
-        w = head_shapes(cell, ring, directions)[:, ::2]
+    for w, ring in zip(motions, modes, strict=True):
         for i in range(k):
             for j in range(k):
                 residue = w[:, i] * w[:, j][:, ring.partner]
@@ -264,7 +269,7 @@ def _missing_jumps(
     cells: list[Cell],
     modes: list[RingModes],
     directions: Directions,
-    apart: _Apart,
+    apart: Apart,
 ) -> FloatArray:
     """What the residual must jump by at least after an impulse, m/(N s), (6, n_nodes, k, k).
 

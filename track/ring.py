@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eig, eigh
+from scipy.linalg import eig
 
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
 
+from .attached import against_attached, attached
 from .cell import Cell
+from .waves_of_cell import WavesOfCell, all_waves
 
 REAL_POLE = 1e-9  # |Im| / |lambda| below which a pole counts as real (overdamped)
 SAME_SHAPE = 1e-6  # relative difference below which two shapes count as one; rounding gives 1e-9
@@ -84,24 +86,69 @@ def ring_modes(cell: Cell, highest_frequency: float) -> RingModes:
     """
     N = cell.track.mesh.cells
     parts = [
-        _wave(cell, 2 * np.pi * q / N, highest_frequency, standing=q in (0, N // 2), cells=N)
+        _damped(
+            all_waves(cell, 2 * np.pi * q / N), highest_frequency,
+            standing=q in (0, N // 2), cells=N,
+        )
         for q in range(N // 2 + 1)
-    ]
+    ]  # fmt: skip
     return RingModes.joined(parts)
 
 
-def _wave(cell: Cell, mu: float, highest: float, *, standing: bool, cells: int) -> RingModes:
-    """Modes of one wavenumber and its opposite."""
-    T = bloch(cell, mu)
-    M, C, K = (T.conj().T @ A @ T for A in (cell.M, cell.viscous_damping(), cell.K))
-    squared, basis = eigh(K, M)
-    m = squared.size
-    A = np.block(
-        [
-            [np.zeros((m, m)), np.eye(m)],
-            [-np.diag(squared), -basis.conj().T @ C @ basis],
-        ]
+def passive_modes(cell: Cell, highest_frequency: float) -> tuple[RingModes, RingModes]:
+    """Complex modes of a ring that moves in `attached` shapes only, all of them.
+
+    As nothing is left out of that ring, it gives no power, whatever its dampers are.
+
+    Parameters
+    ----------
+    cell : Cell
+        One parity of the cell.
+    highest_frequency : float
+        Of the undamped modes, which fade out towards it, Hz.
+
+    Returns
+    -------
+    modes, elastic : RingModes
+        The modes; and what the attached shapes have at rest, of poles 1: the sum of their residues.
+    """
+    N = cell.track.mesh.cells
+    modes, elastic, pulled, beyond = [], [], [], []
+    for q in range(N // 2 + 1):
+        standing = q in (0, N // 2)
+        waves, *rest = attached(cell, 2 * np.pi * q / N, highest_frequency, standing=standing)
+        modes.append(_damped(waves, np.inf, standing=standing, cells=N))
+        for part, of_wave in zip((pulled, beyond), rest, strict=True):
+            part.append((1 if standing else 2) / N * of_wave.real)
+    shapes = against_attached(cell, np.sum(pulled, axis=0), np.sum(beyond, axis=0)) / np.sqrt(N)
+    for q in range(N // 2 + 1):
+        elastic.append(_elastic(2 * np.pi * q / N, shapes, standing=q in (0, N // 2)))
+    return RingModes.joined(modes), RingModes.joined(elastic)
+
+
+def _elastic(mu: float, shapes: ComplexArray, *, standing: bool) -> RingModes:
+    """Of one wavenumber and its opposite; standing waves have real shapes, being their own."""
+    own = np.arange(shapes.shape[1])
+    if standing:
+        return RingModes(
+            poles=np.ones(own.size, dtype=complex),
+            mu=np.full(own.size, mu),
+            partner=own,
+            shapes=shapes.astype(complex),
+        )
+    return RingModes(
+        poles=np.ones(2 * own.size, dtype=complex),
+        mu=np.repeat([mu, -mu], own.size),
+        partner=np.concatenate([own + own.size, own]),
+        shapes=np.concatenate([shapes, shapes], axis=1).astype(complex),
     )
+
+
+def _damped(undamped: WavesOfCell, highest: float, *, standing: bool, cells: int) -> RingModes:
+    """Modes of one wavenumber and its opposite."""
+    mu, T, basis = undamped.mu, undamped.turn, undamped.basis
+    squared, m = undamped.squared, undamped.squared.size
+    A = np.block([[np.zeros((m, m)), np.eye(m)], [-np.diag(squared), -undamped.damping]])
     poles, right = eig(A)
     left = np.linalg.inv(right)
     forward = T @ (basis @ right[:m])  # deflection of a wave e^{+i mu c}
@@ -136,11 +183,3 @@ def _wave(cell: Cell, mu: float, highest: float, *, standing: bool, cells: int) 
         partner=partner,
         shapes=np.concatenate([forward, backward[:, pair]], axis=1),
     )
-
-
-def bloch(cell: Cell, mu: float) -> ComplexArray:
-    """Open cell from closed one: the last rail node is the first one's, e^{i mu} further."""
-    size, n, d = cell.K.shape[0], cell.rail_size, cell.section.size
-    T = np.eye(size, dtype=complex)
-    T[np.arange(n - d, n), np.arange(d)] = np.exp(1j * mu)
-    return np.delete(T, np.arange(n - d, n), axis=1)

@@ -30,11 +30,10 @@ from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.ports import Direction
 from railcosim.parameters import ParameterError, UnusualWarning, changed
 from railcosim.parameters.change import numbers_of, value_at
-from railcosim.track.cell import EVEN, ODD, Cell, build_cell
+from railcosim.track.cell import EVEN, ODD, Cell, build_cell, independent
 from railcosim.track.named_modes import NamedMode, named_modes
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import BOTH, Point, infinite_receptance, periodic, shortest
-from railcosim.track.reduced import independent
 from railcosim.track.waves import waves
 from railcosim.vehicle.eigenmodes import Oscillation, swings
 from railcosim.vehicle.mode_names import names_of_modes

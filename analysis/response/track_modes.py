@@ -7,10 +7,9 @@ import xarray as xr
 
 from railcosim.mechanics.ports import Direction
 from railcosim.parameters import ParameterError
-from railcosim.track.cell import EVEN, ODD
+from railcosim.track.cell import EVEN, ODD, independent
 from railcosim.track.named_modes import NamedMode, named_modes
 from railcosim.track.parameters import Track
-from railcosim.track.reduced import independent
 from railcosim.track.section import SPATIAL, VERTICAL
 from railcosim.track.stack import check_directions
 

@@ -99,6 +99,8 @@ def _along(shapes: AlongRing, body: ModalBody) -> Sections:
         **_segments(shapes.partner, shapes.mu, body.even, _moved(shapes)),
         **_complex("table", shapes.table),
         **_complex("local", shapes.local_table),
+        "elements": shapes.elements.astype(np.int32),
+        "parts": np.array([shapes.parts], dtype=np.int32),
         "geometry": np.array([shapes.cell_length]),
     }
 

@@ -3,7 +3,6 @@
 Directions, signs and sides against the finite elements, which know nothing of FMUs.
 """
 
-import warnings
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -18,7 +17,7 @@ from railcosim.fmus.export import WITH_STATES, NativeRuntime, PythonRuntime, exp
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.mechanics.ports import DIMENSIONS, FORCE, RAIL, Layout
-from railcosim.parameters import ParameterError, UnusualWarning
+from railcosim.parameters import ParameterError
 from railcosim.track.receptance import Point, direct_receptance
 from railcosim.vehicle.files import read_stock
 
@@ -194,17 +193,6 @@ def test_against_the_finite_elements(spatial):
     wheel = found[:3, :3]
     assert wheel[1, 1] > 0
     assert 0.2 < wheel[2, 1] / np.sqrt(wheel[1, 1] * wheel[2, 2]) < 1
-
-
-# 9 s: a mesh twice as fine is reduced.
-@pytest.mark.slow
-def test_a_mesh_that_may_give_power_is_told(tmp_path):
-    fine = replace(TINY, mesh=replace(TINY.mesh, elements_per_bay=16))
-    with warnings.catch_warnings():
-        warnings.filterwarnings("error", category=UnusualWarning)
-        with pytest.raises(UnusualWarning, match=r"elements_per_bay = 16: .* may give power"):
-            export_track(fine, start_of(VERTICAL), tmp_path, dimension="spatial")
-        assert export_track(fine, start_of(VERTICAL), tmp_path)  # it goes down only
 
 
 def test_names_of_dimensions_are_told(tmp_path):

@@ -107,6 +107,7 @@ SOON = Mesh(cells=4, elements_per_bay=4, highest_slab_frequency=600, highest_fre
     "track",
     [
         Track(mesh=SOON),
+        Track(mesh=SOON, fastening=Fastening(damping_lateral=2.5e6, roll_damping=4700.0)),
         *(
             pytest.param(track, marks=pytest.mark.slow)  # large eigenproblems, 10 s each
             for track in (
@@ -116,15 +117,16 @@ SOON = Mesh(cells=4, elements_per_bay=4, highest_slab_frequency=600, highest_fre
             )
         ),
     ],
-    ids=["few modes", "default", "hardly damped", "stiff in roll"],
+    ids=["few modes", "all but clamped", "default", "hardly damped", "stiff in roll"],
 )
 def test_no_power_in_any_direction(track):
     """Forces down and to the right, and moments: in any combination, at all wheels."""
     body = reduce_track(track, SPATIAL).under(Layout(directions=SPATIAL))
-    for place in (0.0, 1 / 64, 1 / 16, 1 / 2):
-        least, at_infinity, _ = power(body, SEAT + place * BAY + WHEELSETS[1])
+    for place in (0.0, 1e-3, 1 / 64, 1 / 16, 1 / 2):
+        least, at_infinity, scale = power(body, SEAT + place * BAY + WHEELSETS[1])
         assert least.min() > 0
-        assert at_infinity > 0
+        # Sideways and in roll nothing jumps, but for the single precision of shapes.
+        assert at_infinity > -1e-7 * scale
 
 
 def test_undamped_track_neither_gives_nor_takes():

@@ -47,19 +47,43 @@ def small():
     return track, reduce_track(track, SPATIAL)
 
 
+# At railseats, beside them, in the next element, at nodes of the table and between them.
+PLACES = (SEAT, SEAT + 0.0004, SEAT + 0.003, SEAT + 0.02, SEAT - 0.06, QUARTER, 3.05, MIDSPAN)
+
+
 def test_all_directions_to_a_third_of_the_highest_frequency(small):
     """Every direction and cross term, on both rails: at rest, and to 600 Hz of 2000."""
     track, reduced = small
-    body, frequency = reduced.under(ONE), np.r_[0.0, np.arange(8.0, 600, 24)]
-    for x in (SEAT, QUARTER, MIDSPAN):
+    body, frequency = reduced.under(ONE), np.r_[0.0, np.arange(8.0, 600, 37)]
+    for x in PLACES:
         error = errors(track, body, frequency, x)
-        # At rest, on the rail that is pushed: single precision of the shapes.
-        assert max(error[0, :3, :3].max(), error[0, 3:, 3:].max()) < 1e-6
-        # Measured 5e-3 at a railseat (roll), less elsewhere: what is left out is large near 600 Hz.
-        assert error.max() < 8e-3
+        aside = error[:, [[1], [2], [4], [5]], [1, 2, 4, 5]]
+        # At rest the residual is exact at its places, and straight between them.
+        assert aside[0].max() < (1e-4 if x in (SEAT, QUARTER, MIDSPAN) else 2e-3)
+        # Measured 6.5e-3, of the roll; the default track (below) has more modes to the bay.
+        assert aside.max() < 1e-2
+        assert error.max() < 2e-2  # z between the nodes of so coarse a mesh
     # Cross terms there are: a lateral force rolls the head.
     R = receptance(body, np.zeros(1), SEAT)[0].real
     assert 0.2 < R[1, 2] / np.sqrt(R[1, 1] * R[2, 2]) < 1
+
+
+@pytest.mark.slow  # 20 s: the default track is reduced in all directions
+def test_default_track_to_1500_hz():
+    """The promise: 5e-3 of the driving point, at that frequency, wherever the wheel is."""
+    track = Track()
+    body, frequency = reduce_track(track, SPATIAL).under(ONE), np.arange(60.0, 1501, 120)
+    for x in (SEAT, SEAT + 0.0003, SEAT + 0.01, SEAT + 0.04, QUARTER, 3.01, MIDSPAN):
+        assert errors(track, body, frequency, x)[:, 1:3, 1:3].max() < 5e-3
+
+
+def test_what_a_wheel_takes_along_hardly_changes(small):
+    """Its flexibility has no notch where attached shapes have one: rolling makes it not ring."""
+    body = small[1].under(ONE)
+    x = SEAT + np.linspace(0, 0.3125, 40)
+    local = np.array([body.at(place).local[0] for place in x[:, None]])
+    static = -(local**2 / body.poles[body.shared : body.shared + 3]).real.sum(axis=2)
+    assert (np.ptp(static, axis=0)[1:] < 0.25 * static[0, 1:]).all()
 
 
 def test_vertical_part_is_the_vertical_model(small):
@@ -68,8 +92,14 @@ def test_vertical_part_is_the_vertical_model(small):
     vertical = reduce_track(track)
     down = np.abs(reduced.table[:, 0]).max(axis=0) > 0
     assert np.array_equal(reduced.poles[down], vertical.poles)
-    assert np.array_equal(reduced.table[:, :2, down], vertical.table)
-    assert np.array_equal(reduced.residual_shapes[:, :1, :1], vertical.residual_shapes)
+    # Railseats have two rows, of which z needs one; its oscillator is straight between nodes.
+    seats = np.flatnonzero(np.diff(reduced.elements) == 2) + 1
+    twice = np.sort(np.append(np.arange(len(vertical.table)), seats))
+    assert np.array_equal(reduced.table[:, :2, down], vertical.table[twice])
+    parts, U = reduced.parts, vertical.residual_shapes
+    assert np.array_equal(reduced.residual_shapes[::parts, :1, :1], U[twice])
+    share, between = np.arange(parts + 1) / parts, reduced.residual_shapes[: parts + 1, 0, 0]
+    assert between == pytest.approx((1 - share) * U[0, 0, 0] + share * U[1, 0, 0])
     assert not np.any(reduced.table[:, 2:, down])
     assert not np.any(reduced.residual_shapes[:, 0, 1:])
 
@@ -98,8 +128,8 @@ def test_directions_that_know_nothing_of_each_other():
 
 
 def test_elements_too_long_for_torsion_are_refused():
-    with pytest.raises(ParameterError, match=r"torsion of this mesh ends at 2038 Hz.* = 8"):
-        reduce_track(Track(mesh=Mesh(elements_per_bay=4)), SPATIAL)
+    with pytest.raises(ParameterError, match=r"torsion of this mesh ends at 4075 Hz.* = 4"):
+        reduce_track(Track(mesh=Mesh(elements_per_bay=2, highest_frequency=6000.0)), SPATIAL)
 
 
 def test_shapes_of_oscillators_have_their_jump_and_flexibility():

@@ -186,6 +186,24 @@ static const float *floats(Reader *reader, const char *name)
     return data;
 }
 
+/* Where elements begin, and what is between their nodes of the local modes. */
+static void read_local(Reader *reader)
+{
+    Model *m = reader->model;
+    m->elements = resource_length(&m->resource, "elements");
+    m->begins = section(reader, "elements", TYPE_INT32, m->elements, 0, 0);
+    demand(reader, m->elements >= 1 && m->elements <= m->nodes, "the number of elements");
+    for (size_t k = 0; reader->good && k < m->elements; k++)
+        demand(reader, m->begins[k] >= (k ? m->begins[k - 1] + 1 : 0) &&
+               (size_t)m->begins[k] < m->nodes, "where an element begins");
+    const int32_t *parts = section(reader, "parts", TYPE_INT32, 1, 0, 0);
+    demand(reader, parts != NULL && *parts >= 1 && *parts <= MOST_PARTS, "the parts of an element");
+    if (!reader->good)
+        return;
+    m->parts = (size_t)*parts;
+    m->local_shape = complexes(reader, "local", m->nodes * m->parts, m->directions, m->directions);
+}
+
 static void read_track(Reader *reader)
 {
     Model *m = reader->model;
@@ -194,7 +212,7 @@ static void read_track(Reader *reader)
     m->table = allocate(reader, reader->good ? m->chunk[m->chunks].table : 0, sizeof(float));
     if (reader->good)
         model_fill_table(m, re, im);
-    m->local_shape = complexes(reader, "local", m->nodes, m->directions, m->directions);
+    read_local(reader);
     const double *geometry = doubles(reader, "geometry", 1, 0, 0);
     demand(reader, m->local == m->contacts, "local modes must be one a contact");
     if (!reader->good)
@@ -202,7 +220,7 @@ static void read_track(Reader *reader)
     m->cell_length = geometry[0];
     demand(reader, m->cell_length > 1e-3 && m->cell_length < 1e6, "the geometry of the cell");
     m->length = m->cell_length * (double)m->cells;
-    m->element = m->cell_length / (double)m->nodes;
+    m->element = m->cell_length / (double)m->elements;
     m->phase = allocate(reader, 2 * m->cells * m->segments, sizeof(double));
     for (size_t c = 0; reader->good && c < m->cells; c++)
         for (size_t k = 0; k < m->segments; k++) {

@@ -15,7 +15,7 @@
 
 /* Kernels take modes and rows by so many. */
 enum { BLOCK = 4 };
-enum { MOST_WHEELSETS = 64, MOST_DIRECTIONS = 6 };
+enum { MOST_WHEELSETS = 64, MOST_DIRECTIONS = 6, MOST_PARTS = 1024 };
 /* Of what rolls: those of a wheel, whose first ones are also the rail's. */
 enum { WHEEL_DIRECTIONS = 5, RAIL_DIRECTIONS = 3 };
 /* Parts of a node in the table of shapes, each an array over modes: shape, real and imaginary, and
@@ -155,8 +155,11 @@ typedef struct {
     size_t chunks;
     Chunk *chunk; /* the local modes stand behind as one more, which has no shapes */
     /* Shapes of a track: a table along one cell, (nodes, moving, NODE_PARTS, room) for each chunk,
-       one after the other. The node after the last is the first one of the next cell. */
-    size_t nodes, cells;
+       one after the other. The node after the last is the first one of the next cell. Where shapes
+       have a kink two nodes are at one place: each element begins at the second of them. Shapes of
+       local modes are told at the ends of `parts` of an element, (nodes, parts). */
+    size_t nodes, cells, elements, parts;
+    const int32_t *begins;
     float *table;
     Complexes local_shape;
     double *phase; /* cos and sin of mu times the cell, (cells, segments, 2) */

@@ -20,9 +20,9 @@ static Place locate(const Model *m, double position)
         around += m->length;
     const double c = fmin(floor(around / m->cell_length), (double)(m->cells - 1));
     const double inside = fmax(around - c * m->cell_length, 0.0) / m->element;
-    const double e = fmin(floor(inside), (double)(m->nodes - 1));
+    const double e = fmin(floor(inside), (double)(m->elements - 1));
     place.cell = (size_t)c;
-    place.node = (size_t)e;
+    place.node = (size_t)m->begins[(size_t)e];
     place.xi = inside - e;
     return place;
 }
@@ -77,27 +77,31 @@ static void evaluate(const Body *body, const Place *place, const Chunk *chunk, c
                   body->spare + body->model->directions * body->model->width);
 }
 
-/* Shapes of the local modes of a wheelset with given weights of the values at both nodes. */
-static void local_shapes(const Model *m, size_t wheelset, const Place *place,
-                         const double weight[2], double *to_re, double *to_im)
+/* Shapes of the local modes of a wheelset, straight between places of their table; or how they
+   change by `change` along the track, m. */
+static void local_shapes(const Model *m, size_t wheelset, const Place *place, const double *change,
+                         Shapes *to)
 {
-    const double *re = m->local_shape.re, *im = m->local_shape.im;
-    const size_t D = m->directions, next = place->node + 1 == m->nodes ? 0 : place->node + 1;
+    const double *re = m->local_shape.re, *im = m->local_shape.im, parts = (double)m->parts;
+    const double part = fmin(floor(place->xi * parts), parts - 1), xi = place->xi * parts - part;
+    const double by = change != NULL ? *change / m->element * parts : 0;
+    const double weight[2] = {change != NULL ? -by : 1 - xi, change != NULL ? by : xi};
+    const size_t D = m->directions, at = place->node * m->parts + (size_t)part;
+    const size_t next = at + 1 == m->nodes * m->parts ? 0 : at + 1;
     for (size_t k = 0; k < D * D; k++)
         for (size_t side = 0; side < m->sides; side++) {
-            const size_t to = (side * m->rows + wheelset * D) * D + k;
-            const size_t here = place->node * D * D + k, there = next * D * D + k;
+            const size_t j = (side * m->rows + wheelset * D) * D + k;
+            const size_t here = at * D * D + k, there = next * D * D + k;
             const double sign = side > 0 ? m->mirror[k / D] : 1;
-            to_re[to] = sign * (weight[0] * re[here] + weight[1] * re[there]);
-            to_im[to] = sign * (weight[0] * im[here] + weight[1] * im[there]);
+            to->local_re[j] = sign * (weight[0] * re[here] + weight[1] * re[there]);
+            to->local_im[j] = sign * (weight[0] * im[here] + weight[1] * im[there]);
         }
 }
 
 /* Take note of where shapes of a wheelset now are. */
 static void arrive(const Model *m, Shapes *shapes, size_t wheelset, const Place *place)
 {
-    const double local[2] = {1 - place->xi, place->xi};
-    local_shapes(m, wheelset, place, local, shapes->local_re, shapes->local_im);
+    local_shapes(m, wheelset, place, NULL, shapes);
     body_seen_shapes(m, wheelset, place->position, 1, 0, shapes->seen_re, shapes->seen_im);
     shapes->place[wheelset] = *place;
 }
@@ -212,8 +216,7 @@ const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change)
         for (int j = 0; j < 4; j++)
             dw[j] *= change[k];
         evaluate_all(body, &body->slope, k, place, dw);
-        const double local[2] = {-change[k] / m->element, change[k] / m->element};
-        local_shapes(m, k, place, local, body->slope.local_re, body->slope.local_im);
+        local_shapes(m, k, place, &change[k], &body->slope);
         body_seen_shapes(m, k, place->position, 0, change[k], body->slope.seen_re,
                          body->slope.seen_im);
     }
