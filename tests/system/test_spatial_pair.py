@@ -18,8 +18,10 @@ from railcosim.mechanics.contact.geometry import RIGHT
 from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.parameters import ArgumentError
+from railcosim.track.along import PARTS
 from railcosim.track.irregularity import Profile, synthesise
 from railcosim.track.parameters import Mesh, Track
+from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.rolling import geometry_of
 
@@ -197,27 +199,54 @@ def test_what_cannot_be(spatial, tmp_path) -> None:
 # 10 s of the law in Python, that the track's is held against.
 @pytest.mark.slow
 def test_who_owns_the_contact_does_not_matter(spatial) -> None:
-    """A track's own law, native, against the master's: the same forces aside."""
-    profile, stop = shifted(3.0, begin=0.2, over=1.5), 0.02
-    master, _ = forces(spatial, profile, step=5e-5, stop=stop, names=ASIDE)
+    """A track's own law, native, against the master's: the same motions, and forces aside.
 
-    def owned(step: float) -> np.ndarray:
+    A rail's rate steps where a wheel passes a railseat, whose damper turns round, and by less where
+    the table of the local flexibility bends. The master knows the rate at the end of a step from
+    displacements at the ends of the last two, so while such a place is among these its law tells a
+    force that is off by up to twice what it steps by, 52 N here whatever the step (6 N with shapes
+    that have no kinks). What acts is the mean of a step and right, as motions show.
+    """
+    profile, stop, fine = shifted(3.0, begin=0.2, over=1.5), 0.02, 5e-5
+    heads = [name.replace("force_y", "rail_y") for name in ASIDE]
+    wheels = [name.replace("force_y", "wheel_y") for name in ASIDE]
+
+    def run(track: str, scheme, step: float, law: str, own: dict[str, float]):
+        """Forces, and motions of rails and wheels, every 0.2 ms from 10 ms on.
+
+        At first spins, which at rest are held, let go.
+        """
         journey = Journey(speed=SPEED, held=False, profile=profile)
-        own = {"internal_step": step}
-        with open_pair(spatial["Vehicle"], spatial["TrackWithContact"], own, journey) as pair:
-            at = [pair.system.names.index(f"track.{name}") for name in ASIDE]
-            points = list(cosimulate(pair.system, jacobi(degree=1), step, stop))
-        return np.array([p.outputs[at] for p in points])
+        with open_pair(spatial["Vehicle"], spatial[track], own, journey) as pair:
+            names = pair.system.names
+            at = [names.index(f"{law}.{name}") for name in ASIDE]
+            at += [names.index(f"track.{name}") for name in heads]
+            at += [names.index(f"vehicle.{name}") for name in wheels]
+            points = [p.outputs[at] for p in cosimulate(pair.system, scheme, step, stop)]
+        return np.array(points)[:: round(2e-4 / step)][50:].reshape(51, 3, len(ASIDE))
 
-    # From 10 ms on: at first spins, which at rest are held, let go.
-    swing, late = np.ptp(master, axis=0).max(), round(0.01 / 5e-5)
-    coarse, fine = (
-        np.sqrt(np.mean((owned(h)[round(0.01 / h) :] - master[late :: round(h / 5e-5)]) ** 2))
-        for h in (2e-4, 1e-4)
-    )
-    # Measured 1.1 and 0.6 N of 303; the master's own error at 0.05 ms is half a newton.
-    assert coarse < 0.01 * swing
-    assert fine < 0.7 * coarse
+    master = run("Track", interface_jacobian(), fine, "contact", {})
+    ahead = build_multibody(Vehicle()).wheelset_x
+    rolled = SPEED * 2e-4 * np.arange(50, 101)
+    places = TINY.fastening.spacing / TINY.mesh.elements_per_bay / PARTS  # railseats among them
+    behind = np.tile((ahead - ahead[-1] + rolled[:, None]) % places, 2)
+    smooth = behind > 2 * SPEED * fine + 1e-9
+    swing = np.ptp(master, axis=0).max(axis=-1)
+    assert smooth.mean() > 0.9
+    assert swing[0] > 150.0
+    off = []
+    for step in (2e-4, 1e-4):
+        own = run("TrackWithContact", jacobi(degree=1), step, "track", {"internal_step": step})
+        wrong = (own - master) ** 2
+        force = np.sqrt(wrong[:, 0][smooth].mean())
+        off.append([force, *np.sqrt(wrong[:, 1:].mean(axis=(0, 2)))] / swing)
+    coarse, fine_off = np.array(off)
+    # Measured 1.7e-2 and 6e-3 of a force's swing, of its own error and half a newton of the
+    # master's; motions, everywhere, 6e-3 and 1.4e-3, a quarter by half the step.
+    assert coarse[0] < 0.025
+    assert (coarse[1:] < 0.01).all()
+    assert fine_off[0] < 0.5 * coarse[0]
+    assert (fine_off[1:] < 0.35 * coarse[1:]).all()
 
 
 # 15 s of steps.
