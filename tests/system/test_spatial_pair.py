@@ -160,9 +160,9 @@ def test_steps_of_a_tenth_and_of_one_millisecond(spatial, held) -> None:
     """Stable, by two evaluations a step, and of the same forces aside.
 
     1 ms is an eighth of the shift's time at the first wheelset: a second-order scheme is some
-    per cent off. It is also 60 mm, and the rail's rate steps at railseats: there single forces, told
-    by the law from two such steps, are off by more (see who owns the contact); measured 11 % of the
-    swing, 3 % RMS.
+    per cent off. It is also 60 mm, and the rail's rate steps at railseats: there single forces,
+    told by the law from two such steps, are off by more (see who owns the contact); measured 11 %
+    of the swing, 3 % RMS.
     """
     profile, names = shifted(20.0), ASIDE
     fine, evaluations = forces(spatial, profile, stop=0.15, names=names, held=held)
