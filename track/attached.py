@@ -51,9 +51,8 @@ def attached(
         What the dampers' forces bend beyond the modes, and by how much at the dampers.
     """
     T, top = bloch(cell, mu), 2 * np.pi * highest
-    if standing:  # real but for rounding
-        T = T.real
-    right, left = csr_array(T), csr_array(T.conj().T)
+    closed = T.real if standing else T  # real but for rounding
+    right, left = csr_array(closed), csr_array(closed.conj().T)
     M, C, K = (left @ A @ right for A in (cell.M, cell.viscous_damping(), cell.K))
     squared, modes = eigh(K, M, subset_by_value=(-np.inf, top**2))
     weight = fading(np.sqrt(np.maximum(squared, 0)) / top)
@@ -79,7 +78,7 @@ def attached(
         basis=basis,
         damping=basis.conj().T @ C @ basis,
     )
-    return waves, T @ shapes, beyond
+    return waves, closed @ shapes, beyond
 
 
 def against_attached(cell: Cell, pulled: FloatArray, beyond: FloatArray) -> FloatArray:

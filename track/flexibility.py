@@ -169,5 +169,5 @@ def _held_by(rows: Rows, tables: list[ComplexArray], modes: list[RingModes]) -> 
 
 def _root(static: FloatArray) -> FloatArray:
     """L with static = L L', whose last direction moves those before it; (.., k, k)."""
-    root: FloatArray = np.linalg.cholesky(static[..., ::-1, ::-1])[..., ::-1, ::-1]
-    return root
+    root = np.linalg.cholesky(static[..., ::-1, ::-1])[..., ::-1, ::-1]
+    return np.asarray(root, dtype=np.float64)

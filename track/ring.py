@@ -113,7 +113,9 @@ def passive_modes(cell: Cell, highest_frequency: float) -> tuple[RingModes, Ring
         The modes; and what the attached shapes have at rest, of poles 1: the sum of their residues.
     """
     N = cell.track.mesh.cells
-    modes, elastic, pulled, beyond = [], [], [], []
+    modes, elastic = [], []
+    pulled: list[FloatArray] = []
+    beyond: list[FloatArray] = []
     for q in range(N // 2 + 1):
         standing = q in (0, N // 2)
         waves, *rest = attached(cell, 2 * np.pi * q / N, highest_frequency, standing=standing)
