@@ -87,26 +87,28 @@ def let_go(pair, disturbance, scheme, h, motion):
 
 
 @pytest.mark.parametrize(
-    ("name", "expected", "measured"),
+    ("name", "expected", "beyond", "measured"),
     [
-        ("jacobi-constant", 0.818, driven),
-        ("jacobi-linear", 0.612, driven),
-        ("gauss-seidel-linear-vehicle-first", 0.932, let_go),
-        ("gauss-seidel-linear-track-first", 1.077, let_go),
+        ("jacobi-constant", 0.845, 0.01, driven),
+        ("jacobi-linear", 0.477, 0.05, driven),
+        ("gauss-seidel-linear-vehicle-first", 0.932, 0.01, let_go),
+        ("gauss-seidel-linear-track-first", 1.077, 0.01, let_go),
     ],
 )
 def test_a_motion_grows_beyond_the_limit_as_predicted(
-    spatial, parts, name, expected, measured
+    spatial, parts, name, expected, beyond, measured
 ) -> None:
     """Real FMUs, with Hertz and bounded creep, the contact in the track.
 
-    Per cent of the step growth rises by 9 to 16 1/s, so 5 % of that are 0.05 % of the limit.
+    Per cent of the step growth rises by 8 to 16 1/s, so 5 % of that are 0.05 % of the limit. A motion
+    of two steps a period, as of jacobi-linear, drives others with it, which outweigh it until it
+    grows faster: there they are 0.25 % of the limit.
     """
     scheme = members()[name].scheme
     coupling = Coupling(SprungPair(parts, Owner.TRACK, tangents(spatial)), scheme)
     found = limit(coupling)
     assert 1e3 * found == pytest.approx(expected, rel=0.01)  # ms: those of this short ring
-    disturbance, h = Disturbance(), 1.01 * found
+    disturbance, h = Disturbance(), (1 + beyond) * found
     journey = Journey(speed=SPEED, held=True, profile=disturbance)
     motion = fastest_motion(coupling, h)
     with open_pair(*files(spatial, Owner.TRACK), HERTZ, journey) as pair:
@@ -140,12 +142,13 @@ def test_a_vehicle_that_hunts_grows_whatever_the_step(spatial, parts) -> None:
 def test_rates_that_come_late_need_a_scheme_that_makes_them_agree(spatial, parts) -> None:
     """The contact in the vehicle: what creep answers to a rail, times what that yields, is above 1.
 
-    So nothing that exchanges once is stable; quasi-Newton steps give the forces of other owners.
+    Within 10 us, that is, in which the rail answers. So nothing that exchanges once is stable at
+    longer steps; quasi-Newton steps give the forces of other owners.
     """
     coupling = Coupling(
         SprungPair(parts, Owner.VEHICLE, tangents(spatial)), members()["jacobi-linear"].scheme
     )
-    assert not any(coupling.is_stable(h) for h in (2e-6, 1e-5, 1e-4, 1e-3))
+    assert not any(coupling.is_stable(h) for h in (1e-5, 3e-5, 1e-4, 1e-3))
     profile, found = synthesise("german-low", 3.0, quantities=("all",)), {}
     for owner, name in (
         (Owner.VEHICLE, "iqn-ils-linear"), (Owner.TRACK, "gauss-seidel-linear-vehicle-first"),
