@@ -100,9 +100,9 @@ def test_a_motion_grows_beyond_the_limit_as_predicted(
 ) -> None:
     """Real FMUs, with Hertz and bounded creep, the contact in the track.
 
-    Per cent of the step growth rises by 8 to 16 1/s, so 5 % of that are 0.05 % of the limit. A motion
-    of two steps a period, as of jacobi-linear, drives others with it, which outweigh it until it
-    grows faster: there they are 0.25 % of the limit.
+    Per cent of the step growth rises by 8 to 16 1/s, so 5 % of that are 0.05 % of the limit. A
+    motion of two steps a period, as of jacobi-linear, drives others with it, which outweigh it
+    until it grows faster: there they are 0.25 % of the limit.
     """
     scheme = members()[name].scheme
     coupling = Coupling(SprungPair(parts, Owner.TRACK, tangents(spatial)), scheme)
