@@ -114,15 +114,16 @@ def export(
     chosen = runtime_of(runtime, fmi, platforms, model_exchange=model_exchange)
     if wheelsets is None and (positions is not None or one_rail):
         raise UsageError("--positions and --one-rail: need --wheelsets, how many there are")
-    if wheelsets is not None and local:
-        raise UsageError("--local: is of the pair; leave out --wheelsets")
     if wheelsets is not None and separate:
         raise UsageError("--separate: is of vehicles, and --wheelsets exports tracks only")
     if wheelsets is not None:
         places = positions_of(wheelsets, positions)
         cars, rails = given.stock(), given.rails(places[0] - places[-1])
         folder_of("--out", out)
-        files = exported_tracks(cars, rails, places, one_rail, out, chosen, dimension=dimension)
+        files = exported_tracks(
+            cars, rails, places, one_rail, out, chosen, dimension=dimension,
+            changes=changes_at(rails, local),
+        )  # fmt: skip
     else:
         cars, rails = given.pair()
         folder_of("--out", out)
@@ -210,6 +211,7 @@ def exported_tracks(
     runtime: Runtime,
     *,
     dimension: str = "vertical",
+    changes: Sequence[LocalChange] = (),
 ) -> dict[str, Path]:
     """The same of tracks under other wheelsets, with the static load and contact of a vehicle."""
     from railcosim.fmus.content import start_of
@@ -219,8 +221,9 @@ def exported_tracks(
     sides = SIDES[:1] if one_rail else SIDES
     start = start_of(vehicle, places, sides)
     make = partial(
-        export_track, track, start, out, sides=sides, dimension=dimension, runtime=runtime
-    )
+        export_track, track, start, out, sides=sides, dimension=dimension, runtime=runtime,
+        changes=changes,
+    )  # fmt: skip
     return _told(track, out, runtime, make)
 
 

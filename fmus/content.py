@@ -246,6 +246,7 @@ def track_contents(
     *,
     sides: tuple[str, ...] = SIDES,
     dimension: str = "vertical",
+    changes: Sequence[LocalChange] = (),
 ) -> list[Content]:
     """Track and TrackWithContact for other people's wheelsets; see `contents`.
 
@@ -259,10 +260,12 @@ def track_contents(
         Rails that are loaded; see `railcosim.mechanics.ports.Layout`.
     dimension : str
         In what directions rails are met, see `railcosim.mechanics.ports.DIMENSIONS`.
+    changes : sequence of LocalChange
+        See `contents`.
     """
-    rails = track_under(track, start, progress, sides=sides, dimension=dimension)
+    rails = track_under(track, start, progress, sides=sides, dimension=dimension, changes=changes)
     return [
-        _track(track, rails, start, (), with_contact=owned)
+        _track(track, rails, start, changes, with_contact=owned)
         for owned in owners_in(rails.layout, start)
     ]
 

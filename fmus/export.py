@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
 from railcosim.mechanics.ports import SIDES
 from railcosim.storage.archive import digest_of
+from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train
@@ -97,6 +98,7 @@ def export_track(
     sides: tuple[str, ...] = SIDES,
     dimension: str = "vertical",
     runtime: Runtime = NATIVE,
+    changes: Sequence[LocalChange] = (),
 ) -> dict[str, Path]:
     """Write Track and TrackWithContact as FMUs for any 1 to 64 wheelsets; see `export`.
 
@@ -114,9 +116,11 @@ def export_track(
         Rails that are loaded: both, or the left one.
     dimension : str
         vertical or spatial, see `railcosim.mechanics.ports.DIMENSIONS`.
+    changes : sequence of LocalChange
+        What is different at single places, see `railcosim.track.local_modes.with_changes`.
     """
     runtime.prepare(progress)
-    made = track_contents(track, start, progress, sides=sides, dimension=dimension)
+    made = track_contents(track, start, progress, sides=sides, dimension=dimension, changes=changes)
     with packed(made, out, progress, runtime=runtime) as files:
         return files
 
