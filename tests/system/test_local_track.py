@@ -26,8 +26,9 @@ FREQUENCY = np.array([5.0, 31.0, 70.0, 160.0, 400.0, 900.0])
 def changed_by_hand(mono):
     """Springs and dampers of the same places taken out of the matrices of all."""
     ring, before = mono.ring, len(mono.body.coordinates)
+    (rails,) = ring.chains
     lying = Lying(
-        track=ring.track, nodes=ring.nodes, section=ring.section,
+        track=ring.track, nodes=rails.nodes, section=rails.section,
         slabs=slabs_of(ring.track, (Z,)), between=[],
     )  # fmt: skip
     (pads, *_) = lying.joints((Z,))

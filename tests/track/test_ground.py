@@ -39,8 +39,9 @@ def coarse(name):
 
 def lifted(ring):
     """All of a ring of finite elements moved down by 1, in its unknowns."""
-    track, rails = ring.track, 2 * ring.nodes.size
-    node = [float(name.startswith("w") and name != "warp") for name in ring.section.unknowns]
+    (chain,) = ring.chains
+    track, rails = ring.track, 2 * chain.nodes.size
+    node = [float(name.startswith("w") and name != "warp") for name in chain.section.unknowns]
     parts = [np.tile(node, rails)]
     if track.slab.present:
         # Any few points: a plate that moves as one has no other modes.

@@ -38,7 +38,8 @@ def brute_force(track, change):
     ring = build_ring(track, (Z,), X)
     heads = ring.heads(X).toarray()
     one = np.zeros((ring.K.shape[0], 2))  # the third railseat's blocks, or its sleeper's z and roll
-    one[2 * ring.section.size * ring.nodes.size + 2 * 2 + np.arange(2), np.arange(2)] = 1
+    (rails,) = ring.chains
+    one[2 * rails.section.size * rails.nodes.size + 2 * 2 + np.arange(2), np.arange(2)] = 1
     dK, dC, dM = change(track, heads, one)
     found = []
     for w in OMEGA:

@@ -86,7 +86,8 @@ def newmark(position, force, step, *, changed):
     loss = 2 * np.pi * TRACK.mesh.loss_factor_frequency
     M, K, C = ring.M, ring.K, ring.C + ring.K_loss / loss
     block, pad = TRACK.layers[0], TRACK.fastening
-    rails = 2 * ring.section.size * ring.nodes.size
+    (chain,) = ring.chains
+    rails = 2 * chain.section.size * chain.nodes.size
     for side in range(2):
         hang = np.zeros(K.shape[0])
         hang[rails + 2 * 2 + side] = 1.0  # the third railseat's blocks
