@@ -18,7 +18,7 @@ from railcosim.mechanics.arrays import ComplexArray, FloatArray
 from railcosim.mechanics.ports import Direction
 
 from .below import with_lines
-from .cell import Cell, build_cell
+from .cell import Cell, build_cell, elements_per_bay
 from .condensation import CondensedCell, condense
 from .parameters import Track
 from .receptance import Progress, shortest
@@ -56,16 +56,18 @@ class Branch:
 
 
 def fine_enough(track: Track, highest: float, direction: Direction) -> Track:
-    """The track with as many elements a bay as its shortest free wave at a frequency (Hz) needs.
+    """The track with a mesh as fine as its shortest free wave at a frequency (Hz) needs.
 
-    Never fewer than it has. What is between supports costs next to nothing in an endless track.
+    Never coarser than it has. What is between supports costs next to nothing in an endless track.
     """
     directions = directions_for([direction], coupled=track.rails_tilt)
     section = with_lines(section_of(track.rail, directions), track.layers, track.fastening.spacing)
     k = max(member.wavenumber(2 * np.pi * highest) for member in section.members)
-    needed = 4 * int(np.ceil(ELEMENTS * k * track.fastening.spacing / (8 * np.pi)))  # quarters
-    elements = max(track.mesh.elements_per_bay, min(needed, FINEST))
-    return replace(track, mesh=replace(track.mesh, elements_per_bay=elements))
+    given = track.mesh.elements_per_bay
+    finer = elements_per_bay(track, directions) // given
+    a_bay = min(ELEMENTS * k * track.fastening.spacing / (2 * np.pi), FINEST)
+    needed = 4 * int(np.ceil(a_bay / finer / 4))  # quarters
+    return replace(track, mesh=replace(track.mesh, elements_per_bay=max(given, needed)))
 
 
 def dispersion(

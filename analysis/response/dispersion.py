@@ -8,10 +8,11 @@ import xarray as xr
 from railcosim.master.component import FloatArray
 from railcosim.master.progress import Progress, unheard
 from railcosim.parameters import ArgumentError
-from railcosim.track.cell import EVEN
+from railcosim.track.cell import EVEN, elements_per_bay
 from railcosim.track.decay_rate import NEPER
 from railcosim.track.dispersion import TRAVELS, dispersion, fine_enough, stop_bands
 from railcosim.track.parameters import Track
+from railcosim.track.section import directions_for
 
 from .choices import Rails
 from .receptance import direction_of
@@ -80,7 +81,9 @@ def track_dispersion(
     result.attrs = {
         "title": f"waves of the track, {along.name}, rails {rails.value}",
         "direction": along.name, "rails": rails.value,
-        "elements_per_bay": fine.mesh.elements_per_bay,
+        "elements_per_bay": elements_per_bay(
+            fine, directions_for([along], coupled=track.rails_tilt)
+        ),
         "stop_bands": np.array(gaps).ravel(),
         **_slowest(frequency, np.stack([b.wavenumber for b in found])),
     }  # fmt: skip

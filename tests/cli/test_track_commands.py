@@ -70,7 +70,7 @@ def test_fit_of_what_track_receptance_wrote(railcosim, tmp_path):
     assert "to go on with it: --set fastening.damping=20000" in done.out
     assert float(load(tmp_path / "f.csv")["value"][0]) == pytest.approx(2e4, rel=1e-6)
     assert (tmp_path / "f.png").stat().st_size > 10_000
-    done = railcosim("fit", "m.csv", "--free", "fastening.dampin")
+    done = railcosim("fit", "m.csv", "--free", "fastening.dampin", "--load", "both")
     assert done.status == 2
     assert "did you mean fastening.damping" in done.err
 

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from railcosim.analysis.response.dispersion import _slowest
 from railcosim.mechanics.ports import ROLL, Y, Z
 from railcosim.plots.waves import dispersion_chart
-from railcosim.track.cell import EVEN, ODD, build_cell
+from railcosim.track.cell import EVEN, ODD, build_cell, elements_per_bay
 from railcosim.track.dispersion import bands, dispersion, fine_enough, stop_bands
 from railcosim.track.layers import Layer
 from railcosim.track.local import LocalChange
@@ -195,11 +195,13 @@ def test_fine_enough_for_a_layer_that_bends_more_than_the_rail():
 def test_fine_enough():
     """Twelve elements to the shortest wave, of torsion if asked for; no fewer than given."""
     assert fine_enough(Track(), 500.0, Z).mesh.elements_per_bay == 8
-    at = fine_enough(Track(), 3000.0, Y)
-    k = 2 * np.pi * 3000 * np.sqrt(at.rail.polar_inertia / at.rail.torsional_rigidity)
-    length = at.fastening.spacing / at.mesh.elements_per_bay
+    at = fine_enough(Track(), 5000.0, Y)
+    k = 2 * np.pi * 5000 * np.sqrt(at.rail.polar_inertia / at.rail.torsional_rigidity)
     for direction in (Z, Y):  # what is told is what there is
+        length = at.fastening.spacing / elements_per_bay(at, (direction,))
         nodes = build_cell(at, EVEN, directions=(direction,)).nodes
         assert np.diff(nodes) == pytest.approx(length, rel=1e-9)
-    assert 2 * np.pi / k / length == pytest.approx(12, rel=0.1)
+    needed = 12 * k * at.fastening.spacing / (2 * np.pi)
+    # Sixteen a step: quarters of what [mesh] has, and four times as many aside.
+    assert 32 < needed <= elements_per_bay(at, (Y,)) < needed + 16
     assert fine_enough(Track(mesh=Mesh(elements_per_bay=64)), 10.0, Z).mesh.elements_per_bay == 64
