@@ -20,13 +20,15 @@ from .native_fmu import NativeRuntime
 from .python_fmu import PythonRuntime
 
 __all__ = [
-    "NATIVE", "WITH_STATES", "NativeRuntime", "PythonRuntime", "Runtime", "Start", "export",
+    "BARE", "NATIVE", "WITH_STATES", "NativeRuntime", "PythonRuntime", "Runtime", "Start", "export",
     "export_track", "packed",
 ]  # fmt: skip
 
 NATIVE = NativeRuntime()  # FMI 2.0, for this machine
 WITH_STATES = NativeRuntime(model_exchange=True)
 """The same, tracks for Model Exchange as well: what our own linear models are made of."""
+BARE = NativeRuntime(model_exchange=True, documented=False)
+"""What we make for ourselves and nobody looks at."""
 
 
 class Runtime(Protocol):

@@ -42,11 +42,15 @@ class NativeRuntime:
         Whether tracks are for Model Exchange as well in FMI 2.0, which lists each of their
         thousands of states as a variable: some tools take minutes to load that. Vehicles, and
         FMI 3.0 with its arrays, always have it.
+    documented : bool
+        Whether they have what people and others' tools look at: pages, pictures, reference runs,
+        terminals. It takes a third of an export.
     """
 
     fmi: int = 2
     platforms: tuple[Platform, ...] | None = None
     model_exchange: bool = False
+    documented: bool = True
 
     def prepare(self, progress: Callable[[str], None]) -> None:
         """Compile, so that a missing compiler is told before anything is computed."""
@@ -97,6 +101,8 @@ class NativeRuntime:
             entries[f"resources/{PROFILES}"] = profiles_json(profiles)
         for path in sources(self.fmi) + headers(self.fmi):
             entries[f"sources/{path.name}"] = path.read_bytes()
+        if not self.documented:
+            return entries
         return entries | extras(
             about, kind, table, body, fmi=self.fmi, parameters=content.parameters,
             model_exchange=shown is not None, sources=files, profiles=profiles,

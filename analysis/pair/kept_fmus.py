@@ -190,12 +190,12 @@ def _export(
     progress: Callable[[str], None],
 ) -> dict[str, Path]:
     # Here, since they load what draws icons and documentation.
-    from railcosim.fmus.export import WITH_STATES  # noqa: PLC0415
+    from railcosim.fmus.export import BARE  # noqa: PLC0415
 
     from .export_pair import export_pair  # noqa: PLC0415
 
     return export_pair(
-        vehicle, track, out, progress, runtime=WITH_STATES, dimension=dimension, changes=changes
+        vehicle, track, out, progress, runtime=BARE, dimension=dimension, changes=changes
     )
 
 

@@ -51,6 +51,7 @@ def swept(equations, speeds, longest=60.0):
     return sweep, *sweep.branches.values()
 
 
+@pytest.mark.slow  # runs up and down over many speeds: 5 s
 def test_a_hard_loss_of_stability():
     """Jump up at 50 m/s, down at 37.5, by closed form."""
     speeds = [30.0, 36.0, 37.0, 38.5, 41.0, 45.0, 49.0, 51.5, 55.0, 60.0]

@@ -124,6 +124,7 @@ def test_on_the_track_as_vehicle_and_track_of_finite_elements():
         assert abs(s - begin) < 2e-3 * size, name
 
 
+@pytest.mark.slow  # a track aside, reduced: 9 s
 def test_the_reduced_track_is_as_near_to_growing_there():
     """Poles of vehicle and reduced track: at the critical speed one neither grows nor decays."""
     critical = way_of(None, Gravity.NORMALS, TRACK, rigid_track=False).on(0.1).critical()

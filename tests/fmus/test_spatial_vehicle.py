@@ -440,6 +440,7 @@ def test_maps_and_random_responses_in_space_are_its_responses(made, monkeypatch)
         response_map(*pair, np.array([100.0]), np.array([10.0, 150.0]), irregularity="alignment")
 
 
+@pytest.mark.slow  # critical speeds of three vehicles: 9 s
 def test_wheels_are_those_that_the_fmu_tells(tmp_path) -> None:
     """Radius, distance, cone, patch, and the axle's inertia, which spins tell: as of parameters."""
     other = replace(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.response.models import Models, linear_models
-from railcosim.fmus.export import WITH_STATES, export
+from railcosim.fmus.export import BARE, export
 from railcosim.mechanics.ports import Layout
 from railcosim.track.parameters import Mesh, Track
 from railcosim.track.reduced import reduce_track
@@ -29,7 +29,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
     """Four FMUs; 30 m of ring hold the vehicle's 18 m, and the reference is quick to solve."""
     folder = tmp_path_factory.mktemp("fmus")
     vehicle, track = Vehicle(), Track(mesh=Mesh(cells=6))
-    export(vehicle, track, folder, runtime=WITH_STATES)
+    export(vehicle, track, folder, runtime=BARE)
     return Exported(folder, vehicle, track)
 
 

@@ -17,7 +17,7 @@ from railcosim.analysis.schemes.advice import advise
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.growth import Bench, Disturbance
 from railcosim.analysis.schemes.stability import Coupling, SprungPair
-from railcosim.fmus.export import WITH_STATES, export
+from railcosim.fmus.export import BARE, export
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.course import Course
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
@@ -73,7 +73,7 @@ class Made:
 
 def made(stock, cells, folder):
     track = Track(mesh=Mesh(cells=cells, highest_slab_frequency=800, highest_frequency=3000))
-    export(stock, track, folder, runtime=WITH_STATES)
+    export(stock, track, folder, runtime=BARE)
     models = linear_models(folder / "Vehicle.fmu", folder / "Track.fmu", quiet)
     return Made(folder, models, assemble(stock, track, models.positions))
 

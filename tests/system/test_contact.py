@@ -10,7 +10,7 @@ from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.study_point import ContactCase, Point, measure, reference
-from railcosim.fmus.export import WITH_STATES, export
+from railcosim.fmus.export import BARE, export
 from railcosim.master.connections import CouplingError
 from railcosim.mechanics.law import hertz_coefficient, tangent_stiffness
 from railcosim.mechanics.ports import Layout
@@ -30,7 +30,7 @@ REST = Journey(speed=50.0, held=True, profile=flat())
 
 @pytest.fixture(scope="module")
 def heavy(tmp_path_factory):
-    return export(HEAVY, TRACK, tmp_path_factory.mktemp("heavy"), runtime=WITH_STATES)
+    return export(HEAVY, TRACK, tmp_path_factory.mktemp("heavy"), runtime=BARE)
 
 
 @pytest.mark.parametrize("owner", Owner)

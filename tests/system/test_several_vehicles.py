@@ -18,7 +18,7 @@ from railcosim.analysis.response.frf import frequency_response
 from railcosim.analysis.response.map import response_map
 from railcosim.analysis.response.models import linear_models
 from railcosim.analysis.run import run
-from railcosim.fmus.export import WITH_STATES, export
+from railcosim.fmus.export import BARE, export
 from railcosim.master.connections import CouplingError
 from railcosim.master.course import Course
 from railcosim.master.fmi.fmu import FmuComponent
@@ -54,7 +54,7 @@ def fmus(tmp_path_factory):
     """Each vehicle, and the train with the track for it."""
     named = {"paper": PAPER, "wagon": WAGON, "train": TRAIN}
     return {
-        n: export(stock, TRACK, tmp_path_factory.mktemp(n), runtime=WITH_STATES)
+        n: export(stock, TRACK, tmp_path_factory.mktemp(n), runtime=BARE)
         for n, stock in named.items()
     }
 

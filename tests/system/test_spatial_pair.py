@@ -9,6 +9,7 @@ import pytest
 from railcosim.analysis.pair.contact import CouplingError
 from railcosim.analysis.pair.export_pair import export_pair
 from railcosim.analysis.pair.pair import Journey, open_pair
+from railcosim.fmus.export import BARE
 from railcosim.master.bonds import find_bonds
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.energy import EnergyMeter
@@ -38,7 +39,8 @@ ASIDE = tuple(name.replace("force_z", "force_y") for name in DOWN)
 
 @pytest.fixture(scope="module")
 def spatial(tmp_path_factory):
-    return export_pair(Vehicle(), TINY, tmp_path_factory.mktemp("spatial"), dimension="spatial")
+    folder = tmp_path_factory.mktemp("spatial")
+    return export_pair(Vehicle(), TINY, folder, dimension="spatial", runtime=BARE)
 
 
 def forces(files, profile, *, step=1e-4, stop=0.02, names=DOWN, held=False, speed=SPEED, **more):
@@ -138,7 +140,7 @@ def test_mirrored_it_is_the_vertical_pair(tmp_path) -> None:
     C = float(wheel.touch(np.zeros((1, 8)), np.array([RIGHT])).patch.ellipse.C)
     found = []
     for dimension in ("vertical", "spatial"):
-        files = export_pair(vehicle, TINY, tmp_path / dimension, dimension=dimension)
+        files = export_pair(vehicle, TINY, tmp_path / dimension, dimension=dimension, runtime=BARE)
         # The iteration within a step is closed: it leaves another 1e-4 in each.
         found.append(
             forces(
@@ -193,7 +195,7 @@ def test_what_cannot_be(spatial, tmp_path) -> None:
     level = shifted(1.0, height=0.0)
     with pytest.raises(ArgumentError, match="speed"):
         forces(spatial, level, speed=0.0)
-    vertical = export_pair(Vehicle(), TINY, tmp_path)
+    vertical = export_pair(Vehicle(), TINY, tmp_path, runtime=BARE)
     with pytest.raises(CouplingError, match="4 wheelsets, spatial"):
         forces(spatial | {"Track": vertical["Track"]}, level)
     with pytest.raises(CouplingError, match=r"contact\.conicity"):

@@ -18,7 +18,7 @@ from railcosim.analysis.schemes.growth import Bench, Disturbance
 from railcosim.analysis.schemes.motion import fastest_motion
 from railcosim.analysis.schemes.stability import FAST, Coupling, SprungPair
 from railcosim.analysis.schemes.study_point import ContactCase, Point, measure, reference
-from railcosim.fmus.export import WITH_STATES
+from railcosim.fmus.export import BARE
 from railcosim.master.cosimulation import cosimulate
 from railcosim.mechanics.ports import FORCE, X
 from railcosim.track.irregularity import synthesise
@@ -43,7 +43,7 @@ def spatial(tmp_path_factory):
         TINY,
         tmp_path_factory.mktemp("spatial"),
         dimension="spatial",
-        runtime=WITH_STATES,
+        runtime=BARE,
     )
 
 

@@ -73,6 +73,7 @@ def test_torsion_between_railseats():
     assert not any("(rails" in name for name in found["name"].values)
 
 
+@pytest.mark.slow  # rings aside, of four times the elements: 7 s
 def test_a_slab_joins_the_rails():
     """It rolls otherwise than it goes down; a damper at a railseat does not feel nodes there."""
     track = Track(mesh=Mesh(highest_slab_frequency=500))
