@@ -49,7 +49,13 @@ def short_reduced(short_track):
 
 
 @pytest.fixture(scope="session")
-def exported(tmp_path_factory, short_track):
+def exported(short_fmus):
+    """The same; tests of systems have longer ones by this name."""
+    return short_fmus
+
+
+@pytest.fixture(scope="session")
+def short_fmus(tmp_path_factory, short_track):
     """The four FMUs of the default vehicle and the short track, by name; Pair.ssp beside them.
 
     With the track's states, as commands make them that linearise.
@@ -64,13 +70,13 @@ def short_contents(short_track):
 
 
 @pytest.fixture(scope="session")
-def packed_by(exported, short_contents, tmp_path_factory):
+def packed_by(short_fmus, short_contents, tmp_path_factory):
     """Function: the same four as another runtime packs them."""
 
     @cache
     def made(runtime):
         if runtime == WITH_STATES:
-            return exported
+            return short_fmus
         folder = tmp_path_factory.mktemp("packed")
         with packed(short_contents.values(), folder, runtime=runtime) as files:
             return files

@@ -46,7 +46,7 @@ def test_commands_without_what_posix_alone_has(tmp_path):
     )
     given = ["--vehicle-fmu", "fmus/Vehicle.fmu", "--track-fmu"]
     for command in (
-        ["export", "--out", "fmus", "--track", "t.toml"],
+        ["export", "--out", "fmus", "--track", "t.toml", "--model-exchange"],
         ["run", "--out", "r.nc", *given, "fmus/TrackWithContact.fmu", "--time", "0.002"],
         ["frf", "--out", "f.nc", *given, "fmus/Track.fmu", "--frequencies", "10:50:10"],
     ):

@@ -177,7 +177,10 @@ def _end(child: subprocess.Popen[bytes], line: socket.socket, folder: Path) -> N
     """End a process and all that it started, and remove its folder."""
     line.close()
     with contextlib.suppress(ProcessLookupError):
-        os.killpg(child.pid, signal.SIGKILL)
+        if hasattr(os, "killpg"):
+            os.killpg(child.pid, signal.SIGKILL)
+        else:
+            child.kill()
     child.wait()
     shutil.rmtree(folder, ignore_errors=True)
 

@@ -57,7 +57,7 @@ class Bench:
         As `Records.whole`: over the whole time, in which a nonlinearity shows that the beginning
         does not meet.
         """
-        record: FloatArray = self.whole(SECOND_PULSE * pulses.sum(axis=0)) - self.rest
+        record: FloatArray = self.whole(SECOND_PULSE * (weights(len(pulses)) @ pulses)) - self.rest
         return record / SECOND_PULSE
 
     def rewind(self) -> None:
@@ -157,7 +157,7 @@ def record(bench: Bench, pulses: FloatArray, observed: Sequence[Variable]) -> It
     nothing = np.zeros(pulses.shape[1])
     still, still_check = bench.beginning(nothing), bench.check(nothing)
     rest: FloatArray | None = None
-    for pulse in pulses:
+    for k, pulse in enumerate(pulses):
         whole = bench.whole(pulse)
         if rest is None:
             # Whoever has not stirred in 1200 steps is at rest, and will stay there.
@@ -173,11 +173,18 @@ def record(bench: Bench, pulses: FloatArray, observed: Sequence[Variable]) -> It
         if bench.end is not None:
             later = (bench.later_check(pulse) - still_later) / SECOND_PULSE
         before = bench.sums or (np.zeros_like(whole), np.zeros_like(finer))
-        bench.sums = before[0] + whole, before[1] + finer
+        weight = weights(len(pulses))[k]
+        bench.sums = before[0] + weight * whole, before[1] + weight * finer
         scale = scale_of(whole, observed)
         for one in (whole[1:], finer, check, later):
             one[:, scale == 0.0] = 0.0
         yield Records(whole, finer, check, later, scale)
+
+
+def weights(pulses: int) -> FloatArray:
+    """Of pulses that come at once, all different: what is symmetric would cancel."""
+    found: FloatArray = 1 - 0.5 * np.arange(pulses) / pulses
+    return found
 
 
 def scale_of(record: FloatArray, outputs: Sequence[Variable]) -> FloatArray:

@@ -247,7 +247,7 @@ def test_export_over_other_fmus(exported, railcosim, short_track, tmp_path) -> N
     for file in exported.values():
         shutil.copy(file, tmp_path / "fmus")
     (tmp_path / "t.toml").write_text(write_toml(short_track, "Track"))
-    same = ["--out", "fmus", "--track", "t.toml"]
+    same = ["--out", "fmus", "--track", "t.toml", "--model-exchange"]
     (tmp_path / "v.toml").write_text("[wheelset]\nmass = 1300.0\n")
     for options, note in (
         (same, ""),

@@ -75,7 +75,7 @@ def test_what_is_given_again_must_agree(railcosim, tmp_path) -> None:
     for given, words in (
         (["--seed", "4"], "--seed 4: the run in c was begun without it"),
         (["--scheme", "picard"], "--scheme picard: the run in c was begun without it"),
-        (["--speed", "100"], r"--speed 100\.0: the run in c was begun with 250\.0"),
+        (["--speed", "100"], "--speed 100: the run in c was begun with 250;"),
         (["--held"], "--held True: the run in c was begun with False"),
         (["--time", "0.004"], r"c: written at t = 0\.005 s, but the run ends at 0\.004 s"),
     ):
