@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+import tomllib
 from importlib.metadata import version
 from pathlib import Path
 
@@ -56,3 +57,15 @@ def test_importing_it_loads_nothing_heavy(tmp_path):
 def test_a_script_in_a_checkout_or_beside_it_meets_the_installed_package(folder, tmp_path):
     where = "import railcosim; print(railcosim.__file__)"
     assert python(where, folder) == python(where, tmp_path)
+
+
+def test_every_folder_of_modules_is_installed():
+    """In a checkout all is found; an installation has what pyproject.toml names."""
+    root = Path(__file__).parents[2]
+    told = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]
+    folders = {place for name, place in told["package-dir"].items() if name in told["packages"]}
+    tops = {Path(place).parts[0] for place in folders}
+    modules = {
+        path.parent.relative_to(root).as_posix() for t in tops for path in (root / t).rglob("*.py")
+    }
+    assert modules <= folders
