@@ -11,7 +11,7 @@ import weakref
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, NoReturn
+from typing import Any, ClassVar, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -26,6 +26,15 @@ from railcosim.master.fmi.prepared import FmuState, PreparedCall, StateNames, me
 
 WARNING, DISCARD, _FATAL = 1, 2, 4
 MODEL_EXCHANGE, CO_SIMULATION = 0, 1
+EVENT_ITERATIONS = 100
+
+
+class Updated(NamedTuple):
+    """What an FMU answers to an event iteration."""
+
+    again: bool
+    ends: bool
+    next_time: float
 
 
 class Calls(ABC):
@@ -62,6 +71,7 @@ class Calls(ABC):
     """
 
     platform: ClassVar[str]
+    continuous_time: ClassVar[str]
     """Folder of the libraries for this machine."""
     signatures: ClassVar[dict[str, Signature]]
     states: ClassVar[StateNames]
@@ -186,8 +196,22 @@ class Calls(ABC):
         raise FmuError(f"{self._name}: has no adjoint derivatives")
 
     @abstractmethod
+    def update_discrete_states(self) -> Updated:
+        """Let one event iteration pass."""
+
     def enter_continuous_time(self, time: float) -> None:
         """Model Exchange: let the events at the beginning pass, and go on in continuous time."""
+        for _ in range(EVENT_ITERATIONS):
+            updated = self.update_discrete_states()
+            if updated.ends:
+                raise ComponentError(f"{self._description.path}: ends at once, at t = {time:g} s")
+            if not updated.again:
+                self.call(self.continuous_time)
+                return
+        raise ComponentError(
+            f"{self._description.path}: its events at t = {time:g} s do not end "
+            f"({EVENT_ITERATIONS} iterations)"
+        )
 
     @abstractmethod
     def set_states(self, states: FloatArray) -> None:

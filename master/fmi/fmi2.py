@@ -12,9 +12,9 @@ import fmpy
 import fmpy.fmi2
 import numpy as np
 
-from railcosim.master.component import ComponentError, FloatArray, RunEnded
+from railcosim.master.component import FloatArray, RunEnded
 from railcosim.master.fmi.archive import FmuError
-from railcosim.master.fmi.calls import DISCARD, WARNING, Calls
+from railcosim.master.fmi.calls import DISCARD, WARNING, Calls, Updated
 from railcosim.master.fmi.fmu_parameters import Setting
 from railcosim.master.fmi.kinds import Kind, Passed
 from railcosim.master.fmi.library import POINTER, Signature
@@ -59,13 +59,13 @@ _SIGNATURES: dict[str, Signature] = {
 _PENDING = 5
 _DO_STEP_STATUS, _TERMINATED = 0, 3  # of what FMI 2 gives a status
 _LONGEST_NAP = 0.01  # s
-EVENT_ITERATIONS = 100
 """How often an FMU may ask for another event iteration before it counts as stuck."""
 
 
 class Fmi2Calls(Calls):
     """See `Calls`."""
 
+    continuous_time = "fmi2EnterContinuousTimeMode"
     platform = fmpy.platform
     signatures = _SIGNATURES
     states = StateNames(
@@ -231,19 +231,13 @@ class Fmi2Calls(Calls):
 
     # --- Model Exchange ------------------------------------------------------------------------
 
-    def enter_continuous_time(self, time: float) -> None:
-        """Let the events at the beginning pass, and go on in continuous time."""
+    def update_discrete_states(self) -> Updated:
+        """Let one event iteration pass."""
         info = fmpy.fmi2.fmi2EventInfo()
-        for _ in range(EVENT_ITERATIONS):
-            self.call("fmi2NewDiscreteStates", ctypes.byref(info))
-            if info.terminateSimulation:
-                raise ComponentError(f"{self._description.path}: ends at once, at t = {time:g} s")
-            if not info.newDiscreteStatesNeeded:
-                self.call("fmi2EnterContinuousTimeMode")
-                return
-        raise ComponentError(
-            f"{self._description.path}: its events at t = {time:g} s do not end "
-            f"({EVENT_ITERATIONS} iterations)"
+        self.call("fmi2NewDiscreteStates", ctypes.byref(info))
+        next_time = info.nextEventTime if info.nextEventTimeDefined else np.inf
+        return Updated(
+            bool(info.newDiscreteStatesNeeded), bool(info.terminateSimulation), next_time
         )
 
     def set_states(self, states: FloatArray) -> None:

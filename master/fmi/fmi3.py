@@ -14,8 +14,8 @@ import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray, RunEnded
 from railcosim.master.fmi.archive import FmuError
-from railcosim.master.fmi.calls import CO_SIMULATION, DISCARD, WARNING, Calls
-from railcosim.master.fmi.fmi3_events import EVENT_ITERATIONS, Events, Updated
+from railcosim.master.fmi.calls import CO_SIMULATION, DISCARD, WARNING, Calls, Updated
+from railcosim.master.fmi.fmi3_events import Events
 from railcosim.master.fmi.fmi3_interpolation import Interpolation
 from railcosim.master.fmi.fmi3_signatures import SIGNATURES
 from railcosim.master.fmi.fmu_log import fmi3_logger
@@ -39,6 +39,7 @@ _PIECES = 10_000
 class Fmi3Calls(Calls):
     """See `Calls`. Event mode is used of FMUs with clocks alone; others see to their own events."""
 
+    continuous_time = "fmi3EnterContinuousTimeMode"
     platform = fmpy.platform_tuple
     signatures = SIGNATURES
     states = StateNames(
@@ -354,20 +355,6 @@ class Fmi3Calls(Calls):
         self.call("fmi3UpdateDiscreteStates", *each, ctypes.byref(next_time))
         again, ends, _, _, has_next = answers
         return Updated(bool(again), bool(ends), next_time.value if has_next else np.inf)
-
-    def enter_continuous_time(self, time: float) -> None:
-        """Let the events at the beginning pass, and go on in continuous time."""
-        for _ in range(EVENT_ITERATIONS):
-            updated = self.update_discrete_states()
-            if updated.ends:
-                raise ComponentError(f"{self._description.path}: ends at once, at t = {time:g} s")
-            if not updated.again:
-                self.call("fmi3EnterContinuousTimeMode")
-                return
-        raise ComponentError(
-            f"{self._description.path}: its events at t = {time:g} s do not end "
-            f"({EVENT_ITERATIONS} iterations)"
-        )
 
     def set_states(self, states: FloatArray) -> None:
         """Set the continuous states."""

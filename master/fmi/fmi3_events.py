@@ -5,11 +5,11 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from railcosim.master.component import ComponentError
 from railcosim.master.fmi.archive import FmuError
-from railcosim.master.fmi.calls import WARNING
+from railcosim.master.fmi.calls import EVENT_ITERATIONS, WARNING
 from railcosim.master.fmi.prepared import PreparedCall, references_of
 
 if TYPE_CHECKING:
@@ -17,21 +17,12 @@ if TYPE_CHECKING:
     from railcosim.master.fmi.fmi3 import Fmi3Calls
     from railcosim.master.fmi.from_raw import Clock
 
-EVENT_ITERATIONS = 100
 """How often an FMU may ask for another event iteration before it counts as stuck."""
 _ROUNDING = 1e-9
 """Part of a communication step by which a tick may miss its end and be at it."""
 _CHANGED = 2  # of what FMI 3 says of an interval
 _PERIODIC = {"constant", "fixed", "tunable"}
 _ASKED = {"changing", "countdown"}
-
-
-class Updated(NamedTuple):
-    """What an FMU answers to an event iteration."""
-
-    again: bool
-    ends: bool
-    next_time: float
 
 
 class Events:
