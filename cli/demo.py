@@ -38,7 +38,7 @@ def demo(
     from railcosim.analysis.pair.pair import Journey
     from railcosim.analysis.pair.time_run import run_pair
     from railcosim.analysis.response.models import linear_models
-    from railcosim.fmus.export import NATIVE
+    from railcosim.fmus.export import WITH_STATES
     from railcosim.master.course import Course
     from railcosim.master.schemes.jacobi import jacobi
     from railcosim.paper.laboratory import FULL, Laboratory
@@ -53,7 +53,7 @@ def demo(
     begun = time.perf_counter()
     folder_of("--out", out)
     vehicle, track = Vehicle(), Track()
-    fmus = exported(vehicle, track, out, NATIVE)
+    fmus = exported(vehicle, track, out, WITH_STATES)
     _say(begun, f"four FMUs in {out}")
     pair = fmus["Vehicle"], fmus["TrackWithContact"], {"contact.nonlinear": True}
     journey = Journey(speed=SPEED, held=False, profile=synthesise("german-low", SPEED * STOP))
