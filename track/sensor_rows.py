@@ -6,6 +6,7 @@ much such a load moves the rail under the wheel.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -73,8 +74,28 @@ def _sign(cell: Cell, side: str, direction: Direction) -> float:
     return float(cell.left(direction)) if side == LEFT else 1.0
 
 
+class _InElements(ABC):
+    """A row that is the same of modes and in elements, and by forces on either side of it."""
+
+    place: Place
+
+    def of_modes(self, cell: Cell, ring: RingModes) -> ComplexArray:
+        """See `Row`."""
+        row = cell.parity * self.at(cell.track.cell_length).row(cell)
+        seen: ComplexArray = row @ ring.shapes
+        return seen
+
+    def behind_and_ahead(self, length: float) -> tuple[At, At]:
+        """See `Row`."""
+        return self.at(length), self.at(length)
+
+    @abstractmethod
+    def at(self, length: float) -> At:
+        """In elements, of cells of a length."""
+
+
 @dataclass(frozen=True, kw_only=True)
-class Motion:
+class Motion(_InElements):
     """Of the head of a rail, of a slab, of a layer; or between two that springs join.
 
     Attributes
@@ -93,16 +114,6 @@ class Motion:
     body: int = 0
     y: float = 0.0
     stretch: bool = False
-
-    def of_modes(self, cell: Cell, ring: RingModes) -> ComplexArray:
-        """See `Row`."""
-        row = cell.parity * self.at(cell.track.cell_length).row(cell)
-        seen: ComplexArray = row @ ring.shapes
-        return seen
-
-    def behind_and_ahead(self, length: float) -> tuple[At, At]:
-        """See `Row`."""
-        return self.at(length), self.at(length)
 
     def at(self, length: float) -> MotionAt:
         """In elements, of cells of a length."""
@@ -226,23 +237,13 @@ class RailMomentAt:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SlabMoment:
+class SlabMoment(_InElements):
     """Bending moment of a slab along the track, a metre of its width; positive: tension below."""
 
     place: Place
     side: str
     y: float
     direction: Direction = Z
-
-    def of_modes(self, cell: Cell, ring: RingModes) -> ComplexArray:
-        """See `Row`."""
-        row = cell.parity * self.at(cell.track.cell_length).row(cell)
-        seen: ComplexArray = row @ ring.shapes
-        return seen
-
-    def behind_and_ahead(self, length: float) -> tuple[At, At]:
-        """See `Row`."""
-        return self.at(length), self.at(length)
 
     def at(self, length: float) -> SlabMomentAt:
         """In elements, of cells of a length."""
