@@ -155,6 +155,7 @@ def test_limits_are_those_of_runs(made, owner, name) -> None:
     assert growth(path, law, scheme, 1.01 * step) > 0.0
 
 
+@pytest.mark.slow  # records of pulses: 5 s
 def test_pulses_predict_what_model_exchange_does(made, tmp_path) -> None:
     """From outside: the same limits, to the 0.05 % that edges are known to."""
     path, _ = made("right")

@@ -90,7 +90,15 @@ def run(system, scheme, step, stop):
     return meter.to_dataset(), gained(recorder.to_dataset()), stopped
 
 
-@pytest.mark.parametrize("make", [make_by_power, make_by_work, make_by_owner])
+# A second each.
+@pytest.mark.parametrize(
+    "make",
+    [
+        pytest.param(make_by_power, marks=pytest.mark.slow),
+        pytest.param(make_by_work, marks=pytest.mark.slow),
+        make_by_owner,
+    ],
+)
 @pytest.mark.parametrize(
     "scheme",
     [jacobi(degree=0), jacobi(), gauss_seidel(first="left", degree=0), gauss_seidel(first="left"),

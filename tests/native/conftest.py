@@ -243,6 +243,14 @@ def made() -> Callable[..., Fmu]:
     return take_apart
 
 
+@pytest.hookimpl(tryfirst=True)  # before slow ones are left out
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What needs the runtime under sanitizers is slow: each build of it takes 15 s."""
+    for item in items:
+        if "sanitizing" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.slow)
+
+
 @pytest.fixture(scope="session")
 def sanitizing() -> Callable[[], list[str]]:
     """Function that gives the command of a compiler with ASan and UBSan."""

@@ -82,6 +82,7 @@ def test_rest(spatial) -> None:
     assert (aside[0][4:] < 0.05 * down[0][4:]).all()
 
 
+@pytest.mark.slow  # three runs of eight rolling contacts: 3 s
 def test_axles_find_their_speed(spatial) -> None:
     """What pulls a wheel along at first dies away as creep spins an axle up; nothing else changes.
 
