@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
@@ -17,9 +16,7 @@ from railcosim.track.parameters import Track
 from railcosim.track.section import Section
 
 from .below import SIDES, Bodies, Line, places
-
-if TYPE_CHECKING:
-    from .ring import Slabs
+from .slabs import Slabs
 
 Rows = Callable[[Direction, int, FloatArray, FloatArray], sparse.csr_array]
 """Motion of points in a direction: which side (0 left, 1 right), x round the ring, y, m."""

@@ -20,7 +20,8 @@ from railcosim.vehicle.multibody import VERTICAL, Dimension, Multibody, build_mu
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train
 
-from .ring import SIDES, TrackRing, build_ring
+from .below import SIDES
+from .ring import TrackRing, build_ring
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from railcosim.mechanics.ports import ROLL, Y, Z
 from railcosim.reference.contacts import LinearRolling, Pressing, Rolling
 from railcosim.reference.frequency import frequency_response, linearised
 from railcosim.reference.monolithic import assemble
-from railcosim.reference.ring import slabs_of
+from railcosim.reference.slabs import slabs_of
 from railcosim.track.parameters import Fastening, Mesh, Rail, Slab, Track
 from railcosim.track.receptance import Point, direct_receptance
 from railcosim.vehicle.multibody import SPATIAL, VERTICAL, build_multibody

@@ -12,7 +12,7 @@ from railcosim.mechanics.ports import Z
 from railcosim.parameters import ParameterError
 from railcosim.reference.lying import Lying
 from railcosim.reference.monolithic import assemble
-from railcosim.reference.ring import slabs_of
+from railcosim.reference.slabs import slabs_of
 from railcosim.track.local import LocalChange
 
 SEAT, BESIDE = 0.3125, 1.5625  # m: under the last wheelset, and two bays on

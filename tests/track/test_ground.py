@@ -14,7 +14,8 @@ from railcosim.reference.below import bodies_of
 from railcosim.reference.contacts import Pressing
 from railcosim.reference.frequency import frequency_response, linearised
 from railcosim.reference.monolithic import assemble
-from railcosim.reference.ring import build_ring, slabs_of
+from railcosim.reference.ring import build_ring
+from railcosim.reference.slabs import slabs_of
 from railcosim.track.files import read_track
 from railcosim.track.ground import force_along, force_on_ground
 from railcosim.track.irregularity.synthesis import quality

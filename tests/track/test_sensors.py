@@ -10,7 +10,8 @@ from scipy.sparse.linalg import splu
 from railcosim.mechanics.motion import FromOutside, Inputs, Mover
 from railcosim.mechanics.ports import Layout, Z
 from railcosim.parameters import ParameterError, from_tables
-from railcosim.reference.ring import build_ring, slabs_of
+from railcosim.reference.ring import build_ring
+from railcosim.reference.slabs import slabs_of
 from railcosim.track.parameters import Mesh, Track
 from railcosim.track.reduced import reduce_track
 from railcosim.track.section import SPATIAL, VERTICAL
