@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,14 +14,15 @@ import typer
 from .commands import COMMANDS, loaded
 from .options import PlotFile, SchedulerOption, UsageError, console, errors, progress
 from .results import PICTURES, Suffixes, folder_of, keep
-from .sweep_point import arguments_of, measured, options_of
+from .sweep_point import blanks_in, filled, measured, options_of
 
 if TYPE_CHECKING:
     from railcosim.analysis.joined import Value
 
 NETCDF = Suffixes("--out", (".nc",))
 MOST = 10_000  # values of one axis
-PARAMETERS = ("track", "vehicle", "vehicles", "dimension")  # options that decide FMUs of ours
+PARAMETERS = {"track", "vehicle", "vehicles", "dimension", "set", "sensor", "local"}
+"""Options that decide FMUs of ours."""
 FORM = "start:stop:N, start:stop:N@log, or values with commas"
 
 
@@ -36,9 +37,10 @@ def sweep(
         list[str] | None,
         typer.Option(
             "--set",
-            help="An axis: a number of vehicle or track, or an option of the command, and its "
-            f"values: {FORM}. Such as fastening.stiffness=2e7:6e7:5, speed=100:300:5, "
-            "track=paper,booted. Of one value: the same for all.",
+            help="An axis: a number of vehicle or track, an option of the command, or NAME where "
+            f"an option says {{NAME}}, and its values: {FORM}. Such as "
+            "fastening.stiffness=2e7:6e7:5, speed=100:300:5, track=paper,booted, or depth=1e-3:"
+            "3e-3:3 with --defect dip:depth={depth},length=1,at=30. Of one value: the same for all.",
             metavar="KEY=VALUES",
         ),
     ] = None,
@@ -69,16 +71,25 @@ def sweep(
     if command not in COMMANDS or not _gives_results(command):
         known = ", ".join(name for name in COMMANDS if _gives_results(name))
         raise UsageError(f"sweep {command}: must be one of {known}")
-    axes, arguments = _axes(command, set_ or ()), list(context.args)
+    arguments = list(context.args)
+    options, blanks = options_of(command), blanks_in(arguments)
+    axes = _axes(command, set_ or (), {*options, *blanks})
+    for blank in blanks:
+        if blank not in axes:
+            raise UsageError(f"{{{blank}}}: has no values; give --set {blank}= and {FORM}")
+    for key in {*axes} - {*blanks}:  # of two the last would count, and nobody be told
+        if any(one.partition("=")[0] == f"--{key}" for one in arguments):
+            raise UsageError(f"--{key}: is an axis (--set {key}=...), and given besides")
+    pairs = math.prod(
+        len(v) for key, v in axes.items()
+        if "." in key or PARAMETERS & {key, *blanks.get(key, ())}
+    )  # fmt: skip
     same = {key: values[0] for key, values in axes.items() if len(values) == 1}
     axes = {key: values for key, values in axes.items() if len(values) > 1}
     if not axes:
         raise UsageError(f"--set: give at least one axis, KEY= and {FORM}")
-    arguments += arguments_of(command, same)
-    for key in axes:  # of two the last would count, and nobody be told
-        if any(one.partition("=")[0] == f"--{key}" for one in context.args):
-            raise UsageError(f"--{key}: is an axis (--set {key}=...), and given besides")
-    _check(command, [*arguments, *arguments_of(command, {k: v[0] for k, v in axes.items()})])
+    arguments = filled(command, arguments, same)
+    _check(command, filled(command, arguments, {k: v[0] for k, v in axes.items()}))
     words = [word for one in arguments for word in (one, one.partition("=")[2])]  # --track=a.toml
     files = {one: Path(one).read_bytes() for one in words if Path(one).is_file()}
     points = folder_of("--out", out.with_name(f"{out.name}.points"))
@@ -88,7 +99,6 @@ def sweep(
         "files": [hashlib.sha256(content).hexdigest() for content in files.values()],
     }
     names = [name.strip() for name in only.split(",")] if only else []
-    pairs = math.prod(len(v) for key, v in axes.items() if key in PARAMETERS or "." in key)
     measure = partial(
         measured, command, arguments, files if scheduler else {}, kept=pairs <= MOST_KEPT
     )
@@ -120,16 +130,19 @@ def _gives_results(command: str) -> bool:
     return command != "sweep" and out is not None and (out.help or "").startswith("Result")
 
 
-def _axes(command: str, texts: Sequence[str]) -> dict[str, list[Value]]:
-    """Values by key, from KEY=VALUES."""
+def _axes(command: str, texts: Sequence[str], known: Set[str]) -> dict[str, list[Value]]:
+    """Values by key, from KEY=VALUES; keys are known, or numbers of vehicle and track."""
     axes: dict[str, list[Value]] = {}
-    options = options_of(command)
+    numbers = "set" in options_of(command)
     for text in texts:
         key, equals, values = (part.strip() for part in text.partition("="))
         if not equals or not values:
             raise UsageError(f"--set {text}: must be KEY= and {FORM}")
-        if key not in options and ("." not in key or "set" not in options):
-            raise UsageError(f"--set {text}: {command} has no option --{key}, nor such a number")
+        if key not in known and not ("." in key and numbers):
+            raise UsageError(
+                f"--set {text}: {command} has no option --{key}, nor such a number, and none of "
+                f"its options says {{{key}}}"
+            )
         if key in axes:
             raise UsageError(f"--set {text}: {key} is given twice; give all its values at once")
         axes[key] = _values(text, values)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext, redirect_stderr, redirect_stdout
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 SWITCH = {"true": 1, "false": 0}
 """How often a switch of a command is given."""
+BLANK = re.compile(r"\{(\w+)\}")
 
 
 def options_of(name: str) -> dict[str, Any]:
@@ -29,20 +31,34 @@ def options_of(name: str) -> dict[str, Any]:
     }
 
 
-def arguments_of(name: str, values: Mapping[str, object]) -> list[str]:
-    """Values as a command takes them: options of its own, or numbers of vehicle and track."""
-    known, arguments = options_of(name), []
+def blanks_in(arguments: Sequence[str]) -> dict[str, set[str]]:
+    """Names in braces, such as ``{depth}``, and the options (without hyphens) that have them."""
+    blanks: dict[str, set[str]] = {}
+    option = ""
+    for one in arguments:
+        if one.startswith("--"):
+            option = one.partition("=")[0].removeprefix("--")
+        for name in BLANK.findall(one):
+            blanks.setdefault(name, set()).add(option)
+    return blanks
+
+
+def filled(command: str, arguments: Sequence[str], values: Mapping[str, object]) -> list[str]:
+    """Arguments of a command with values: in braces, as its options, or of vehicle and track."""
+    known, blanks, given = options_of(command), blanks_in(arguments), list(arguments)
     for key, value in values.items():
         text = value if isinstance(value, str) else f"{value:.17g}"
-        if key not in known:
-            arguments += ["--set", f"{key}={text}"]
+        if key in blanks:
+            given = [one.replace(f"{{{key}}}", text) for one in given]
+        elif key not in known:
+            given += ["--set", f"{key}={text}"]
         elif not known[key].is_flag:
-            arguments += [f"--{key}", text]
+            given += [f"--{key}", text]
         elif text not in SWITCH:
             raise UsageError(f"--set {key}={text}: --{key} is a switch; must be true or false")
         else:
-            arguments += [f"--{key}"] * SWITCH[text]
-    return arguments
+            given += [f"--{key}"] * SWITCH[text]
+    return given
 
 
 def measured(
@@ -83,7 +99,7 @@ def measured(
                 f"{one.removesuffix(name)}{place}" if f"={one}".endswith(f"={name}") else one
                 for one in arguments
             ]
-        whole = [*arguments, *arguments_of(command, values), "--out", str(out)]
+        whole = [*filled(command, arguments, values), "--out", str(out)]
         with (
             warnings.catch_warnings(),
             redirect_stdout(io.StringIO()),

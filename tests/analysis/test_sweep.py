@@ -10,11 +10,12 @@ from railcosim.analysis.sweep import sweep
 from railcosim.cli.commands import loaded
 from railcosim.cli.options import UsageError
 from railcosim.cli.sweep_command import _axes
-from railcosim.cli.sweep_point import arguments_of
+from railcosim.cli.sweep_point import blanks_in, filled, measured
 from railcosim.parameters import ArgumentError
 from railcosim.plots.sweep import sweep_chart
 
 AXES = {"stiffness": [2.0, 4.0], "kind": ["soft", "stiff"]}
+KNOWN = {"speed", "track", "contact-stiffness"}
 called = []
 
 
@@ -99,10 +100,35 @@ def test_numbers_that_differ_in_number_end_with_nan(tmp_path):
 
 def test_switches_are_axes():
     swept = {"ring": "true", "position": "midspan"}
-    assert arguments_of("track-receptance", swept) == ["--ring", "--position", "midspan"]
-    assert arguments_of("track-receptance", {"ring": "false"}) == []
+    assert filled("track-receptance", [], swept) == ["--ring", "--position", "midspan"]
+    assert filled("track-receptance", [], {"ring": "false"}) == []
     with pytest.raises(UsageError, match="must be true or false"):
-        arguments_of("track-receptance", {"ring": "yes"})
+        filled("track-receptance", [], {"ring": "yes"})
+
+
+def test_what_an_option_has_in_braces_is_an_axis():
+    """A defect's depth, say, or how much of a fastening is left."""
+    given = ["--defect", "dip:depth={d},length=1,at={x}", "--local=fastening@railseat={left}"]
+    assert blanks_in(given) == {"d": {"defect"}, "x": {"defect"}, "left": {"local"}}
+    assert filled("run", given, {"x": 30.0, "left": 0.0, "d": 1e-3, "speed": 200.0}) == [
+        "--defect", "dip:depth=0.001,length=1,at=30", "--local=fastening@railseat=0",
+        "--speed", "200",
+    ]  # fmt: skip
+    same = ["--frequencies", "100:200:100", "--load", "single"]
+    local = ["--local", "fastening@2.8125={left}", *same]
+    some, none, all_of_it = (
+        measured("track-receptance", local, {}, True, left=x)["receptance"].values
+        for x in (0.3, 0.0, 1.0)
+    )
+    equal = measured("track-receptance", same, {}, True)["receptance"].values
+    np.testing.assert_allclose(all_of_it, equal, rtol=1e-9)  # of rounding
+    assert (np.abs(none / equal) > np.abs(some / equal)).all()
+
+
+def test_refuses_braces_without_values(tmp_path):
+    words = ["run", "--defect", "dip:depth={depth},length=1,at=30", "--set", "speed=100,200"]
+    with pytest.raises(UsageError, match=r"\{depth\}: has no values; give --set depth="):
+        loaded("sweep").main([*words, "--out", str(tmp_path / "s.nc")], standalone_mode=False)
 
 
 def uneven(n):
@@ -124,11 +150,13 @@ def test_takes_no_point_of_a_file_that_has_changed(tmp_path):
 
 
 def test_words_are_kept_as_written():
-    axes = _axes("frf", ["slab.present=true,false", "contact-stiffness=hertz:1e9,hertz:8e9"])
+    axes = _axes("frf", ["slab.present=true,false", "contact-stiffness=hertz:1e9,hertz:8e9"], KNOWN)
     assert list(axes.values()) == [["true", "false"], ["hertz:1e9", "hertz:8e9"]]
-    assert _axes("frf", ["contact-stiffness=hertz:1e9"])["contact-stiffness"] == ["hertz:1e9"]
+    assert _axes("frf", ["contact-stiffness=hertz:1e9"], KNOWN)["contact-stiffness"] == [
+        "hertz:1e9"
+    ]
     with pytest.raises(UsageError, match="given twice"):
-        _axes("frf", ["speed=1,2", "speed=3,4"])
+        _axes("frf", ["speed=1,2", "speed=3,4"], KNOWN)
 
 
 def test_an_axis_is_not_given_besides(tmp_path):
@@ -161,12 +189,14 @@ def test_picture(tmp_path):
 
 
 def test_axes_of_the_command_line():
-    axes = _axes("frf", ["fastening.stiffness=2e7:6e7:3", "speed=100,300", "track=paper,booted"])
+    axes = _axes(
+        "frf", ["fastening.stiffness=2e7:6e7:3", "speed=100,300", "track=paper,booted"], KNOWN
+    )
     assert axes == {"fastening.stiffness": [2e7, 4e7, 6e7], "speed": [100.0, 300.0],
                     "track": ["paper", "booted"]}  # fmt: skip
-    assert _axes("frf", ["speed=1:100:3@log"])["speed"] == pytest.approx([1, 10, 100])
+    assert _axes("frf", ["speed=1:100:3@log"], KNOWN)["speed"] == pytest.approx([1, 10, 100])
     first = {key: values[0] for key, values in axes.items()}
-    assert arguments_of("frf", first) == [
+    assert filled("frf", [], first) == [
         "--set", "fastening.stiffness=20000000", "--speed", "100", "--track", "paper"
     ]  # fmt: skip
 
@@ -179,4 +209,4 @@ def test_axes_of_the_command_line():
 )  # fmt: skip
 def test_refuses_axes(text, said):
     with pytest.raises(UsageError, match=said):
-        _axes("frf", [text])
+        _axes("frf", [text], KNOWN)
