@@ -40,7 +40,8 @@ def sweep(
             help="An axis: a number of vehicle or track, an option of the command, or NAME where "
             f"an option says {{NAME}}, and its values: {FORM}. Such as "
             "fastening.stiffness=2e7:6e7:5, speed=100:300:5, track=paper,booted, or depth=1e-3:"
-            "3e-3:3 with --defect dip:depth={depth},length=1,at=30. Of one value: the same for all.",
+            "3e-3:3 with --defect dip:depth={depth},length=1,at=30. Of one value: the same for "
+            "all.",
             metavar="KEY=VALUES",
         ),
     ] = None,
