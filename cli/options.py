@@ -100,6 +100,18 @@ LocalOption = Annotated[
         metavar="CHANGE",
     ),
 ]
+LawOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--law",
+        help="Springs and dampers between the system's FMUs, in the master: a TOML file.",
+        metavar="F.toml",
+    ),
+]
+SystemOption = Annotated[
+    Path | None,
+    typer.Option("--system", help="Any system of FMUs instead, an SSP file.", metavar="F.ssp"),
+]
 SchedulerOption = Annotated[
     str | None,
     typer.Option(
@@ -128,6 +140,14 @@ def refuse_of_pair(context: typer.Context, system: Path, options: tuple[str, ...
         if source and source.name == "COMMANDLINE":
             option = "--" + name.strip("_").replace("_", "-")
             raise UsageError(f"{option}: is of our pair; {system} has its own FMUs. Leave it out")
+
+
+def refuse_of_system(context: typer.Context, options: tuple[str, ...]) -> None:
+    """Refuse options given on the command line that say nothing without ``--system``."""
+    for name in options:
+        source = context.get_parameter_source(name)
+        if source and source.name == "COMMANDLINE":
+            raise UsageError(f"--{name.replace('_', '-')}: is of FMUs of --system")
 
 
 def positions_of(text: str | None) -> list[float] | None:

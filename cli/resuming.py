@@ -19,7 +19,7 @@ FREE = (
 )  # fmt: skip
 """Parameters that may differ when a run is resumed: they do not decide its numbers."""
 Kept: TypeAlias = Path | tuple[Path, ...]
-BY_CONTENT = ("system", "vehicle_fmu", "track_fmu")
+BY_CONTENT = ("system", "law", "vehicle_fmu", "track_fmu")
 """Files that may be in another folder; name and content are in the run's identity."""
 
 

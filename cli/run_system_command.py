@@ -9,7 +9,7 @@ import typer
 
 from .conclusion import concluded
 from .keeping_options import KeepingOptions
-from .options import Out, PlotFile, UsageError
+from .options import LawOption, Out, PlotFile, UsageError
 from .results import PICTURES, RESULTS
 from .resuming import told_how_to_resume
 from .scheme_options import CourseOptions
@@ -30,6 +30,7 @@ def run_system(
         str | None,
         typer.Option(help="Which of several system structures in the file, by its name."),
     ] = None,
+    law: LawOption = None,
     course: CourseOptions,
     keeping: KeepingOptions,
     plot: PlotFile = None,
@@ -51,10 +52,10 @@ def run_system(
     course.check()
     kept = keeping.keeping(context, out)
     chosen = course.scheme or USUAL
-    if CATALOGUE[chosen].solves_law:
+    if CATALOGUE[chosen].solves_law and law is None:
         raise UsageError(
-            f"--scheme {chosen}: solves the contact of our pair, and a system in a file has none "
-            "that the master owns; take another"
+            f"--scheme {chosen}: solves a law in the master, and a system in a file has none; give "
+            "it one by --law, or take another"
         )
     make_scheme = maker_of(chosen, course.inputs, course.first)
     with told_how_to_resume(context, keeping.checkpoint):
@@ -63,7 +64,7 @@ def run_system(
                 system, make_scheme, update, step=course.step, time=course.time,
                 load=keeping.load, keeping=kept, tolerance=course.tolerance,
                 tolerance_fmu=course.tolerance_fmu, limit=course.largest, change=change,
-                check=check_rings_of, held=held, variant=variant,
+                check=check_rings_of, held=held, variant=variant, law=law,
             ),
             out, plot, outputs_chart, believe=keeping.believe,
         )  # fmt: skip

@@ -15,16 +15,18 @@ from railcosim.analysis.schemes.usual import PREDICTED
 from .options import (
     DimensionName,
     DimensionOption,
+    LawOption,
     PlotFile,
     PositionsOption,
     Speed,
-    UsageError,
+    SystemOption,
     console,
     contact_parameters,
     errors,
     positions_of,
     progress,
     refuse_of_pair,
+    refuse_of_system,
     speed_of,
 )
 from .parameter_options import FmuOptions
@@ -62,18 +64,8 @@ def stability(
     ] = ",".join(PREDICTED),
     position: PositionsOption = None,
     given: FmuOptions,
-    system: Annotated[
-        Path | None,
-        typer.Option("--system", help="Any system of FMUs instead, an SSP file.", metavar="F.ssp"),
-    ] = None,
-    law: Annotated[
-        Path | None,
-        typer.Option(
-            "--law",
-            help="With --system: springs and dampers between its FMUs, in the master: a TOML file.",
-            metavar="F.toml",
-        ),
-    ] = None,
+    system: SystemOption = None,
+    law: LawOption = None,
     plot: PlotFile = None,
     context: typer.Context,
 ) -> None:
@@ -85,9 +77,9 @@ def stability(
     contact springs is taken to integrate them exactly. Wheels of pairs in space creep at the speed,
     and any stiffness is that at the static load.
     """
-    if law is not None and system is None:
-        raise UsageError("--law: is between FMUs of --system")
-    if system is not None:
+    if system is None:
+        refuse_of_system(context, ("law",))
+    else:
         refuse_of_pair(context, system, (*OF_THE_PAIR, "plot"))
         _of_system(system, law, [word.strip() for word in schemes.split(",")], out)
         return

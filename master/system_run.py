@@ -44,6 +44,7 @@ def run_ssp(
     check: Callable[[Sequence[LoadedFmu]], None] = _nothing,
     held: ExitStack | None = None,
     variant: str | None = None,
+    law: Path | None = None,
 ) -> tuple[xr.Dataset, Stopped]:
     """Run a system; also a run that stops early returns what was recorded, and why it stopped.
 
@@ -79,6 +80,8 @@ def run_ssp(
         Closes the FMUs when its owner wants; else they are closed before the results are returned.
     variant : str, optional
         Which of several system structures in the file, see `open_ssp`.
+    law : Path, optional
+        Between its FMUs, in the master; see `railcosim.master.law_file`.
 
     Returns
     -------
@@ -92,10 +95,10 @@ def run_ssp(
     FmuError
         If the file is refused, or neither it nor the caller says step and end.
     CouplingError
-        If the system cannot be coupled.
+        If the system cannot be coupled, or the law is wrong.
     """
     with ExitStack() as own:
-        loaded = (held or own).enter_context(open_ssp(path, load=load, variant=variant))
+        loaded = (held or own).enter_context(open_ssp(path, load=load, variant=variant, law=law))
         for note in loaded.notes:
             warnings.warn(f"{path}: {note}", stacklevel=2)
         start, stop, step = _experiment(path, loaded, step, time)
@@ -121,6 +124,8 @@ def run_ssp(
             )
         check(loaded.fmus)
         about: dict[str, str | float] = {"title": loaded.name}
+        if law is not None:
+            about["law"] = law.read_text(encoding="utf-8")
         for fmu in loaded.fmus:
             for name, value in loaded.starts[fmu.name].items():
                 about[f"start {fmu.name}.{name}"] = (

@@ -22,23 +22,26 @@ _BEFORE, _AFTER = 2, 3
 _PARTS = (1.0, 1.0 / 16.0, 1.0 / 256.0)
 """Steps that are tried one after the other, over the first, where an FMU ends the run."""
 
-_faults: dict[str, str | None] = {}
-"""What was found, by digest of the file."""
-
 Values = Mapping[str, Scalar]
+Told = tuple[float, float | None, float | None]
+_Key = tuple[object, ...]
+
+_faults: dict[_Key, str | None] = {}
+"""What was found, by all that it may depend on; see `_key`."""
 
 
 def rollback_fault(
     description: FmuDescription,
     parameters: Values,
     inputs: FloatArray,
-    told: tuple[float, float | None, float | None],
+    told: Told,
     step: float | None,
 ) -> str | None:
     """Try on a new instance whether steps repeated from a snapshot give the same bits.
 
     The instance has a process of its own, so that nothing it does harms the one in use. Done once
-    for each file in a process.
+    in a process for each file with the same parameters and start: what an FMU forgets may belong to
+    a solver, or a part of the model, that a parameter chooses.
 
     Parameters
     ----------
@@ -60,16 +63,28 @@ def rollback_fault(
     """
     if not description.can_get_and_set_state:
         return "its canGetAndSetFMUstate is false"
-    if description.sha256 not in _faults:
-        _faults[description.sha256] = _try(description, parameters, inputs, told, step or _STEP)
-    return _faults[description.sha256]
+    step = step or _STEP
+    key = _key(description, parameters, told, step)
+    if key not in _faults:
+        _faults[key] = _try(description, parameters, inputs, told, step)
+    return _faults[key]
+
+
+def _key(description: FmuDescription, parameters: Values, told: Told, step: float) -> _Key:
+    """What decides the result: not the inputs, which change all the time.
+
+    Nor the step, unless the FMU has one length only: tried with another, it refuses.
+    """
+    steps = () if description.takes_any_step else (step,)
+    values = tuple((name, type(x).__name__, repr(x)) for name, x in sorted(parameters.items()))
+    return description.sha256, values, told, steps
 
 
 def _try(
     description: FmuDescription,
     parameters: Values,
     inputs: FloatArray,
-    told: tuple[float, float | None, float | None],
+    told: Told,
     step: float,
 ) -> str | None:
     """Run the test; see `rollback_fault`. An FMU that ends too soon may take shorter steps."""
@@ -86,7 +101,7 @@ def _try_once(
     description: FmuDescription,
     parameters: Values,
     inputs: FloatArray,
-    told: tuple[float, float | None, float | None],
+    told: Told,
     step: float,
 ) -> str | None:
     """Run the test with steps of one length; RunEnded if the FMU ends before it."""

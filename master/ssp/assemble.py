@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -32,7 +32,7 @@ class LoadedSystem:
         The FMUs, instantiated.
     components : tuple of Component
         The same for a `System`: where units differ or a connection has a factor, seen through
-        `MappedInputs`.
+        `MappedInputs`; behind them a law in the master, if there is one.
     connections : tuple of Connection
         Between them.
     maps : dict of Connection to Linear
@@ -56,6 +56,14 @@ class LoadedSystem:
     stop: float | None
     step: float | None
     notes: tuple[str, ...]
+
+    def joined_by(self, law: Component, connections: Sequence[Connection]) -> LoadedSystem:
+        """The same with a law in the master."""
+        return replace(
+            self,
+            components=(*self.components, law),
+            connections=(*self.connections, *connections),
+        )
 
 
 def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> LoadedSystem:

@@ -12,6 +12,7 @@ import numpy as np
 from railcosim.master.fmi.archive import MAX_TOTAL_SIZE, FmuError, unpack_archive, unpacked_size
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
+from railcosim.master.law_file import read_law
 from railcosim.master.ssp.assemble import LoadedSystem, assemble
 from railcosim.master.ssp.package import Package, check_structure
 from railcosim.master.ssp.read import read_structure
@@ -28,6 +29,7 @@ def open_ssp(
     *,
     load: Callable[..., LoadedFmu] = FmuComponent.load,
     variant: str | None = None,
+    law: str | Path | None = None,
 ) -> Iterator[LoadedSystem]:
     """Load a system from an SSP 1.0 or 2.0 file for as long as the block lasts.
 
@@ -43,6 +45,8 @@ def open_ssp(
     variant : str, optional
         Which of several system structures in the file, by its name; SystemStructure.ssd if not
         given.
+    law : str or Path, optional
+        Springs and dampers in the master, see `railcosim.master.law_file`.
 
     Yields
     ------
@@ -51,6 +55,8 @@ def open_ssp(
 
     Raises
     ------
+    CouplingError
+        If the law is wrong.
     FmuError
         If the file is refused (see `unpack_archive`), is wrong, or asks for what is not supported.
 
@@ -75,7 +81,7 @@ def open_ssp(
             loaded = assemble(path, structure, fmus)
         except FmuError as error:  # people know the package, not where it was unpacked
             raise FmuError(str(error).replace(str(folder), str(path))) from error
-        yield loaded
+        yield loaded if law is None else loaded.joined_by(*read_law(Path(law), loaded.components))
 
 
 def initialise(

@@ -69,6 +69,15 @@ def test_one_that_forgets(fmu):
     )
 
 
+def test_one_that_forgets_with_other_parameters(fmu):
+    """What was found with some is not believed of the same file with others, either way."""
+    path = fmu("FORGETS_FAR")
+    for s, able in ((0.0, True), (1.0, False), (0.0, True)):
+        with FmuComponent.load(path, name="mass") as mass:
+            mass.set_parameters({"s": s})
+            assert mass.can_rollback is able
+
+
 def test_one_that_forgets_in_writing(fmu):
     able, fault = fault_of(fmu("FORGETS_WRITTEN"))
     assert not able
@@ -94,7 +103,7 @@ def test_the_one_in_use_is_left_alone(fmu):
         assert mass.get_outputs().tobytes() == before.tobytes()
 
 
-def test_tried_once_for_each_file(fmu, monkeypatch):
+def test_tried_once_for_each_file_and_its_parameters(fmu, monkeypatch):
     with FmuComponent.load(fmu(), name="mass") as mass:
         assert mass.can_rollback
         monkeypatch.setattr(IsolatedComponent, "load", None)

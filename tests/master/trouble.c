@@ -8,7 +8,9 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { NONE, EXITS, ABORTS, SEGFAULTS, HANGS, FAILS, FORGETS, FORGETS_WRITTEN, CRASHES_BACK, LINGERS };
+enum {
+    NONE, EXITS, ABORTS, SEGFAULTS, HANGS, FAILS, FORGETS, FORGETS_FAR, FORGETS_WRITTEN, CRASHES_BACK, LINGERS
+};
 
 typedef struct { double u, x, s; } Plant;
 typedef unsigned int Reference;
@@ -72,7 +74,7 @@ int fmi2SetFMUstate(void *c, void *state)
     if (TROUBLE == CRASHES_BACK) abort();
     const double s = ((Plant *)c)->s;
     memcpy(c, state, sizeof(Plant));
-    if (TROUBLE == FORGETS) ((Plant *)c)->s = s;
+    if (TROUBLE == FORGETS || (TROUBLE == FORGETS_FAR && s >= 1)) ((Plant *)c)->s = s;
     return 0;
 }
 

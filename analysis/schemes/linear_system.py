@@ -1,0 +1,217 @@
+"""A system of anybody's FMUs as linear models of each, however had, where it starts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import block_diag
+from scipy.sparse import csc_array
+
+from railcosim.master.component import Component, FloatArray, Type
+from railcosim.master.connections import Connection, CouplingError
+from railcosim.master.fmi.archive import FmuError
+from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.fmi.loaded_fmu import LoadedFmu
+from railcosim.master.law import Law
+from railcosim.master.linear.linear_fmu import Pulses, Wanted, best_way
+from railcosim.master.linear.linear_form import LinearForm
+from railcosim.master.linear.linearise import LinearModel
+from railcosim.master.linear.state_space import StateSpace
+from railcosim.master.progress import Progress, unheard
+from railcosim.master.ssp import LoadedSystem, initialise, open_ssp
+from railcosim.master.system import System
+from railcosim.master.units import IDENTITY
+
+from .boxes import Boxes
+from .catalogue import Member, members
+
+STEPS = 2000
+"""Of a record of pulses."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearSystem:
+    """A system of FMUs, linear where it starts.
+
+    Attributes
+    ----------
+    boxes : Boxes
+        The FMUs whose outputs come back to them, coupled.
+    ways : dict of str to str
+        How each of them was linearised.
+    duration : float or None
+        Of the file's experiment, s; None if it does not say.
+    """
+
+    boxes: Boxes
+    ways: dict[str, str]
+    duration: float | None
+
+    @property
+    def schemes(self) -> dict[str, Member]:
+        """All schemes, by names with the FMUs' own for who steps first."""
+        return members(tuple(self.ways))
+
+
+def linear_system(
+    path: str | Path,
+    *,
+    law: str | Path | None = None,
+    step: float | None = None,
+    amplitude: float = 1e-3,
+    load: Callable[..., LoadedFmu] = FmuComponent.load,
+    progress: Progress = unheard,
+) -> LinearSystem:
+    """Linearise the FMUs of a system where they start, by Model Exchange, else by pulses.
+
+    Parameters
+    ----------
+    path : str or Path
+        An SSP file. The code in it is run.
+    law : str or Path, optional
+        A law between FMUs in the master, see `railcosim.master.law_file`.
+    step : float, optional
+        Of pulses, s; the file's step, or the default of the FMU, if not given.
+    amplitude : float, optional
+        Of pulses, in nominal values of the inputs.
+    load : callable, optional
+        Makes an FMU from a file and, by keyword, a name.
+    progress : callable
+        Told what is done and the total.
+
+    Raises
+    ------
+    FmuError, CouplingError, ComponentError
+        If the file or the law is refused, or an FMU cannot be linearised.
+    """
+    with open_ssp(path, load=load, law=law) as loaded:
+        running = System(loaded.components, loaded.connections)
+        initialise(running, loaded.fmus, loaded.start or 0.0)
+        connections = _looped(_reals(loaded))
+        if not connections:
+            raise CouplingError(
+                f"{path}: no value comes back to the FMU that it comes from, so no step is too "
+                "long to be stable; give a law between its FMUs, or a file that connects them"
+            )
+        pulsed = Pulses(amplitude=amplitude, step=step or loaded.step or math.nan, steps=STEPS)
+        within = {c.source for c in connections}
+        both = [p for p in zip(loaded.fmus, loaded.components, strict=False) if p[0].name in within]
+        models, ways = [], {}
+        for k, (fmu, seen) in enumerate(both):
+            model, ways[fmu.name] = _linear(
+                loaded, fmu, connections, pulsed,
+                lambda a, b, k=k: progress(k + a / b, len(both)),  # type: ignore[misc]
+            )  # fmt: skip
+            models.append(_seen(model, seen, loaded, connections))
+        law_there = next((c for c in loaded.components if isinstance(c, Law)), None)
+        boxes = Boxes(models, [seen for _, seen in both], connections, law_there)
+        stop = loaded.stop
+        return LinearSystem(
+            boxes=boxes, ways=ways, duration=stop and stop - (loaded.start or 0.0)
+        )  # fmt: skip
+
+
+def _looped(connections: Iterable[Connection]) -> list[Connection]:
+    """Connections by which something may come back; the rest is given, or only looked at."""
+    kept = list(connections)
+    while True:
+        between = {c.source for c in kept} & {c.target for c in kept}
+        fewer = [c for c in kept if c.source in between and c.target in between]
+        if len(fewer) == len(kept):
+            return kept
+        kept = fewer
+
+
+def _reals(loaded: LoadedSystem) -> list[Connection]:
+    """Connections by which Real values pass; others jump, and are no part of a linear motion."""
+    known = {(f.name, v.name): v.type for f in loaded.fmus for v in (*f.inputs, *f.outputs)}
+    return [
+        c
+        for c in loaded.connections
+        if {known.get((c.source, c.output)), known.get((c.target, c.input))} <= {None, Type.REAL}
+    ]
+
+
+def state_space_of(form: LinearForm) -> StateSpace:
+    """A linear model as matrices, also one from pulses if all of its motion has poles.
+
+    Raises
+    ------
+    FmuError
+        If it has more motions than pulses tell apart.
+    """
+    if isinstance(form, StateSpace):
+        return form
+    assert isinstance(form, LinearModel)
+    blocks, into, out = [], [], []
+    D = np.zeros((len(form.outputs), len(form.inputs)))
+    for response, mixed in zip(form.responses, form.mixing, strict=True):
+        if len(response.rest):
+            raise FmuError(
+                f"{form.name}: pulses show more motions than they tell apart; take longer records, "
+                "or an FMU for Model Exchange"
+            )
+        known = response.lasting
+        D += np.outer(known.direct, mixed)
+        for pole, residue in zip(known.poles, known.residues.T, strict=True):
+            if pole.imag > 0.0:  # and its conjugate
+                blocks.append(np.array([[pole.real, -pole.imag], [pole.imag, pole.real]]))
+                into += [mixed, np.zeros_like(mixed)]
+                out += [2.0 * residue.real, -2.0 * residue.imag]
+            elif pole.imag == 0.0:
+                blocks.append(np.array([[pole.real]]))
+                into.append(mixed)
+                out.append(residue.real)
+    n = len(into)
+    return StateSpace(
+        name=form.name, A=csc_array(block_diag(*blocks) if n else np.zeros((0, 0))),
+        B=np.array(into).reshape(n, len(form.inputs)),
+        C=np.array(out).reshape(n, len(form.outputs)).T, D=D,
+        inputs=form.inputs, outputs=form.outputs, standing=form.standing,
+    )  # fmt: skip
+
+
+def _linear(
+    loaded: LoadedSystem,
+    fmu: LoadedFmu,
+    connections: Sequence[Connection],
+    pulses: Pulses,
+    progress: Progress,
+) -> tuple[StateSpace, str]:
+    """A linear model of an FMU where it starts, of what is connected; and how it was had."""
+    path = fmu.description.path
+    if not math.isfinite(pulses.step):
+        pulses = replace(pulses, step=fmu.description.default_step or 1e-3)
+    fed = {c.input for c in connections if c.target == fmu.name}
+    asked = {c.output for c in connections if c.source == fmu.name}
+    inputs = [v.name for v in fmu.inputs if v.name in fed]
+    heights = np.array([v.nominal for v in fmu.inputs if v.name in fed]) * pulses.amplitude
+    way = best_way(path, replace(pulses, amplitude=heights))
+    parameters = fmu.description.parameters
+    start: Mapping[str, object] = loaded.starts[fmu.name]
+    wanted = Wanted(
+        inputs=inputs,
+        outputs=[v.name for v in fmu.outputs if v.name in asked],
+        at={v.name: u for v, u in zip(fmu.inputs, fmu.u.tolist(), strict=True) if v.name in fed},
+        parameters={n: x for n, x in start.items() if n in parameters and not isinstance(x, str)},  # type: ignore[misc]
+    )
+    return state_space_of(way(path, fmu.name, wanted, progress)), way.description
+
+
+def _seen(
+    model: StateSpace, seen: Component, loaded: LoadedSystem, connections: Sequence[Connection]
+) -> StateSpace:
+    """With inputs in the units of what feeds them."""
+    by = {
+        c.input: loaded.maps.get(c, IDENTITY).factor for c in connections if c.target == seen.name
+    }
+    factor: FloatArray = np.array([by.get(v.name, 1.0) for v in model.inputs])
+    known = {v.name: v for v in seen.inputs}
+    return replace(
+        model, B=model.B * factor, D=model.D * factor,
+        inputs=tuple(known[v.name] for v in model.inputs),
+    )  # fmt: skip
