@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from .arrays import ComplexArray, FloatArray
 from .coordinates import Coordinates
 from .observation import Observation
-from .ports import DIRECTIONS, RAIL, SIDES, WHEEL, Face, Layout
+from .ports import DIRECTIONS, RAIL, SIDES, WHEEL, Face, Layout, Numbers
 from .shapes import AlongRing, Everywhere
 from .stepping import Drive, State
 
@@ -53,6 +53,9 @@ class ModalBody:
         Of a vehicle. None: it stays, and wheels may roll along it.
     observation : Observation or None
         What is seen of a track at fixed places; None: nothing.
+    apart : bool
+        Whether the sides are no mirror images: then all modes are counted as even, and a row is
+        a wheelset on a side in a direction.
     """
 
     layout: Layout
@@ -66,6 +69,7 @@ class ModalBody:
     preload: FloatArray
     coordinates: Coordinates | None = None
     observation: Observation | None = None
+    apart: bool = False
 
     @property
     def ports(self) -> int:
@@ -85,11 +89,36 @@ class ModalBody:
 
     def at(self, position: FloatArray) -> Met:
         """The body as it is met by wheelsets at positions, shape (wheelsets,), m."""
-        rows = self.layout.wheelsets * len(self.layout.directions)
+        sides = len(self.layout.sides) if self.apart else 1
+        rows = self.layout.wheelsets * len(self.layout.directions) * sides
         out, into, local = self.shapes.at(position, rows)
-        local = self.layout.both_sides(local) if local.size else local
+        if self.apart:
+            k = len(self.layout.directions)
+            local = local.reshape(-1, k, k)[self._row_of_port[::k] // k]
+        elif local.size:
+            local = self.layout.both_sides(local)
         seen = None if self.observation is None else self.observation.driven(position)
         return Met(self, out, into, local, seen)
+
+    def halves(self, at_ports: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Of forces, what drives even and odd modes by rows, on the last axis."""
+        if not self.apart:
+            return self.layout.halves(at_ports)
+        rows = at_ports[..., np.argsort(self._row_of_port)]
+        return rows, rows
+
+    def joined(self, even: Numbers, odd: Numbers) -> Numbers:
+        """Motions at the ports from those of even and of odd modes by rows, on the last axis."""
+        if not self.apart:
+            return self.layout.joined(even, odd)
+        at_ports: Numbers = (even + odd)[..., self._row_of_port]
+        return at_ports
+
+    @cached_property
+    def _row_of_port(self) -> NDArray[np.intp]:
+        """Of sides that are apart: rows go wheelset by wheelset, ports side by side."""
+        rows = np.arange(self.ports).reshape(self.layout.wheelsets, len(self.layout.sides), -1)
+        return rows.swapaxes(0, 1).ravel()
 
     # --- of a free vehicle ----------------------------------------------------------------------
 
@@ -114,7 +143,7 @@ class ModalBody:
     def accelerations(self, state: State, force: FloatArray) -> FloatArray:
         """Of all coordinates; a force acts at once only on its own body."""
         known = self._coordinates
-        even, odd = self.layout.halves(force - self.preload)
+        even, odd = self.halves(force - self.preload)
         at_once = [known.through[: known.even] @ even, known.through[known.even :] @ odd]
         a: FloatArray = (known.modes @ (self.poles**2 * state.s)).real
         return a + np.concatenate(at_once)
@@ -138,6 +167,7 @@ class ModalBody:
         return own | {
             "layout": np.array(layout),
             "even": np.array(self.even),
+            "apart": np.array(self.apart),
             "even_rigid": np.array(self.even_rigid),
             "is_rail": np.array(self.face is RAIL),
             **{
@@ -165,6 +195,7 @@ class ModalBody:
             observation=Observation(**seen) if seen else None,
             even=int(arrays["even"]),
             even_rigid=int(arrays["even_rigid"]),
+            apart=bool(arrays["apart"]),
             **{name: arrays[name] for name in OWN},
         )
 
@@ -205,7 +236,7 @@ class Met:
 
     def drive(self, force: FloatArray) -> Drive:
         """Generalised forces of contact forces beyond the preload, shape (ports,)."""
-        even, odd = self.body.layout.halves(force)
+        even, odd = self.body.halves(force)
         n = self.body.even
         driven = [even @ self.into[:, :n], odd @ self.into[:, n:]]
         if self.local.size:
@@ -249,19 +280,19 @@ class Met:
         n, shared = self.body.even, self.body.shared
         even = self.out[:, :n] @ s[:n]
         odd = self.out[:, n:] @ s[n:shared]
-        at_ports = self.body.layout.joined(even, odd)
+        at_ports = self.body.joined(even, odd)
         if self.local.size:
             own = s[shared : shared + self.body.ports].reshape(-1, self.local.shape[1], 1)
             at_ports = at_ports + (self.local @ own).ravel()
         if not r.size:
             return at_ports.real
         n, rigid = self.body.even_rigid, self.body.rigid_out
-        moved = self.body.layout.joined(rigid[:, :n] @ r[:n], rigid[:, n:] @ r[n:])
+        moved = self.body.joined(rigid[:, :n] @ r[:n], rigid[:, n:] @ r[n:])
         return at_ports.real + moved
 
     def compliance(self, weight: ComplexArray, rigid_weight: float) -> FloatArray:
         """Sum over modes and rigid-body coordinates of out x weight x into, (ports, ports)."""
-        n, shared, layout = self.body.even, self.body.shared, self.body.layout
+        n, shared, body = self.body.even, self.body.shared, self.body
         weighted = self.out * weight[:shared]
         even = (weighted[:, :n] @ self.into[:, :n].T).real
         odd = (weighted[:, n:] @ self.into[:, n:].T).real
@@ -269,8 +300,8 @@ class Met:
         even += (rigid_weight * rigid[:, :k]) @ into[:, :k].T
         odd += (rigid_weight * rigid[:, k:]) @ into[:, k:].T
         forces = np.eye(self.body.ports)
-        loads = layout.halves(forces)  # of a unit force at each port
-        G: FloatArray = layout.joined(loads[0] @ even.T, loads[1] @ odd.T).T
+        loads = body.halves(forces)  # of a unit force at each port
+        G: FloatArray = body.joined(loads[0] @ even.T, loads[1] @ odd.T).T
         if self.local.size:
             k = self.local.shape[1]
             weights = weight[shared : shared + self.body.ports].reshape(-1, 1, k)

@@ -32,8 +32,8 @@ class Shapes(Protocol):
         -------
         out, into : array, shape (rows, n)
             As displacements, and as forces receive them; a row is a wheelset in a direction.
-        local : array, shape (wheelsets, directions, directions)
-            Of the local oscillators on the left; empty without any.
+        local : array, shape (wheelsets, directions, k)
+            Of the local oscillators on the left, or of both sides; empty without any.
         """
 
 
@@ -44,15 +44,17 @@ class AlongRing:
     Attributes
     ----------
     table : array, shape (n_rows, 2 x directions, n)
-        Of each direction the displacement and its slope, at all nodes of a cell but its last, which
+        Of each direction (of the left rail, then of the right one, where these are apart, see
+        `ModalBody`) the displacement and its slope, at all nodes of a cell but its last, which
         is the first of the next; numbers of single precision. A node with a kink is two rows.
     mu : array, shape (n,)
         Phase of a mode from cell to cell, rad.
     partner : array of int, shape (n,)
         Mode whose shape receives the force.
-    local_table : array, shape (n_rows x parts, directions, directions)
+    local_table : array, shape (n_rows x parts, directions, k)
         Shapes of the local oscillators under each contact: motion in a direction by the oscillator
-        of a direction, of the left rail; straight between `parts` of the way from row to row.
+        of one of the k directions of a contact, of the left rail; straight between `parts` of the
+        way from row to row.
     elements : array of int, shape (n_elements,)
         Row at which each element of a cell begins; elements are equally long.
     parts : int

@@ -1,7 +1,8 @@
 """Modes of a ring that is different at single railseats, from those of the equal ring.
 
-Springs and dampers added at places, D(s) = dk + dc s, act on the ring's stretches there only. With
-all complex modes of the equal ring, s_j' = p_j s_j + U_j f and w = Re sum U_j s_j, and their
+Springs, dampers and masses added at places, D(s) = dk + dc s + dm s^2, act on the ring's stretches
+(or motions) there only. With all complex modes of the equal ring, s_j' = p_j s_j + U_j f and
+w = Re sum U_j s_j, and their
 stretches c_j, the changed ring has its poles where
 
     det(1 + D(s) H(s)) = 0,   H(s) = sum over j and conjugates of c_j c_j' / (2 (s - p_j)),
@@ -63,14 +64,22 @@ class Equal:
 
 @dataclass(frozen=True, kw_only=True)
 class Springs:
-    """Stiffnesses and dampings added at k places, N/m and N s/m; negative ones take away."""
+    """Stiffnesses, dampings and masses added at k places, N/m, N s/m and kg.
+
+    Negative ones take away.
+    """
 
     dk: FloatArray
     dc: FloatArray
+    dm: FloatArray
 
     def at(self, s: ComplexArray) -> ComplexArray:
         """Dynamic stiffness, shape (..., k)."""
-        return self.dk + self.dc * s[..., None]
+        return self.dk + (self.dc + self.dm * s[..., None]) * s[..., None]
+
+    def slope(self, s: ComplexArray) -> ComplexArray:
+        """Its derivative."""
+        return self.dc + 2 * self.dm * s[..., None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,7 +177,7 @@ def forces(
         z = np.linalg.svd(within)[2][:, -1].conj()
         # The residue of -(D^-1 + H)^-1: modes receive forces by their own shapes.
         norm = np.einsum("mi,mij,mj->m", z, slope, z)
-        norm -= np.sum(springs.dc * np.einsum("mij,mj->mi", H, z) ** 2, axis=1)
+        norm -= np.sum(springs.slope(pole) * np.einsum("mij,mj->mi", H, z) ** 2, axis=1)
         count = np.where(pole.imag == 0, 1.0, 2.0)
         yield part, z * np.sqrt(-count / norm)[:, None], pull
 
@@ -218,7 +227,7 @@ def _step(
     H, slope = _felt(ring, pull)
     D = springs.at(pole)[:, :, None]
     within = np.eye(H.shape[1]) + D * H
-    change = D * slope + springs.dc[:, None] * H
+    change = D * slope + springs.slope(pole)[:, :, None] * H
     hit = np.linalg.det(within) == 0
     within[hit] = np.eye(H.shape[1])
     newton = np.trace(np.linalg.solve(within, change), axis1=1, axis2=2)

@@ -51,6 +51,9 @@ class ReducedTrack:
         Mode whose shape receives the force, see `RingModes`.
     parity : array, shape (n,)
         1 where both rails are mirror images of each other, -1 where opposite to that.
+    apart : bool
+        Whether no mode is either: then all are counted as even, and the table has the right rail's
+        motions behind the left one's.
     elements : array of int, shape (n_elements,)
         Row of the table at which each element of a cell begins; it ends at the next one.
     table : array, shape (n_rows, 2 k, n)
@@ -64,7 +67,7 @@ class ReducedTrack:
         p of an element: at their ends the shapes of the residual are told.
     residual_shapes : array, shape ((n_rows - 1) p + 1, k, k)
         U there: ds/dt = pole s + U' f, motion Re(U s), for the forces f on the same rail at the
-        same place.
+        same place; if `apart`, of the left rail, then of the right one, (..., 2 k, k).
     cell_length, length : float
         Of a cell and of the ring, m.
     observation : Observation or None
@@ -84,6 +87,7 @@ class ReducedTrack:
     cell_length: float
     length: float
     observation: Observation | None = None
+    apart: bool = False
 
     @property
     def shapes(self) -> AlongRing:
@@ -115,14 +119,24 @@ class ReducedTrack:
         local = np.tile(self.residual_poles, layout.contacts)
         seen = self.observation and self.observation.of_sides(len(layout.sides))
         own = [] if seen is None else [seen.poles]
+        apart, shapes = self.apart and len(layout.sides) > 1, self.shapes
+        if self.apart:  # of the sides that are met
+            rows = len(layout.sides) * len(self.directions)
+            shapes = replace(
+                shapes,
+                table=np.ascontiguousarray(shapes.table[:, : 2 * rows]),
+                local_table=np.ascontiguousarray(shapes.local_table[:, :rows]),
+            )
+        none = np.zeros((layout.wheelsets * len(layout.directions) * (1 + apart), 0))
         return ModalBody(
             layout=layout,
             face=RAIL,
             poles=np.concatenate([self.poles, local, *own]),
             even=int((self.parity > 0).sum()),
-            shapes=self.shapes,
-            rigid_out=np.zeros((layout.wheelsets * len(layout.directions), 0)),
-            rigid_into=np.zeros((layout.wheelsets * len(layout.directions), 0)),
+            apart=apart,
+            shapes=shapes,
+            rigid_out=none,
+            rigid_into=none,
             even_rigid=0,
             preload=np.zeros(len(layout.ports)),
             observation=seen,

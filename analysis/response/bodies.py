@@ -58,9 +58,9 @@ def linear_of(met: Met, name: str) -> StateSpace:
 
 def seen_at_ports(met: Met) -> tuple[ComplexArray, FloatArray]:
     """Motions at all ports by modes, and by rigid-body coordinates."""
-    body, layout = met.body, met.body.layout
+    body = met.body
     even, odd = np.split(met.out.T, [body.even])
-    shared = np.concatenate([layout.joined(even, 0.0 * even), layout.joined(0.0 * odd, odd)]).T
+    shared = np.concatenate([body.joined(even, 0.0 * even), body.joined(0.0 * odd, odd)]).T
     if met.local.size:
         own = np.zeros((body.ports, body.ports), complex)
         k = met.local.shape[1]
@@ -70,7 +70,7 @@ def seen_at_ports(met: Met) -> tuple[ComplexArray, FloatArray]:
         beyond = np.zeros((body.ports, body.poles.size - body.shared - body.ports))
         shared = np.hstack([shared, own, beyond])
     even_, odd_ = np.split(body.rigid_out.T, [body.even_rigid])
-    rigid = np.concatenate([layout.joined(even_, 0.0 * even_), layout.joined(0.0 * odd_, odd_)]).T
+    rigid = np.concatenate([body.joined(even_, 0.0 * even_), body.joined(0.0 * odd_, odd_)]).T
     return shared, rigid
 
 

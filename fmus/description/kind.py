@@ -44,9 +44,12 @@ def _track_facts(body: ModalBody) -> dict[str, str]:
         k := len(body.layout.directions), f"{k} local oscillators"
     )
     frequency = np.abs(body.poles[:n]).max() / (2 * np.pi)
+    parities = f"{body.even} even, {n - body.even} odd"
+    if body.apart:
+        parities = "none even or odd, the sides being no mirror images"
     facts = {
-        "Modes": f"{n} complex ones up to {frequency:.0f} Hz: {body.even} even, {n - body.even} "
-        f"odd; and {local} under each of the {wheels} wheels",
+        "Modes": f"{n} complex ones up to {frequency:.0f} Hz: {parities}; and {local} under "
+        f"each of the {wheels} wheels",
     }
     if isinstance(shapes, AlongRing):
         cells = f"{shapes.length:g} m, cells of {shapes.cell_length:g} m"

@@ -112,7 +112,7 @@ def _track_states(body: ModalBody, told: Sequence[str]) -> States:
     shapes, size = body.shapes, len(layout.directions)
     coupled = np.eye(size, dtype=bool)  # motion in a direction, oscillator of a direction
     if isinstance(shapes, AlongRing):
-        coupled |= np.any(shapes.local_table, axis=0)
+        coupled |= np.any(shapes.local_table.reshape(-1, size, size), axis=0)
     outputs = {}
     for k, port in enumerate(layout.ports):
         own, first = k % size, k - k % size

@@ -64,7 +64,7 @@ def resource(
     ]  # fmt: skip
     return _pack({
         "layout": np.array(
-            [layout.wheelsets, len(layout.sides), len(layout.directions)], np.int32
+            [layout.wheelsets, len(layout.sides), len(layout.directions), body.apart], np.int32
         ),
         "mirror": np.array([d.mirror for d in layout.directions], np.int32),
         "preloads": body.preload,

@@ -5,14 +5,18 @@ import pytest
 
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.fmus.content import contents
-from railcosim.fmus.export import packed
+from railcosim.analysis.response.bodies import seen_at_ports
+from railcosim.fmus.content import contents, track_contents
+from railcosim.fmus.export import NATIVE, WITH_STATES, PythonRuntime, packed
+from railcosim.fmus.interface import Start
 from railcosim.master.component import Hold
 from railcosim.master.course import Course
 from railcosim.master.fmi.archive import read_annotations
 from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.linear.model_exchange import linear_model
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.mechanics.motion import FromOutside, Inputs, Mover
+from railcosim.mechanics.ports import FORCE, RAIL
 from railcosim.track.irregularity import flat
 from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Mesh, Track
@@ -22,6 +26,75 @@ HANGING = [LocalChange(what="fastening", x=20.3125, value=0.0)]  # 1.8 m ahead o
 TRACK = Track(
     mesh=Mesh(cells=6, elements_per_bay=4, highest_slab_frequency=500, highest_frequency=1500)
 )
+
+
+ONE_SIDED = [
+    LocalChange(what="fastening", x=20.3125, value=0.0, sides=(-1,)),
+    LocalChange(what="mass", x=20.7, value=15.0, sides=(1,)),
+]
+
+
+@pytest.mark.slow  # modes of two rings together, FMUs packed: 6 s
+@pytest.mark.parametrize("sides", [("left", "right"), ("left",)])
+def test_rails_that_are_no_mirror_images(tmp_path, sides):
+    loads = (5e4, 6e4) * len(sides)
+    start = Start(positions=(21.2, 18.7), loads=loads, contact=None)
+    (made,) = track_contents(TRACK, start, sides=sides, changes=ONE_SIDED)
+    with packed([made], tmp_path, runtime=WITH_STATES) as files:
+        _moves_as(files["Track"], made.body, ahead=-1.0)
+        model = linear_model(files["Track"])
+    # The exact linear model, from directional derivatives, is that of the modes where wheels stand.
+    omega, met = 2 * np.pi * np.array([10.0, 200.0, 800.0]), made.body.at(np.array([21.2, 18.7]))
+    B = np.stack([met.drive(force).s for force in np.eye(made.body.ports)], axis=1)
+    C, _ = seen_at_ports(met)
+    inputs, outputs = ([v.name for v in side] for side in (model.inputs, model.outputs))
+    layout = made.body.layout
+    j, i = (
+        [inputs.index(n) for n in layout.names(FORCE)],
+        [outputs.index(n) for n in layout.names(RAIL.motion)],
+    )
+    found = model.frequency_response(omega)[:, i][:, :, j]
+    for w, G in zip(omega, found, strict=True):
+        p, s = made.body.poles, 1j * w
+        assert pytest.approx(G, rel=1e-6, abs=1e-14) == 0.5 * (
+            (C / (s - p)) @ B + (C / (-s - p)).conj() @ B.conj()
+        )
+
+
+@pytest.mark.slow  # as above, in both runtimes
+def test_contacts_on_such_rails_in_both_runtimes(tmp_path):
+    made = [
+        one
+        for one in contents(Vehicle(), TRACK, changes=ONE_SIDED)
+        if one.name == "TrackWithContact"
+    ]
+    answers = []
+    for runtime in (NATIVE, PythonRuntime()):
+        with (
+            packed(made, tmp_path, runtime=runtime) as files,
+            FmuComponent.load(files[made[0].name]) as fmu,
+        ):
+            fmu.enter_initialization(0.0)
+            names = [v.name for v in fmu.inputs]
+            place = np.array([k for k, n in enumerate(names) if n.endswith("position")])
+            wheel = np.array([k for k, n in enumerate(names) if n.endswith("wheel_z")])
+            u = np.array([v.start for v in fmu.inputs])
+            u[place] += 1.6
+            u[wheel] += 1.3e-3
+            fmu.set_inputs(u)
+            fmu.exit_initialization()
+            fmu.set_hold(Hold.INTERPOLATE)
+            rows = []
+            for k in range(40):
+                u[place] += 60.0 * 1e-4
+                u[wheel] += 1e-5 * np.sin(k + np.arange(wheel.size))
+                fmu.set_inputs(u)
+                fmu.do_step(k * 1e-4, 1e-4)
+                rows.append(fmu.get_outputs())
+            answers.append(np.array(rows))
+    native, other = answers
+    assert np.abs(native / other - 1).max() < 1e-9
+    assert np.abs(native[0] / native[0].mean() - 1).max() > 1e-2  # wheels are not all alike
 
 
 # Modes of two rings, four FMUs packed: 5 s.
@@ -52,7 +125,7 @@ def _felt(files):
     return np.stack([run[f"wheelset[{i}].left.force_z"].values for i in (1, 2, 3, 4)], axis=1)
 
 
-def _moves_as(path, body):
+def _moves_as(path, body, ahead=1.6):
     """The rail under wheels that roll over the place, under forces from outside."""
     mover, h = Mover(body, FromOutside(), 1e-4), 1e-4
     with FmuComponent.load(path) as fmu:
@@ -61,7 +134,7 @@ def _moves_as(path, body):
         place = np.array([k for k, n in enumerate(names) if n.endswith("position")])
         load = np.array([k for k, n in enumerate(names) if n.endswith("force_z")])
         u = np.array([v.start for v in fmu.inputs])
-        u[place] += 1.6
+        u[place] += ahead
         u[load] *= np.linspace(0.5, 1.5, load.size)
         fmu.set_inputs(u)
         fmu.exit_initialization()

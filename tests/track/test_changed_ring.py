@@ -46,8 +46,11 @@ def test_poles(places, damping):
     springs = Springs(
         dk=np.array([-30.0, 900.0, -20.0, 300.0])[:places],
         dc=np.array([5.0, 0.0, 9.0, 3.0])[:places],
+        dm=np.array([0.0, 0.4, 2.0, 0.0])[:places],
     )
-    poles, _ = eigen(K + (B * springs.dk) @ B.T, C + (B * springs.dc) @ B.T)
+    M, *of_rest = (np.eye(N) + (B * springs.dm) @ B.T, K + (B * springs.dk) @ B.T,
+                   C + (B * springs.dc) @ B.T)  # fmt: skip
+    poles, _ = eigen(*(np.linalg.solve(M, A) for A in of_rest))
     exact = np.sort_complex(poles[poles.imag >= 0])
     nearest = np.abs(found(K, C, B, springs)[:, None] - exact)
     assert nearest.shape == (exact.size, exact.size)
@@ -59,6 +62,6 @@ def test_poles(places, damping):
 def test_never_a_wrong_pole():
     """A damper that stops two modes' swinging: found as they are, or refused."""
     K, C = system(0.5)
-    B, springs = np.eye(N)[:, :1], Springs(dk=np.array([0.0]), dc=np.array([3e3]))
+    B, springs = np.eye(N)[:, :1], Springs(dk=np.zeros(1), dc=np.array([3e3]), dm=np.zeros(1))
     with pytest.raises(ParameterError, match="of the changed ring are not found"):
         found(K, C, B, springs)

@@ -10,6 +10,7 @@ import pytest
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
+from railcosim.analysis.response.bodies import seen_at_ports
 from railcosim.mechanics.motion import FromOutside, Inputs, Mover
 from railcosim.mechanics.ports import Layout, Z
 from railcosim.mechanics.stepping import State
@@ -29,7 +30,7 @@ TRACK = Track(
     mesh=Mesh(cells=12, elements_per_bay=6, highest_frequency=4000),
     fastening=Fastening(spacing=D, loss_factor=0.1),
 )  # fmt: skip
-HANGS, SOFT = 1.5, 3.9  # m: railseats
+HANGS, SOFT, HEAVY = 1.5, 3.9, 2.03  # m: railseats, and a place between
 CHANGES = [
     LocalChange(what="block", x=HANGS, value=0.0),
     LocalChange(what="fastening", x=SOFT, value=0.3),
@@ -42,9 +43,21 @@ def equal():
     return reduce_track(TRACK)
 
 
+ONE_SIDED = [
+    LocalChange(what="fastening", x=SOFT, value=0.0, sides=(-1,)),
+    LocalChange(what="block", x=HANGS, value=0.0, sides=(-1,)),
+    LocalChange(what="mass", x=HEAVY, value=30.0, sides=(-1,)),
+]
+
+
+@pytest.fixture(scope="module", params=[CHANGES, ONE_SIDED], ids=["both sides", "one side, a mass"])
+def changes(request):
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def local(equal):
-    return with_changes(TRACK, equal, CHANGES)
+def local(equal, changes):
+    return with_changes(TRACK, equal, changes)
 
 
 def receptance(body, omega, x):
@@ -60,19 +73,36 @@ def receptance(body, omega, x):
 
 
 @pytest.mark.parametrize("x", [HANGS, 1.8, 2.0, SOFT, 6.3])
-def test_receptance(equal, local, x):
+def test_receptance(equal, local, changes, x):
     """As near to the finite elements as the equal ring is; a one-sided load moves both parities."""
     omega = 2 * np.pi * np.array([3.0, 40.0, 150.0, 420.0, 900.0])
     points = [Point(x=x, side=side) for side in (-1, 1)]
     at = (TRACK, omega, points[:1], points)
     exact, before = (
-        direct_receptance(*at, viscous=True, changes=changes)[:, :, 0] for changes in (CHANGES, ())
+        direct_receptance(*at, viscous=True, changes=some)[:, :, 0] for some in (changes, ())
     )
     size = np.abs(exact[:, 0])
     error = np.abs(receptance(local.under(LAYOUT), omega, x) - exact).max(axis=1) / size
     usual = np.abs(receptance(equal.under(LAYOUT), omega, x) - before).max(axis=1) / size
-    assert error.max() < max(2 * usual.max(), 1e-3)
+    # Beside a mass, what modes leave out is taken for what it is at rest: 3e-3 at 900 Hz, a third
+    # of an element from 30 kg; 7 % if for what it is on the equal ring.
+    allowed = 5e-3 if any(change.what == "mass" for change in changes) else 1e-3
+    assert error.max() < max(2 * usual.max(), allowed)
     assert (np.abs(exact - before).max(axis=1) / size).max() > 10 * error.max()
+
+
+@pytest.mark.parametrize("x", [HANGS, 1.6, HEAVY, SOFT])
+def test_wheels_draw_no_power(local, x):
+    """Two, at places where the ring is changed and beside."""
+    body = local.under(Layout(2))
+    met = body.at(np.array([x, x - 2.4]))
+    B = np.stack([met.drive(force).s for force in np.eye(body.ports)], axis=1)
+    C, _ = seen_at_ports(met)
+    for s in 2j * np.pi * np.geomspace(1, 30e3, 100):
+        Y = 0.5 * s * ((C / (s - body.poles)) @ B + (C / (s.conj() - body.poles)).conj() @ B.conj())
+        assert np.linalg.eigvalsh(Y + Y.conj().T)[0] > 0
+    jump = (C @ B).real
+    assert np.linalg.eigvalsh(jump + jump.T)[0] > 0
 
 
 def test_nothing_grows(equal, local):
@@ -80,29 +110,52 @@ def test_nothing_grows(equal, local):
     assert local.poles.real.max() < 1e-9 * np.abs(local.poles).max()
 
 
-def newmark(position, force, step, *, changed):
+@pytest.mark.slow  # all modes of the default ring, both parities together: 20 s
+def test_default_ring(default_track, default_reduced):
+    """One rail's fastening hangs, and the same rail carries a mass on the next bay."""
+    changes = [
+        LocalChange(what="fastening", x=20.3125, value=0.0, sides=(-1,)),
+        LocalChange(what="mass", x=20.7, value=15.0, sides=(-1,)),
+    ]
+    body = with_changes(default_track, default_reduced, changes).under(LAYOUT)
+    omega = 2 * np.pi * np.array([5.0, 150.0, 900.0])
+    for x in (20.3125, 20.625, 20.7, 22.8125):
+        points = [Point(x=x, side=side) for side in (-1, 1)]
+        at = (default_track, omega, points[:1], points)
+        exact, before = (
+            direct_receptance(*at, viscous=True, changes=some)[:, :, 0] for some in (changes, ())
+        )
+        size = np.abs(exact[:, 0])
+        error = np.abs(receptance(body, omega, x) - exact).max(axis=1) / size
+        # Measured 7e-5, 2e-4 and 6e-3, all at the mass; elsewhere 1e-6, 5e-5 and 2e-3.
+        assert (error < [2e-4, 5e-4, 1e-2]).all(), x
+        assert (np.abs(exact - before).max(axis=1) / size)[1:].min() > 0.05
+
+
+def newmark(position, force, step, changes):
     """Deflection of the left rail under a force on it that moves, by the whole ring."""
-    ring = build_ring(TRACK, (Z,), np.empty(0))
+    ring = build_ring(TRACK, (Z,), np.array([HEAVY]))
     loss = 2 * np.pi * TRACK.mesh.loss_factor_frequency
     M, K, C = ring.M, ring.K, ring.C + ring.K_loss / loss
     block, pad = TRACK.layers[0], TRACK.fastening
     (chain,) = ring.chains
     rails = 2 * chain.section.size * chain.nodes.size
-    for side in range(2):
-        hang = np.zeros(K.shape[0])
-        hang[rails + 2 * 2 + side] = 1.0  # the third railseat's blocks
-        seat = ring.heads(np.array([SOFT])).toarray()[side]
-        seat[rails + 2 * 6 + side] -= 1.0
-        for row, k, c in (
-            (
-                (hang, -block.stiffness, -block.damping),
-                (seat, -0.7 * pad.stiffness, -0.7 * (pad.damping + 0.1 * pad.stiffness / loss)),
-            )
-            if changed
-            else ()
-        ):
-            square = np.outer(row, row)
-            K, C = K + k * square, C + c * square
+    heads = ring.heads(np.array([SOFT, HEAVY])).toarray()
+    for change in changes:
+        for side in (max(0, side) for side in change.sides):
+            part = change.value - 1
+            if change.what == "mass":
+                row = heads[2 * side + 1]
+                M = M + change.value * np.outer(row, row)
+                continue
+            if change.what == "block":
+                row, spring = np.zeros(K.shape[0]), (block.stiffness, block.damping)
+                row[rails + 2 * 2 + side] = 1.0  # the third railseat's blocks
+            else:
+                row = heads[2 * side].copy()
+                spring = (pad.stiffness, pad.damping + 0.1 * pad.stiffness / loss)
+                row[rails + 2 * 6 + side] -= 1.0
+            K, C = (A + part * a * np.outer(row, row) for A, a in zip((K, C), spring, strict=True))
     rows = ring.heads(position)[: position.size].toarray()  # the left rail's
     solve = splu(csc_array(4 / step**2 * M + 2 / step * C + K)).solve
     static = splu(csc_array(K)).solve(rows[0] * force)
@@ -119,12 +172,12 @@ def newmark(position, force, step, *, changed):
 
 
 @pytest.mark.slow  # 800 steps of both in Python, twice
-def test_a_load_that_moves_over_them(equal, local):
+def test_a_load_that_moves_over_them(equal, local, changes):
     """60 m/s from one bay before the hanging block to behind the soft pad."""
     step, speed, force = 1e-4, 60.0, 8e4
     position = 0.3 + speed * step * np.arange(801)
-    exact = newmark(position, force, step, changed=True)
-    before = newmark(position, force, step, changed=False)
+    exact = newmark(position, force, step, changes)
+    before = newmark(position, force, step, [])
 
     def deflection(reduced):
         body = reduced.under(LAYOUT)
@@ -150,8 +203,7 @@ def test_a_load_that_moves_over_them(equal, local):
 
 @pytest.mark.parametrize(
     ("change", "said"),
-    [(LocalChange(what="mass", x=1.0, value=5.0), "fastenings and layers change, on both sides"),
-     (LocalChange(what="block", x=HANGS, value=0.0, sides=(1,)), "on both sides alike"),
+    [(LocalChange(what="mass", x=1.0, value=-5.0), "must be >= 0, what is added"),
      (LocalChange(what="block", x=1.4, value=0.0), "there is no railseat")],
 )  # fmt: skip
 def test_refused(equal, change, said):

@@ -40,7 +40,7 @@ static void lay_out(Body *body, Arrays *arrays)
     }
     /* Of a vehicle the shapes that receive forces. */
     body->receiving = arrays_take(arrays, m->nodes > 0 ? 0 : 2 * all);
-    body->spare = arrays_take(arrays, 2 * m->directions * m->width);
+    body->spare = arrays_take(arrays, 2 * m->motions * m->width);
     body->weights = arrays_take(arrays, 8 * m->wheelsets);
     body->flexibility = arrays_take(arrays, 2 * m->modes);
     body->rate = arrays_take(arrays, 2 * m->modes);
@@ -94,11 +94,14 @@ void body_free(Body *body)
 void body_split(const Model *m, const double *force, const ByParity *f)
 {
     double *even = f->of[0], *odd = f->of[1];
-    for (size_t k = 0; k < m->rows; k++) {
-        const double other = m->sides > 1 ? m->mirror[k % m->directions] * force[m->rows + k] : 0;
+    for (size_t k = 0; k < m->side_contacts && !m->apart; k++) {
+        const double other =
+            m->sides > 1 ? m->mirror[k % m->directions] * force[m->side_contacts + k] : 0;
         even[k] = force[k] + other;
         odd[k] = force[k] - other;
     }
+    for (size_t k = 0; k < m->contacts && m->apart; k++)
+        even[model_row(m, k)] = force[k];
     for (size_t k = m->rows; k <= m->padded_rows; k++)
         even[k] = odd[k] = 0;
 }
@@ -120,11 +123,13 @@ static void scatter(const Chunk *chunk, size_t k, const double own[BLOCK], doubl
 static void join(const Model *m, const ByParity *z, double *at_contacts)
 {
     const double *even = z->of[0], *odd = z->of[1];
-    for (size_t k = 0; k < m->rows; k++) {
+    for (size_t k = 0; k < m->side_contacts && !m->apart; k++) {
         at_contacts[k] = even[k] + odd[k];
         if (m->sides > 1)
-            at_contacts[m->rows + k] = m->mirror[k % m->directions] * (even[k] - odd[k]);
+            at_contacts[m->side_contacts + k] = m->mirror[k % m->directions] * (even[k] - odd[k]);
     }
+    for (size_t k = 0; k < m->contacts && m->apart; k++)
+        at_contacts[k] = even[model_row(m, k)];
 }
 
 void body_drive_chunk(const Body *body, const Shapes *shapes, size_t place, const Chunk *chunk,

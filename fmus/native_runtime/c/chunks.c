@@ -67,13 +67,13 @@ static Chunk chunk_from(const Model *m, size_t first)
 /* Rows of a chunk, wheelset by wheelset, from where `row` has room. */
 static void find_rows(const Model *m, Chunk *chunk, size_t *row)
 {
-    for (size_t d = 0; d < m->directions; d++)
+    for (size_t d = 0; d < m->motions; d++)
         if (m->segment[chunk->first].moves >> d & 1)
             chunk->direction[chunk->moving++] = d;
     chunk->rows = m->wheelsets * chunk->moving;
     chunk->padded_rows = (chunk->rows + BLOCK - 1) / BLOCK * BLOCK;
     for (size_t k = 0; k < chunk->padded_rows; k++)
-        row[k] = k < chunk->rows ? k / chunk->moving * m->directions +
+        row[k] = k < chunk->rows ? k / chunk->moving * m->motions +
                                        chunk->direction[k % chunk->moving]
                                  : m->padded_rows;
     chunk->row = row;
@@ -116,7 +116,7 @@ void model_fill_table(Model *m, const float *re, const float *im)
         const Chunk *chunk = &m->chunk[j];
         float *to = m->table + chunk->table;
         for (size_t k = 0; k < m->nodes * chunk->moving; k++) {
-            const size_t row = k / chunk->moving * m->directions +
+            const size_t row = k / chunk->moving * m->motions +
                                chunk->direction[k % chunk->moving];
             for (int part = 0; part < NODE_PARTS; part++, to += chunk->room)
                 memcpy(to, parts[part % 2] + (2 * row + (size_t)part / 2) * m->ring + chunk->to,

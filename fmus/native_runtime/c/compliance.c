@@ -57,10 +57,11 @@ static void between(const Body *body, const Shapes *shapes, size_t count,
 {
     const Model *m = body->model;
     const size_t R = m->padded_rows, D = m->directions, first = k - k % D;
-    const int left = k < m->rows, other_left = j < m->rows, local = j - j % D == first;
-    const size_t row = left ? k : k - m->rows, other = other_left ? j : j - m->rows;
+    const int left = m->apart || k < m->side_contacts, local = j - j % D == first;
+    const int other_left = m->apart || j < m->side_contacts; /* apart, no side is another's image */
+    const size_t row = model_row(m, k), other = model_row(m, j);
     const size_t at = row < other ? row * R + other : other * R + row; /* Betti's law */
-    const int here = left ? 1 : m->mirror[row % D], there = other_left ? 1 : m->mirror[other % D];
+    const int here = left ? 1 : m->mirror[k % D], there = other_left ? 1 : m->mirror[j % D];
     /* Forces of one side alone move both. */
     const double odd = left == other_left ? 1 : -1;
     for (size_t i = 0; i < count; i++) {
@@ -90,10 +91,10 @@ void body_respond_rest(const Body *body, const Shapes *shapes, const double *con
 size_t body_block(const Model *m, size_t block, size_t *contact)
 {
     size_t n = 0;
-    const size_t rows = BLOCK * m->directions;
+    const size_t first = block * BLOCK * m->directions, next = first + BLOCK * m->directions;
     for (size_t side = 0; side < m->sides; side++)
-        for (size_t row = block * rows; row < (block + 1) * rows && row < m->rows; row++)
-            contact[n++] = side * m->rows + row;
+        for (size_t k = first; k < next && k < m->side_contacts; k++)
+            contact[n++] = side * m->side_contacts + k;
     return n;
 }
 

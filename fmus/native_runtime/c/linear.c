@@ -76,7 +76,7 @@ static void law_change(Instance *i, const Seeds *seeds, const Inputs *now, Input
         return;
     body_observe(&i->motion.body, body_shapes(&i->motion.body, now->position), i->x, z);
     for (size_t k = 0; k < m->contacts; k++) {
-        const Variable *number = &m->variable[m->law[first + k % m->rows]];
+        const Variable *number = &m->variable[m->law[first + k % m->side_contacts]];
         const double seed = seeds->law[first + number->index];
         const double part = seed / ((law->nonlinear ? 1.5 : 1) * law->number[k]);
         change->load[k] -= part * (z[k] - now->load[k]);

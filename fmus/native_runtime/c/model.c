@@ -77,20 +77,25 @@ static size_t whole_blocks(size_t n) { return (n + BLOCK - 1) / BLOCK * BLOCK; }
 static void read_layout(Reader *reader)
 {
     Model *m = reader->model;
-    const int32_t *sizes = section(reader, "layout", TYPE_INT32, 3, 0, 0);
+    const int32_t *sizes = section(reader, "layout", TYPE_INT32, 4, 0, 0);
     if (!reader->good)
         return;
     demand(reader, sizes[0] >= 1 && sizes[0] <= MOST_WHEELSETS, "the number of wheelsets");
     demand(reader, sizes[1] == 1 || sizes[1] == 2, "the number of sides");
     demand(reader, sizes[2] >= 1 && sizes[2] <= MOST_DIRECTIONS, "the number of directions");
+    demand(reader, sizes[3] == 0 ||
+           (sizes[3] == 1 && sizes[1] == 2 && 2 * sizes[2] <= MOST_DIRECTIONS), "sides apart");
     if (!reader->good)
         return;
     m->wheelsets = (size_t)sizes[0];
     m->sides = (size_t)sizes[1];
     m->directions = (size_t)sizes[2];
-    m->rows = m->wheelsets * m->directions;
+    m->apart = sizes[3];
+    m->motions = m->directions * (m->apart ? m->sides : 1);
+    m->rows = m->wheelsets * m->motions;
     m->padded_rows = whole_blocks(m->rows);
-    m->contacts = m->sides * m->rows;
+    m->side_contacts = m->wheelsets * m->directions;
+    m->contacts = m->sides * m->side_contacts;
     m->mirror = section(reader, "mirror", TYPE_INT32, m->directions, 0, 0);
     for (size_t d = 0; reader->good && d < m->directions; d++)
         demand(reader, m->mirror[d] == 1 || m->mirror[d] == -1, "how a direction is mirrored");
@@ -126,6 +131,7 @@ static void read_sizes(Reader *reader)
     m->modes = m->ring + m->local + m->seen.own;
     m->states = 2 * (m->modes + m->rigid);
     demand(reader, m->even > 0, "there are no modes");
+    demand(reader, !m->apart || (m->odd == 0 && m->nodes > 0), "modes of sides apart");
     demand(reader, m->contact_sign == 0 || m->directions == 1 ||
                        m->directions == (m->contact_sign > 0 ? WHEEL_DIRECTIONS : RAIL_DIRECTIONS),
            "directions of a contact inside");
@@ -149,7 +155,7 @@ static void read_segments(Reader *reader)
     size_t next = 0;
     for (size_t k = 0; reader->good && k < m->segments; k++, rows += 4) {
         demand(reader, rows[0] >= 0 && rows[1] >= 0 && rows[2] > 0 && rows[3] > 0 &&
-               rows[3] < 1 << m->directions, "a segment of modes");
+               rows[3] < 1 << m->motions, "a segment of modes");
         if (!reader->good)
             return;
         Segment s = {(size_t)rows[0], (size_t)rows[1], (size_t)rows[2], 0, 0, 0, 0,
@@ -176,7 +182,7 @@ static void read_segments(Reader *reader)
 static const float *floats(Reader *reader, const char *name)
 {
     const Model *m = reader->model;
-    const size_t values = 2 * m->directions;
+    const size_t values = 2 * m->motions;
     const float *data = section(reader, name, TYPE_FLOAT, m->nodes, values, m->ring);
     for (size_t k = 0; data != NULL && k < values * m->nodes * m->ring; k++)
         if (!isfinite(data[k])) {
@@ -201,7 +207,7 @@ static void read_local(Reader *reader)
     if (!reader->good)
         return;
     m->parts = (size_t)*parts;
-    m->local_shape = complexes(reader, "local", m->nodes * m->parts, m->directions, m->directions);
+    m->local_shape = complexes(reader, "local", m->nodes * m->parts, m->motions, m->directions);
 }
 
 static void read_track(Reader *reader)

@@ -3,9 +3,11 @@
    ds/dt = lambda s + g for every mode (complex), d2r/dt2 = g for every rigid-body coordinate.
    The state vector is x = [Re s, Im s, r, dr/dt]; generalised forces are g = [Re g, Im g, g_r].
 
-   A row is a wheelset in one of the directions in which it and the track move: row = wheelset *
-   directions + direction. A contact is a row on one side: contact = side * rows + row. Both sides
-   of a row move modes of either parity by the sum or the difference of their forces. */
+   A contact is a wheelset on one side in one of the directions in which it and the track move:
+   contact = side * side_contacts + wheelset * directions + direction. A row is a wheelset in a
+   direction: both sides of a row move modes of either parity by the sum or the difference of their
+   forces. On a track whose sides are `apart`, no mirror images, all modes count as even, and a row is
+   one of a side as well: row = wheelset * motions + side * directions + direction. */
 #ifndef RAILCOSIM_MODEL_H
 #define RAILCOSIM_MODEL_H
 
@@ -135,7 +137,9 @@ typedef struct {
     Resource resource;
     Memory memory; /* what the model, and what is made of it, may still take */
     const char *guid;
-    size_t wheelsets, sides, directions, rows, contacts;
+    size_t wheelsets, sides, directions, side_contacts, contacts;
+    int apart;
+    size_t motions, rows;  /* of a wheelset that shapes know: directions, or of both sides; of all */
     size_t padded_rows;    /* whole blocks of them */
     const int32_t *mirror; /* of a direction: 1 where even modes move both sides alike, else -1 */
     /* Modes: even ones (of motions that are their own mirror images), odd ones, one local one a
@@ -157,7 +161,8 @@ typedef struct {
     /* Shapes of a track: a table along one cell, (nodes, moving, NODE_PARTS, room) for each chunk,
        one after the other. The node after the last is the first one of the next cell. Where shapes
        have a kink two nodes are at one place: each element begins at the second of them. Shapes of
-       local modes are told at the ends of `parts` of an element, (nodes, parts). */
+       local modes are told at the ends of `parts` of an element, (nodes, parts, motions,
+       directions). */
     size_t nodes, cells, elements, parts;
     const int32_t *begins;
     float *table;
@@ -188,6 +193,13 @@ int model_load(Model *model, const char *path, char *why, size_t room);
 /* The same from a resource that has been checked; the model owns it from now on. */
 int model_read(Model *model, Resource resource, char *why, size_t room);
 void model_free(Model *model);
+
+/* Where a contact is among the rows. */
+static inline size_t model_row(const Model *m, size_t contact)
+{
+    const size_t side = contact / m->side_contacts, k = contact % m->side_contacts;
+    return m->apart ? k / m->directions * m->motions + side * m->directions + k % m->directions : k;
+}
 
 /* A node in the table of shapes of a chunk. */
 static inline const float *model_node(const Model *m, const Chunk *chunk, size_t node)

@@ -38,7 +38,7 @@ void body_seen_shapes(const Model *m, size_t wheelset, double position, double h
         const double *re = seen->into.re + (k * seen->places + first) * values;
         const double *im = seen->into.im + (k * seen->places + first) * values;
         for (size_t j = 0; j < values; j++) {
-            const size_t to = k * m->contacts + j / D * m->rows + wheelset * D + j % D;
+            const size_t to = k * m->contacts + j / D * m->side_contacts + wheelset * D + j % D;
             to_re[to] = w[0] * re[j] + w[1] * re[values + j];
             to_im[to] = w[0] * im[j] + w[1] * im[values + j];
         }

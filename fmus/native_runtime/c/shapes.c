@@ -74,7 +74,7 @@ static void evaluate(const Body *body, const Place *place, const Chunk *chunk, c
                      double *X_re, double *X_im)
 {
     evaluate_both(body, place, chunk, w, w, X_re, X_im, body->spare,
-                  body->spare + body->model->directions * body->model->width);
+                  body->spare + body->model->motions * body->model->width);
 }
 
 /* Shapes of the local modes of a wheelset, straight between places of their table; or how they
@@ -90,9 +90,10 @@ static void local_shapes(const Model *m, size_t wheelset, const Place *place, co
     const size_t next = at + 1 == m->nodes * m->parts ? 0 : at + 1;
     for (size_t k = 0; k < D * D; k++)
         for (size_t side = 0; side < m->sides; side++) {
-            const size_t j = (side * m->rows + wheelset * D) * D + k;
-            const size_t here = at * D * D + k, there = next * D * D + k;
-            const double sign = side > 0 ? m->mirror[k / D] : 1;
+            const size_t j = (side * m->side_contacts + wheelset * D) * D + k;
+            const size_t own = m->apart ? side * D * D + k : k;
+            const size_t here = at * m->motions * D + own, there = next * m->motions * D + own;
+            const double sign = side > 0 && !m->apart ? m->mirror[k / D] : 1;
             to->local_re[j] = sign * (weight[0] * re[here] + weight[1] * re[there]);
             to->local_im[j] = sign * (weight[0] * im[here] + weight[1] * im[there]);
         }
