@@ -15,7 +15,6 @@ from .options import UsageError
 from .parameter_options import FmuOptions, PairOptions, TrackOptions
 
 if TYPE_CHECKING:
-    from railcosim.analysis.response.local_track import Local
     from railcosim.track.parameters import Sensor, Track
 
 FORM = re.compile(
@@ -67,16 +66,6 @@ class ObservedFmus(SensorOptions, FmuOptions):
 @dataclass(frozen=True, kw_only=True)
 class ObservedMeeting(SensorOptions, MeetingOptions):
     """The same, and how they meet."""
-
-    def _local(self) -> Local | None:
-        """See `MeetingOptions`: sensors see a track that is equal everywhere."""
-        found = super()._local()
-        if found is not None and found.track.sensor:
-            raise UsageError(
-                "--local and --sensor: sensors see a track that is equal everywhere; leave one out "
-                "(with --local the result has what wheels and rails below them do)"
-            )
-        return found
 
     @property
     def may_have_sensors(self) -> bool:

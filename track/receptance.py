@@ -183,14 +183,21 @@ def direct_receptance(
 
 
 def ring_receptance(
-    track: Track, omega: FloatArray, loads: Sequence[Place], observed: Sequence[Place]
+    track: Track,
+    omega: FloatArray,
+    loads: Sequence[Place],
+    observed: Sequence[Place],
+    changes: Sequence[LocalChange] = (),
 ) -> ComplexArray:
-    """The same of the equal track, between places of any kind; loss factors as viscous damping."""
+    """The same between places of any kind; loss factors as viscous damping."""
 
     def join(cell: CondensedCell) -> Joined:
         return ring(cell, track.mesh.cells)
 
-    return periodic(track, omega, loads, observed, join, None, viscous=True)
+    return _receptance(
+        track, omega, loads, observed, join, None, viscous=True, changes=changes,
+        cells=track.mesh.cells,
+    )  # fmt: skip
 
 
 def infinite_receptance(
@@ -227,8 +234,8 @@ def shortest(track: Track) -> Track:
 def _receptance(
     track: Track,
     omega: FloatArray,
-    loads: list[Point],
-    observed: list[Point],
+    loads: Sequence[Place],
+    observed: Sequence[Place],
     join: Join,
     progress: Progress | None,
     *,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -11,12 +11,11 @@ from railcosim.mechanics.ports import ROLL, Direction, Y, Z
 from railcosim.parameters import ParameterError
 
 from .fastenings import Spring, springs_of
+from .local import LocalChange
 from .parameters import Track
-from .sensor_rows import Motion, RailMoment, Row, SlabMoment
-from .sensors import FASTENING, MIDDLE, RAIL, SLAB, Sensor, is_continuous, place_on
+from .sensor_rows import VALUE, Motion, RailMoment, Row, SlabMoment, Weights
+from .sensors import FASTENING, LEFT, MIDDLE, RAIL, RIGHT, SLAB, Sensor, is_continuous, place_on
 
-Weights = tuple[float, float, float]
-VALUE: Weights = (1.0, 0.0, 0.0)
 MOVES: Mapping[str, tuple[str, Weights]] = {
     "{}": ("", VALUE), "v{}": ("/s", (0.0, 1.0, 0.0)), "a{}": ("/s2", (0.0, 0.0, 1.0)),
 }  # fmt: skip
@@ -68,8 +67,12 @@ class Told:
 Made = tuple[str, str, str, Row, Weights]
 
 
-def told_by(track: Track, directions: Collection[Direction]) -> list[Told]:
+def told_by(
+    track: Track, directions: Collection[Direction], changes: Sequence[LocalChange] = ()
+) -> list[Told]:
     """All that the sensors of a track tell, where it moves in directions.
+
+    A force that a changed spring has is of what is left of it.
 
     Raises
     ------
@@ -85,9 +88,12 @@ def told_by(track: Track, directions: Collection[Direction]) -> list[Told]:
         for name, unit, text, row, weights in made.values():
             if sensor.quantities and name not in sensor.quantities:
                 continue
+            pressed = isinstance(row, Motion) and row.stretch
+            left = _left(track, sensor, changes) if pressed else 1.0
             found.append(
                 Told(
-                    sensor=number, name=name, unit=unit, row=row, weights=weights,
+                    sensor=number, name=name, unit=unit, row=row,
+                    weights=(left * weights[0], left * weights[1], left * weights[2]),
                     text=f"{described(sensor)}: {text}",
                 )
             )  # fmt: skip
@@ -97,6 +103,16 @@ def told_by(track: Track, directions: Collection[Direction]) -> list[Told]:
 def described(sensor: Sensor) -> str:
     """What a sensor is on, in words."""
     return f"{sensor.side} {sensor.of} at {sensor.at:g} m"
+
+
+def _left(track: Track, sensor: Sensor, changes: Sequence[LocalChange]) -> float:
+    """What changes leave of the spring that a sensor is at; they add up."""
+    here, side = place_on(track, sensor.at), {LEFT: -1, RIGHT: 1}.get(sensor.side)
+    return 1.0 + sum(
+        change.value - 1
+        for change in changes
+        if change.what == sensor.of and side in change.sides and place_on(track, change.x) == here
+    )
 
 
 def _cannot(
@@ -127,7 +143,7 @@ def _moved(motion: Callable[[Direction], Motion], d: Direction) -> Iterator[Made
 
 
 def _of_rail(track: Track, sensor: Sensor, directions: Collection[Direction]) -> Iterator[Made]:
-    place, rail = place_on(track, sensor), track.rail
+    place, rail = place_on(track, sensor.at), track.rail
     for d in directions:
         yield from _moved(lambda d: Motion(place=place, side=sensor.side, direction=d), d)
     bends = partial(RailMoment, place=place, side=sensor.side)
@@ -143,7 +159,7 @@ def _of_rail(track: Track, sensor: Sensor, directions: Collection[Direction]) ->
 
 
 def _of_slab(track: Track, sensor: Sensor, directions: Collection[Direction]) -> Iterator[Made]:
-    place, ground, slab = place_on(track, sensor), track.foundation, track.slab
+    place, ground, slab = place_on(track, sensor.at), track.foundation, track.slab
     body, y = len(track.layers) + 1, _across(track, sensor)
     on = partial(Motion, place=place, side=sensor.side, body=body, y=y)
     for d in (d for d in (Z, Y) if d in directions):
@@ -171,7 +187,7 @@ def _of_fastening(
 
 def _of_layer(track: Track, sensor: Sensor, directions: Collection[Direction]) -> Iterator[Made]:
     body = next(k for k, one in enumerate(track.layers, start=1) if one.called == sensor.of)
-    layer, place, y = track.layers[body - 1], place_on(track, sensor), _across(track, sensor)
+    layer, place, y = track.layers[body - 1], place_on(track, sensor.at), _across(track, sensor)
     yield from _moved(
         lambda d: Motion(place=place, side=sensor.side, direction=d, body=body, y=y), Z
     )
@@ -191,7 +207,7 @@ def _pressed(
     for spring in springs:
         d = spring.direction
         row = Motion(
-            place=place_on(track, sensor), side=sensor.side, direction=d, body=joint,
+            place=place_on(track, sensor.at), side=sensor.side, direction=d, body=joint,
             y=_across(track, sensor), stretch=True,
         )  # fmt: skip
         weights = (per * spring.stiffness, per * (spring.damping + of_loss * spring.stiffness), 0.0)

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -23,6 +23,12 @@ from .section import Beam
 from .sensors import LEFT, Place
 from .stack import stack_of
 
+if TYPE_CHECKING:
+    from .parameters import Track
+
+Weights = tuple[float, float, float]
+"""Of a quantity, its rate and its acceleration."""
+VALUE: Weights = (1.0, 0.0, 0.0)
 ASIDE = 1e-8  # m: which of the elements at a node; far below what is one node
 
 
@@ -60,13 +66,16 @@ class Row(Protocol):
         """In the first cell by modes of one parity, (n,), in the signs of `ReducedTrack.table`."""
 
     def behind_and_ahead(self, length: float) -> tuple[At, At]:
-        """The row in elements, for forces behind the place and for those ahead of it.
+        """The row in elements, for forces behind the place and for those ahead of it, at rest.
 
         Parameters
         ----------
         length : float
             Of a cell, m.
         """
+
+    def moving(self, track: Track) -> Sequence[tuple[Weights, At]]:
+        """The row in elements that move, as a sum of rows, their rates and accelerations."""
 
 
 def _sign(cell: Cell, side: str, direction: Direction) -> float:
@@ -88,6 +97,10 @@ class _InElements(ABC):
     def behind_and_ahead(self, length: float) -> tuple[At, At]:
         """See `Row`."""
         return self.at(length), self.at(length)
+
+    def moving(self, track: Track) -> Sequence[tuple[Weights, At]]:
+        """See `Row`."""
+        return [(VALUE, self.at(track.cell_length))]
 
     @abstractmethod
     def at(self, length: float) -> At:
@@ -200,19 +213,26 @@ class RailMoment:
         found: ComplexArray = -cell.parity * _sign(cell, self.side, self.direction) * moment
         return found
 
-    def behind_and_ahead(self, length: float) -> tuple[At, At]:
+    def behind_and_ahead(self, length: float) -> tuple[RailMomentAt, RailMomentAt]:
         """See `Row`: a force in an element bends it otherwise than its ends tell."""
         x = self.place.cell * length + self.place.inside
         return RailMomentAt(self, x + ASIDE, ahead=True), RailMomentAt(self, x - ASIDE, ahead=False)
 
+    def moving(self, track: Track) -> Sequence[tuple[Weights, At]]:
+        """See `Row`: an element's end feels its inertia as well."""
+        bends, _ = self.behind_and_ahead(track.cell_length)
+        loss = track.rail.loss_factor / (2 * np.pi * track.mesh.loss_factor_frequency)
+        return [((1.0, loss, 0.0), bends), ((0.0, 0.0, 1.0), replace(bends, inertia=True))]
+
 
 @dataclass(frozen=True)
 class RailMomentAt:
-    """A bending moment at a node, at rest, from the element ahead or behind."""
+    """A bending moment at a node, from stiffness or inertia of the element ahead or behind."""
 
     moment: RailMoment
     x: float
     ahead: bool
+    inertia: bool = False
     on_rail: bool = True
 
     @property
@@ -229,9 +249,9 @@ class RailMomentAt:
         inside = self.x % cell.track.cell_length
         node = int(np.argmin(np.abs(cell.nodes - inside)))
         e = node if self.ahead else node - 1
-        _, K = section_matrices(cell.section, np.diff(cell.nodes[e : e + 2]))
-        own = cell.section.element_unknowns(member)
-        end = K[0][own[1]] if self.ahead else -K[0][own[3]]
+        M, K = section_matrices(cell.section, np.diff(cell.nodes[e : e + 2]))
+        own, felt = cell.section.element_unknowns(member), M[0] if self.inertia else K[0]
+        end = felt[own[1]] if self.ahead else -felt[own[3]]
         row[e * d : (e + 2) * d] = end
         return row * _sign(cell, self.moment.side, self.direction)
 

@@ -68,11 +68,11 @@ class Place:
     seat: int | None
 
 
-def place_on(track: Track, sensor: Sensor) -> Place:
-    """Where a sensor is on the ring."""
+def place_on(track: Track, at: float) -> Place:
+    """Where a place along the track, m, is on the ring."""
     length, spacing = track.cell_length, track.fastening.spacing
-    cell = math.floor(sensor.at / length)
-    inside = sensor.at - cell * length
+    cell = math.floor(at / length)
+    inside = at - cell * length
     # A spacing that is rounded leaves no seat that is a multiple of it: by its number in its cell.
     seat = min(int(inside / spacing), track.bays - 1)
     there = abs((seat + 0.5) * spacing - inside) <= NEAR
@@ -121,7 +121,7 @@ def _sides(track: Track, sensor: Sensor) -> Sequence[str]:
 
 
 def _check_place(track: Track, sensor: Sensor, said: str) -> None:
-    place, gap = place_on(track, sensor), track.slab.joint / 2
+    place, gap = place_on(track, sensor.at), track.slab.joint / 2
     if sensor.of == SLAB and not gap <= place.inside <= track.cell_length - gap:
         raise ParameterError(
             f"{said}: is in the joint between two slabs, {track.slab.joint:g} m wide around "

@@ -12,14 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from railcosim.fmus.sensor_variables import sensor_name
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.connections import CouplingError
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.realisation import ComplexArray
-from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Layout
+from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Layout, Z
 from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Track
-from railcosim.track.receptance import Point, direct_receptance
+from railcosim.track.receptance import Point, direct_receptance, ring_receptance
+from railcosim.track.sensor_quantities import told_by
 
 from .models import Models
 
@@ -79,23 +81,40 @@ class ChangedTrack:
         return self.model.frequency_response(omega) + self._added(omega)
 
     def _added(self, omega: FloatArray) -> ComplexArray:
-        layout = Layout(len(self.positions)).down
-        points = [
+        layout, local = Layout(len(self.positions)).down, self.local
+        wheels = [
             Point(x=float(self.positions[port.wheelset - 1]), side=2 * SIDES.index(port.side) - 1)
             for port in layout.ports
         ]
-        at = (self.local.track, omega, points, points)
-        changed = direct_receptance(*at, viscous=True, changes=self.local.changes)
-        added = changed - direct_receptance(*at, viscous=True)
+        added = _seen(local.track, omega, wheels, local.changes)
+        added -= _seen(local.track, omega, wheels, ())
+        sensors = [f"{sensor_name(one.sensor)}.{one.name}" for one in told_by(local.track, (Z,))]
         rows, columns = (
             [names.index(v.name) for v in variables]
             for names, variables in (
-                (layout.names(RAIL.motion), self.outputs),
+                ([*layout.names(RAIL.motion), *sensors], self.outputs),
                 (layout.names(FORCE), self.inputs),
             )
         )
         picked: ComplexArray = added[:, rows][:, :, columns]
         return picked
+
+
+def _seen(
+    track: Track, omega: FloatArray, wheels: list[Point], changes: Sequence[LocalChange]
+) -> ComplexArray:
+    """Motions of rails under wheels, and what sensors tell, by forces of the wheels."""
+    told = told_by(track, (Z,), changes)
+    parts = [one.row.moving(track) for one in told]
+    rows = list(dict.fromkeys(row for own in parts for _, row in own))
+    H = ring_receptance(track, omega, wheels, [*wheels, *rows], changes)
+    powers = (1j * omega[:, None]) ** np.arange(3)
+    seen = [
+        (powers @ one.weights)[:, None]
+        * sum((powers @ w)[:, None] * H[:, len(wheels) + rows.index(row)] for w, row in own)
+        for one, own in zip(told, parts, strict=True)
+    ]
+    return np.concatenate([H[:, : len(wheels)], *(one[:, None] for one in seen)], axis=1)
 
 
 @dataclass(frozen=True)
