@@ -23,8 +23,7 @@ from railcosim.mechanics.ports import (
 from railcosim.plots.chart import Chart
 from railcosim.plots.names import place, words_of
 from railcosim.plots.results import Group, size_chart, time_chart
-
-from .sensor_charts import sensor_groups
+from railcosim.plots.sensors import sensor_groups
 
 MOST = 8
 """Curves in one picture that are told apart."""

@@ -9,7 +9,7 @@
   const INK = "#1d2733", SOFT = "#8a949e";
   const last = data.time.length - 1;
   const span = data.time[last] - data.time[0];
-  let frame = 0, playing = null, side = data.sides[0], scale = 1;
+  let frame = 0, playing = null, side = data.sides[0], scale = 1, panel = -1;
 
   const wheelsOf = (which) => data.wheels.filter((w) => w.side === which);
   const finite = (values) => (values || []).filter((v) => v !== null);
@@ -86,6 +86,7 @@
     line(c, [[0, base], [width, base]], "#c6ccd2", 1, [2, 4]);
 
     const here = wheelsOf(side);
+    places(c, X, Y, up);
     rail(c, here, x0, X, Y);
     for (const body of data.bodies) {
       drawn(c, body, x0, X, up, base);
@@ -107,7 +108,8 @@
 
   function rail(c, here, x0, X, Y) {
     const dots = here
-      .map((w) => [x0[w.wheelset - 1], surface(w, frame)])
+      .map((w) => [x0[w.wheelset - 1], surface(w, frame), COLORS[1]])
+      .concat(seen("rail").map((s) => [s.at, s.z[frame], COLORS[0]]))
       .sort((a, b) => a[0] - b[0]);
     if (!dots.length) return;
     // Level at a distance, at the ends and between wheels far from each other.
@@ -128,11 +130,37 @@
       }
     }
     line(c, through, INK, 1.5, [7, 4]);
-    for (const [x, z] of dots) {
-      c.fillStyle = COLORS[1];
+    for (const [x, z, color] of dots) {
+      c.fillStyle = color;
       c.beginPath();
       c.arc(X(x), Y(z), 4, 0, 2 * Math.PI);
       c.fill();
+    }
+  }
+
+  // Sensors of a side that tell a deflection now.
+  const seen = (of) => data.sensors.filter(
+    (s) => s.of === of && s.side === side && s.z && s.z[frame] !== null);
+
+  // What is at fixed places of the track: slabs and layers move, of the rest there is a mark.
+  function places(c, X, Y, up) {
+    for (const s of data.sensors) {
+      if ((s.side !== side && s.side !== "middle") || s.of === "rail") continue;
+      const slab = s.of === "slab", fastening = s.of === "fastening";
+      const deep = slab ? 0.95 : fastening ? 0.25 : 0.55;
+      const [half, thick] = slab ? [0.6, 0.25] : fastening ? [0.1, 0.35] : [0.2, 0.25];
+      const y = Y(value(s.z, frame)) + up(deep);
+      const known = !s.z || s.z[frame] !== null;
+      c.lineWidth = 1.2;
+      c.strokeStyle = known ? COLORS[0] : SOFT;
+      c.setLineDash(known ? [] : [2, 3]); // nothing is known of it now
+      if (fastening) line(c, [[X(s.at), y - up(thick / 2)], [X(s.at), y + up(thick / 2)]], COLORS[0], 3);
+      else {
+        c.fillStyle = "#dde3e9";
+        c.fillRect(X(s.at) - up(half), y - up(thick / 2), 2 * up(half), up(thick));
+        c.strokeRect(X(s.at) - up(half), y - up(thick / 2), 2 * up(half), up(thick));
+      }
+      c.setLineDash([]);
     }
   }
 
@@ -159,7 +187,7 @@
 
   function bar(c, w, i, x, height, perMetre) {
     if (!w.force) return;
-    const top = height * 0.66, most = height * 0.22, wide = Math.min(18, perMetre * 0.5);
+    const top = height * 0.74, most = height * 0.16, wide = Math.min(18, perMetre * 0.5);
     const long = (value(w.force, frame) / mostForce) * most;
     c.fillStyle = COLORS[i % COLORS.length];
     c.fillRect(x - wide / 2, top, wide, long);
@@ -168,41 +196,54 @@
     words(c, (value(w.force, frame) / 1e3).toFixed(1) + " kN", x, top - 4);
   }
 
-  // --- forces over time ---------------------------------------------------------------------
+  // --- forces, or what sensors tell, over time ------------------------------------------------
 
-  const LEFT = 60, RIGHT = 170, TOP = 12, BOTTOM = 30;
+  const LEFT = 60, RIGHT = 250, TOP = 12, BOTTOM = 30;
+  const wheelForces = () => ({
+    label: "contact force (kN)",
+    curves: wheelsOf(side).filter((w) => w.force).map((w) => (
+      { name: w.name, extremes: w.extremes.map((ends) => ends.map((v) => (v === null ? v : v / 1e3))) }
+    )),
+  });
+  const shown = () => (panel < 0 ? wheelForces() : data.panels[panel]);
 
-  function forces() {
+  function curves() {
     const { c, width, height } = cleared(element("forces"));
-    const here = wheelsOf(side).filter((w) => w.force);
+    const { label, curves: here } = shown();
     const X = (t) => LEFT + ((t - data.time[0]) / span) * (width - LEFT - RIGHT);
-    const top = 1.05 * mostForce / 1e3;
-    const Y = (kN) => TOP + (1 - kN / top) * (height - TOP - BOTTOM);
-    const step = ticks(top);
-    for (let v = 0; v <= top; v += step) {
-      line(c, [[LEFT, Y(v)], [width - RIGHT, Y(v)]], "#e6eaee", 1);
-      words(c, String(Number(v.toPrecision(6))), LEFT - 6, Y(v) + 4, "right");
+    const [low, high] = here.map((one) => one.extremes).reduce(([least, most], [a, b]) => [
+      finite(a).reduce((m, v) => Math.min(m, v), least), finite(b).reduce((m, v) => Math.max(m, v), most),
+    ], [0, 0]);
+    const wide = high - low || 1, top = high + 0.05 * wide, bottom = low < 0 ? low - 0.05 * wide : 0;
+    const Y = (v) => TOP + ((top - v) / (top - bottom)) * (height - TOP - BOTTOM);
+    const step = ticks(top - bottom);
+    for (let k = Math.ceil(bottom / step); k * step <= top; k++) {
+      line(c, [[LEFT, Y(k * step)], [width - RIGHT, Y(k * step)]], k ? "#e6eaee" : SOFT, 1);
+      words(c, String(Number((k * step).toPrecision(6))), LEFT - 6, Y(k * step) + 4, "right");
     }
-    const wide = ticks(span);
-    for (let t = Math.ceil(data.time[0] / wide) * wide; t <= data.time[last] + 1e-9; t += wide) {
+    const apart = ticks(span);
+    for (let t = Math.ceil(data.time[0] / apart) * apart; t <= data.time[last] + 1e-9; t += apart) {
       words(c, String(Number(t.toPrecision(6))), X(t), height - 14);
     }
     words(c, "time (s)", width - RIGHT + 30, height - 14, "left", SOFT);
-    words(c, "kN", LEFT - 6, TOP + 2, "right", SOFT);
-    here.forEach((w, i) => {
+    words(c, label, LEFT + 6, TOP + 2, "left", SOFT);
+    here.forEach((one, i) => {
       const color = COLORS[i % COLORS.length], dash = DASHES[i % DASHES.length];
-      const [low, high] = w.extremes;
-      const points = [];
-      low.forEach((v, k) => {
-        if (v === null || high[k] === null) return;
-        points.push([X(data.time[k]), Y(v / 1e3)]);
-        if (high[k] !== v) points.push([X(data.time[k]), Y(high[k] / 1e3)]);
-      });
-      line(c, points, color, 1.2, dash);
+      const [least, most] = one.extremes;
+      let points = [];
+      for (let k = 0; k <= last + 1; k++) { // what is not known parts the line
+        if (k > last || least[k] === null || most[k] === null) {
+          if (points.length) line(c, points, color, 1.2, dash);
+          points = [];
+          continue;
+        }
+        points.push([X(data.time[k]), Y(least[k])]);
+        if (most[k] !== least[k]) points.push([X(data.time[k]), Y(most[k])]);
+      }
       if (i < 12) {
         const y = TOP + 8 + 16 * i;
         line(c, [[width - RIGHT + 8, y], [width - RIGHT + 40, y]], color, 1.5, dash);
-        words(c, w.name, width - RIGHT + 46, y + 4, "left");
+        words(c, one.name, width - RIGHT + 46, y + 4, "left");
       }
     });
     line(c, [[X(data.time[frame]), TOP], [X(data.time[frame]), height - BOTTOM]], INK, 1);
@@ -221,7 +262,7 @@
     element("now").textContent = data.time[frame].toFixed(4) + " of " + data.time[last].toFixed(3) + " s";
     document.body.dataset.frame = String(frame);
     train();
-    forces();
+    curves();
   }
 
   function play(wanted) {
@@ -252,6 +293,8 @@
 
   for (const id of ["train", "forces"]) element(id).dataset.height = element(id).getAttribute("height");
   element("time").max = String(last);
+  options(element("shown"), [["contact forces", -1], ...data.panels.map((p, k) => [p.label, k])], panel);
+  element("shown").addEventListener("change", (e) => { panel = Number(e.target.value); show(frame); });
   options(element("side"), data.sides.map((s) => [s, s]), side);
   // About ten seconds for all of it, and so that deflections are some centimetres on the screen.
   const paces = [1, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001];

@@ -17,6 +17,7 @@ from railcosim.storage.whole import write_whole
 
 from .chart import FloatArray
 from .names import owner
+from .sensors import sensor_groups
 
 NUMBERS = 200_000
 """In a page: of more variables there are fewer frames."""
@@ -63,6 +64,7 @@ def write_view(run: xr.Dataset, path: Path) -> int:
     page = environment.get_template("view.html.j2").render(
         title=_short(run.attrs.get("title", "")) or "run", about=about, data=Markup(data),
         script=Markup(script), points=run.sizes["time"], frames=len(frames["time"]),
+        sensors=bool(frames["sensors"]),
         step=float(np.ptp(np.asarray(run["time"]))) / max(1, len(frames["time"]) - 1),
     )  # fmt: skip
     write_whole(path, page)
@@ -72,7 +74,8 @@ def write_view(run: xr.Dataset, path: Path) -> int:
 def frames_of(run: xr.Dataset) -> dict[str, Any]:
     """What the page draws: of wheels and bodies at so many times as a screen can show.
 
-    Keys: ``time`` (s), ``wheels`` (by side and wheelset: m, N, kN's extremes), ``bodies``.
+    Keys: ``time`` (s), ``wheels`` (by side and wheelset: m, N, kN's extremes), ``bodies``,
+    ``sensors`` (what is seen where: m) and ``panels`` of what they tell (as axes have it).
     """
     known = {str(name) for name in run.data_vars if run[name].dims == ("time",)}
     layout = Layout.among(known)
@@ -82,7 +85,9 @@ def frames_of(run: xr.Dataset) -> dict[str, Any]:
     if len(places) < layout.wheelsets:
         raise NothingToViewError("does not tell where its wheelsets are (wheelset[i].position)")
     bodies = _bodies(known)
+    groups, sensors = list(sensor_groups(run[sorted(known)])), _sensors(run, known)
     count = 6 * layout.contacts + layout.wheelsets + 2 * len(bodies)
+    count += 2 * sum(len(group.curves) for group in groups) + len(sensors)
     n = min(run.sizes["time"], max(LEAST, min(MOST, NUMBERS // count)))
     at = np.unique(np.linspace(0, run.sizes["time"] - 1, n).round().astype(int))
 
@@ -111,7 +116,29 @@ def frames_of(run: xr.Dataset) -> dict[str, Any]:
              "pitch": taken(f"{name}.pitch"), "on": on}
             for name, kind, on in _standing(bodies, layout.wheelsets)
         ],
+        "sensors": [
+            {"of": of, "side": seen, "at": x, "z": taken(f"{name}.{Z.name}")}
+            for name, (of, seen, x) in sensors.items()
+        ],
+        "panels": [
+            {"label": group.label, "curves": [
+                {"name": words, "extremes": _extremes(group.factor * np.asarray(run[name]), at)}
+                for name, words in group.curves.items()
+            ]}
+            for group in groups
+        ],
     }  # fmt: skip
+
+
+def _sensors(run: xr.Dataset, known: set[str]) -> dict[str, tuple[str, str, float]]:
+    """By name: what a sensor of the track is on, on which side, and where, m."""
+    found = {}
+    for name in sorted(known):
+        said = run[name].attrs
+        x = said.get("at")
+        if {"of", "side"} <= {*said} and isinstance(x, float | np.floating) and np.isfinite(x):
+            found[name.rpartition(".")[0]] = _short(said["of"]), _short(said["side"]), float(x)
+    return dict(sorted(found.items(), key=lambda one: one[1][2]))
 
 
 def _place(run: xr.Dataset, name: str) -> FloatArray:

@@ -103,6 +103,6 @@ def test_in_frequency():
     equal, other = by_hand(changed=False), by_hand(changed=True)
     size = np.abs(np.stack([equal, other])).max(axis=0)
     error = (np.abs(added - (other - equal)) / size).max(axis=0)
-    # The same finite elements but for a few nodes (3e-3 with 6 to a bay); the moment is a difference here.
+    # The same finite elements but for a few nodes: 3e-3 with 6 elements to a bay.
     assert error.max() < 2e-3, error
     assert (np.abs(other - equal) / size).max(axis=0).min() > 0.05  # all feel it

@@ -54,6 +54,42 @@ def test_as_many_frames_as_a_screen_shows_and_no_peak_is_lost(monkeypatch) -> No
     assert len(frames_of(a_run())["time"]) == 10_000 // (6 * 8 + 4 + 2 * 3)
 
 
+def with_sensors(run):
+    """A rail and a slab at 20 m; nothing is known of the slab at first."""
+    t = run["time"].values
+    pressure = np.where(t < 0.1, np.nan, 4e3 * np.sin(9 * t))
+    for name, values, said in (
+        ("sensor[1].z", 1e-3 * np.cos(9 * t), {"of": "rail", "side": "left"}),
+        ("sensor[2].pressure", pressure, {"of": "slab", "side": "middle"}),
+        ("sensor[2].z", 1e-3 * pressure, {"of": "slab", "side": "middle"}),
+    ):
+        run[name] = "time", values, {**said, "at": 20.0, "long_name": f"{said['of']}: it"}
+    return run
+
+
+def test_sensors_are_drawn_where_they_are_and_in_panels() -> None:
+    frames = frames_of(with_sensors(a_run(n=101)))
+    assert [(s["of"], s["side"], s["at"]) for s in frames["sensors"]] == [
+        ("rail", "left", 20.0), ("slab", "middle", 20.0)
+    ]  # fmt: skip
+    assert frames["sensors"][1]["z"][0] is None
+    displaced, pressure = frames["panels"]
+    assert displaced["label"] == "displacement (mm)"
+    assert [curve["name"] for curve in displaced["curves"]] == ["rail", "slab"]
+    low, high = pressure["curves"][0]["extremes"]
+    assert low[0] is None
+    assert max(v for v in high if v is not None) == pytest.approx(4.0, rel=1e-3)  # kPa
+    assert frames_of(a_run(n=50))["panels"] == []
+
+
+def test_a_place_that_is_none_is_no_sensor() -> None:
+    run = with_sensors(a_run(n=50))
+    run["sensor[1].z"].attrs["at"] = np.inf
+    run["sensor[2].z"].attrs["at"] = "here"
+    run["sensor[2].pressure"].attrs = {"at": 1.0}
+    assert frames_of(run)["sensors"] == []
+
+
 def test_bodies_stand_on_wheelsets_in_their_order() -> None:
     on = {body["name"]: body["on"] for body in frames_of(a_run())["bodies"]}
     assert on == {"car body": [0, 1, 2, 3], "bogie 1": [0, 1], "bogie 2": [2, 3]}
@@ -118,7 +154,7 @@ def test_words_of_a_stranger_s_file_do_nothing(tmp_path) -> None:
 def test_a_browser_plays_it(tmp_path) -> None:
     """By its own buttons, with a few lines more in the page; without a complaint."""
     page = tmp_path / "a.html"
-    write_view(a_run(title=HOSTILE), page)
+    write_view(with_sensors(a_run(title=HOSTILE)), page)
     probe = """<script>
     const went = [];
     const note = () => went.push(document.body.dataset.frame);
@@ -133,12 +169,20 @@ def test_a_browser_plays_it(tmp_path) -> None:
       return new Set(c.getContext("2d").getImageData(0, 0, c.width, c.height).data).size;
     };
     const colours = pixels("train") + pixels("forces");
+    const picture = (id) => document.getElementById(id).toDataURL();
+    const forces = picture("forces"), labels = [];
+    for (const option of document.getElementById("shown").options) {
+      document.getElementById("shown").value = option.value;
+      document.getElementById("shown").dispatchEvent(new Event("change"));
+      labels.push(option.textContent + (picture("forces") === forces ? "" : "*"));
+    }
     document.getElementById("pace").value = "1";
     document.getElementById("play").click();
     setTimeout(() => {
       note();
       document.body.dataset.went = went.join(" ");
       document.body.dataset.colours = String(colours);
+      document.body.dataset.labels = labels.join(", ");
       document.body.dataset.title = document.title;
     }, 3000);
     </script></body>"""
@@ -148,4 +192,6 @@ def test_a_browser_plays_it(tmp_path) -> None:
     begin, there, next_, end = re.search(r'data-went="([^"]*)"', dom)[1].split()
     assert (begin, there, next_, end) == ("0", "700", "701", str(view.MOST - 1))
     assert int(re.search(r'data-colours="(\d+)"', dom)[1]) > 20
+    shown = re.search(r'data-labels="([^"]*)"', dom)[1]  # each another picture than forces
+    assert shown == "contact forces, displacement (mm)*, slab: pressure on the foundation (kPa)*"
     assert unescape(re.search(r'data-title="([^"]*)"', dom)[1]) == HOSTILE  # as words

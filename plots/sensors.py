@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import xarray as xr
 
-from railcosim.plots.results import Group
+from .results import Group
 
 MOST = 7
 """Curves in one panel that are told apart."""
@@ -29,8 +29,12 @@ def sensor_groups(shown: xr.Dataset, per: str = "") -> Iterator[Group]:
         names = [name for name in seen if name.rpartition(".")[2] in last][:MOST]
         if not names:
             continue
-        label = f"|{axis}| ({shown[names[0]].attrs['units']})" if per else f"{axis} ({unit})"
-        words = {name: _short(name, str(shown[name].attrs["long_name"])) for name in names}
+        label = (
+            f"|{axis}| ({shown[names[0]].attrs.get('units', '')})" if per else f"{axis} ({unit})"
+        )
+        words = {
+            name: _short(name, str(shown[name].attrs.get("long_name", name))) for name in names
+        }
         if len(words) == 1:  # has no legend
             label = f"{words[names[0]]}: {label}"
         yield Group(label, words, 1.0 if per else factor)
