@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from railcosim.analysis.response.choices import Method
+from railcosim.track.names import PAPER
 
 from .options import (
     Frequencies,
@@ -16,6 +17,7 @@ from .options import (
     Out,
     PlotFile,
     PositionOption,
+    UsageError,
     console,
     frequencies_of,
     positive,
@@ -141,6 +143,15 @@ def track_receptance(
         bool, typer.Option("--ring", help="Of the ring of mesh.cells cells that the FMUs have.")
     ] = False,
     local: LocalOption = None,
+    then: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--then",
+            help="Another kind of track from PLACE on, m: a file or a built-in one, such as "
+            "ballasted@0. Repeat it for more; the last one has no end. --position is along them.",
+            metavar="TRACK@PLACE",
+        ),
+    ] = None,
     plot: PlotFile = None,
 ) -> None:
     """Receptance of the rail on a track without end, where it is loaded, by finite elements.
@@ -156,6 +167,22 @@ def track_receptance(
     PICTURES.check(plot)
     parameters = given.rails()
     frequency = frequencies_of(frequencies)
+    if then:
+        aside = {direction, response or direction} != {Along.DOWN}
+        others = {"--ring": ring, "--local": local, "--offset": offset, "--direction": aside}
+        for option in (name for name, told in others.items() if told):
+            raise UsageError(
+                f"{option}: --then joins tracks without end, each equal all along, in the vertical "
+                "model; leave one out"
+            )
+        line = of.line_of(parameters, str(given.track or PAPER), then)
+        with progress("solving") as update:
+            result = of.transition_receptance(
+                line, frequency, position=_metres(position), both_rails=load is Load.BOTH,
+                progress=update,
+            )  # fmt: skip
+        keep(result, out, f"{frequency.size} frequencies", plot, _chart)
+        return
     with progress("solving") as update:
         result = of.track_receptance(
             parameters, frequency,
@@ -174,6 +201,16 @@ def track_receptance(
         f"{of.ring_of(parameters)}: differs from the endless track by at most "
         f"{result.attrs['ring_error']:.1e}, at {result.attrs['ring_error_at']:g} Hz",
     )
+
+
+def _metres(position: str) -> float:
+    """A place along several tracks, whose railseats are not at the same."""
+    try:
+        return float(position)
+    except ValueError:
+        raise UsageError(
+            f"--position {position}: must be in m along the track with --then, such as -0.3125"
+        ) from None
 
 
 def _chart(result: xr.Dataset) -> Chart:

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import compress
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -89,6 +90,9 @@ class Place(Protocol):
 
     def row(self, cell: Cell) -> FloatArray:
         """Participation in the unknowns of its cell, shape (n,)."""
+
+
+P = TypeVar("P", bound=Place)
 
 
 class Joined(Protocol):
@@ -284,25 +288,49 @@ def periodic(
     viscous: bool,
 ) -> ComplexArray:
     """Of equal cells, joined in some way; see `direct_receptance`."""
-    out = np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
     on_rail = [p.x % track.cell_length for p in (*loads, *observed) if p.on_rail]
     directions = directions_for(
         (p.direction for p in (*loads, *observed)), coupled=track.rails_tilt
     )
-    cells = [
-        (cell.made_viscous() if viscous else cell, group)
-        for group in independent(track, directions)
-        for cell in (build_cell(track, parity, np.array(on_rail), group) for parity in (EVEN, ODD))
-    ]
+
+    def solver(parity: int, group: tuple[Direction, ...]) -> Callable[..., ComplexArray]:
+        cell = build_cell(track, parity, np.array(on_rail), group)
+        return partial(_one_parity, cell.made_viscous() if viscous else cell, join)
+
+    return of_parities(independent(track, directions), solver, omega, loads, observed, progress)
+
+
+def of_parities(
+    groups: Sequence[tuple[Direction, ...]],
+    solver_of: Callable[[int, tuple[Direction, ...]], Callable[..., ComplexArray]],
+    omega: FloatArray,
+    loads: Sequence[P],
+    observed: Sequence[P],
+    progress: Progress | None,
+) -> ComplexArray:
+    """Of both parities and all groups of directions, each by its own solver.
+
+    Parameters
+    ----------
+    groups : sequence of tuple of Direction
+        Which know nothing of each other.
+    solver_of : callable
+        Of a parity and a group: frequencies, loads and places observed to a receptance of a unit
+        load of that parity on one rail, (n_omega, n_observed, n_loads).
+    omega, loads, observed, progress
+        See `direct_receptance`.
+    """
+    out = np.zeros((omega.size, len(observed), len(loads)), dtype=complex)
+    solvers = [(solver_of(parity, g), g) for g in groups for parity in (EVEN, ODD)]
     for start in range(0, omega.size, BLOCK):
         part = slice(start, start + BLOCK)
-        for cell, group in cells:
+        for solve, group in solvers:
             rows = np.array([_concerns(p, group) for p in observed])
             columns = np.array([_concerns(p, group) for p in loads])
             if any(rows) and any(columns):
                 some = list(compress(loads, columns)), list(compress(observed, rows))
                 # A load on one rail is half an even and half an odd one.
-                half = 0.5 * _one_parity(cell, omega[part], *some, join)
+                half = 0.5 * solve(omega[part], *some)
                 out[np.ix_(np.arange(omega.size)[part], rows, columns)] += half
         if progress:
             progress(min(start + BLOCK, omega.size), omega.size)
@@ -315,7 +343,7 @@ def _concerns(place: Place, group: tuple[Direction, ...]) -> bool:
 
 
 def _one_parity(
-    cell: Cell, omega: FloatArray, loads: Sequence[Place], observed: Sequence[Place], join: Join
+    cell: Cell, join: Join, omega: FloatArray, loads: Sequence[Place], observed: Sequence[Place]
 ) -> ComplexArray:
     F = np.stack([p.row(cell) for p in loads], axis=1)
     W = np.stack([p.row(cell) for p in observed], axis=1)

@@ -91,7 +91,7 @@ def waves(cell: CondensedCell) -> Waves:
     with multiple coupling, J. Sound Vib. 27(2), 235-260.
     """
     left_left, right, left, right_right = _quarters(cell.stiffness)
-    ahead, behind = _half_tracks(cell.stiffness)
+    ahead, behind = half_tracks(cell.stiffness)
     forward = np.linalg.solve(right_right + ahead, -left).astype(complex)
     backward = np.linalg.solve(left_left + behind, -right).astype(complex)
     at_load = np.linalg.inv(ahead + behind).astype(complex)
@@ -103,7 +103,7 @@ def _quarters(S: ComplexArray) -> tuple[ComplexArray, ...]:
     return S[:, :d, :d], S[:, :d, d:], S[:, d:, :d], S[:, d:, d:]
 
 
-def _half_tracks(S: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+def half_tracks(S: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Stiffness of the tracks ahead of an end and behind it, each (n_omega, d, d)."""
     ahead, right, left, behind = _quarters(S)
     size = np.abs(S).max(axis=(1, 2))

@@ -18,10 +18,12 @@ from railcosim.master.progress import Progress, unheard
 from railcosim.mechanics.ports import Direction
 from railcosim.parameters import ArgumentError
 from railcosim.track.cell import railseats
+from railcosim.track.files import read_track
 from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import BOTH, Point, direct_receptance, infinite_receptance
 from railcosim.track.section import SPATIAL
+from railcosim.track.transition import Line, line_receptance
 
 from .choices import Method
 from .frf import check_finite
@@ -191,6 +193,91 @@ def track_receptance(
     }  # fmt: skip
     values = round_ if ring else endless
     return _dataset(frequency, values, unit, {**about, **asked, **worst_of_ring})
+
+
+def transition_receptance(
+    line: Line,
+    frequency: FloatArray,
+    *,
+    position: float | Sequence[float],
+    both_rails: bool = True,
+    progress: Progress = unheard,
+) -> xr.Dataset:
+    """Receptance of the left rail where it is loaded, on tracks of several kinds that are joined.
+
+    Parameters
+    ----------
+    line : Line
+        The tracks.
+    frequency : array, shape (n,)
+        Hz; 0 is the static flexibility.
+    position : float or sequence of float
+        m along the line.
+    both_rails : bool
+        The same unit load on each rail, or on the left one.
+    progress : callable
+        Told what is done and the total.
+
+    Returns
+    -------
+    Dataset
+        ``receptance``, complex, over frequency; over position and frequency of several positions.
+    """
+    along = np.atleast_1d(np.asarray(position, dtype=float))
+    if not (np.abs(along) <= FARTHEST).all():
+        raise ArgumentError("position", position, f"must be from -{FARTHEST:g} to {FARTHEST:g} m")
+    found = np.empty((along.size, frequency.size), complex)
+    for k, x in enumerate(along):
+
+        def part(done: float, total: float, k: int = k) -> None:
+            progress(k + done / total, along.size)
+
+        load = Point(x=float(x), side=BOTH if both_rails else -1)
+        here = [Point(x=float(x))]
+        found[k] = line_receptance(line, 2 * np.pi * frequency, [load], here, part)[:, 0, 0]
+    first, *others = line.names
+    told = ", ".join(f"{name} from {x:g} m" for name, x in zip(others, line.joints, strict=True))
+    about = {"load": "both" if both_rails else "single", "track": f"{first}, then {told}"}
+    if np.ndim(position):
+        check_finite(frequency, found)
+        return xr.Dataset(
+            {"receptance": (("position", "frequency"), found,
+                            {"units": "m/N", "long_name": "receptance"})},
+            {"position": ("position", along, {"units": "m", "long_name": "along the track"}),
+             "frequency": ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})},
+            about,
+        )  # fmt: skip
+    at = {"at": f"{along[0]:g} m along the track", **about}
+    title = {"title": ", ".join(at.values())}
+    return _dataset(frequency, found[0], "m/N", {**title, **at, "position": float(along[0])})
+
+
+def line_of(track: Track, name: str, then: Sequence[str]) -> Line:
+    """A track of some name, and others behind each other as ``TRACK@PLACE``: a file or name, m.
+
+    Raises
+    ------
+    ArgumentError
+        If it cannot be read.
+    """
+    tracks, names = [track], [name]
+    joints: list[float] = []
+    for text in then:
+        source, _, place = text.rpartition("@")
+        try:
+            joint = float(place)
+        except ValueError:
+            joint = np.nan
+        if not source or not abs(joint) <= FARTHEST or (joints and joint <= joints[-1]):
+            raise ArgumentError(
+                "then", text,
+                f"must be TRACK@PLACE, such as ballasted@0, from -{FARTHEST:g} to {FARTHEST:g} m "
+                "along the track and farther than the one before",
+            )  # fmt: skip
+        tracks.append(read_track(source))
+        names.append(source)
+        joints.append(joint)
+    return Line(tracks=tuple(tracks), joints=tuple(joints), names=tuple(names))
 
 
 def change_of(track: Track, text: str) -> LocalChange:

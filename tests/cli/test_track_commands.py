@@ -92,3 +92,30 @@ def test_transmission_of_a_softer_pad_and_its_picture(railcosim, tmp_path):
     done = railcosim("transmission", "--track", "booted", "--bands", "0.1:40")
     assert done.status == 2
     assert "needs 1 <= lowest" in done.err
+
+
+def test_tracks_one_behind_the_other(railcosim, tmp_path):
+    done = railcosim(
+        "track-receptance", "--then", "ballasted@0", "--then", "floating@1.2", "--position", 0.4,
+        "--frequencies", "10:50:20", "--out", "t.nc",
+    )  # fmt: skip
+    assert done.status == 0, done.err
+    found = load(tmp_path / "t.nc")
+    assert found.sizes["frequency"] == 3
+    assert found.attrs["track"] == "paper, then ballasted from 0 m, floating from 1.2 m"
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (("--then", "ballasted"), "must be TRACK@PLACE"),
+        (("--then", "ballasted@0", "--then", "paper@0"), "farther than the one before"),
+        (("--then", "ballasted@0", "--then", "paper@1"), "ballasted from 0 to 1 m: must be whole"),
+        (("--then", "ballasted@0", "--position", "railseat"), "must be in m along the track"),
+        (("--then", "ballasted@0", "--ring"), "--ring: --then joins tracks without end"),
+    ],
+)
+def test_tracks_that_do_not_join(railcosim, more, said):
+    done = railcosim("track-receptance", "--position", 1, *more, "--out", "t.nc")
+    assert done.status == 2
+    assert said in done.err
