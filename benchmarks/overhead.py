@@ -41,7 +41,7 @@ from railcosim.fmus.native_runtime.compilers import compiler_for
 from railcosim.fmus.native_runtime.platforms import local_platform
 
 HERE = Path(__file__).with_name("overhead")
-TURNS, STEPS = 50, 2000
+TURNS, STEPS = 400, 250
 IDENTIFIER = "mixer"
 SOURCES = {2: "mixer.c", 3: "mixer3.c"}
 PEERS = {

@@ -61,6 +61,8 @@ class Held:
     def __init__(self, component: Component) -> None:
         self.past: History = ()
         self._component = component
+        self.extrapolate = component.do_step  # the inputs at the beginning are held
+        """See `Continuation`."""
 
     def describe(self) -> str:
         """For people and for results."""
@@ -68,10 +70,6 @@ class Held:
 
     def begin(self, t: float) -> None:
         """There is no past; see `Continuation`."""
-
-    def extrapolate(self, t: float, h: float) -> None:
-        """Hold the inputs at the beginning; see `Continuation`."""
-        self._component.do_step(t, h)
 
     def go_on(self, h: float) -> None:
         """Do nothing: they are held; see `Continuation`."""

@@ -119,34 +119,42 @@ class Cosimulation(Iterator[CommunicationPoint]):
 
     def __next__(self) -> CommunicationPoint:
         """Make the next step; see `cosimulate`."""
-        t = self.time
+        for point in self:
+            return point
+        raise StopIteration
+
+    def __iter__(self) -> Iterator[CommunicationPoint]:
+        """All points from `time` on; where it has got to is in the object, not in the iterator."""
+        # Looked up once and not at every point.
+        advance, copy, limits = self.walk.advance, self.system.outputs.copy, self._limits
+        alike, most, scaled, in_limits = self._alike, self._most, self._scaled, self._in_limits
+        point, kind, norm, is_nan = tuple.__new__, CommunicationPoint, dnrm2, math.isnan
         report: StepReport | None = None
-        if t == self.stop:
-            raise StopIteration
-        try:
-            if math.isnan(t):
-                t = self.start
-                self.system.begin(t)
-            else:
-                t, report = self.walk.advance(t)
-        except RunEnded as end:
-            self.ended, self.stop = str(end), t
-            raise StopIteration from None
-        except ComponentError as error:
-            # Of the same kind: a step that does not converge is one of them.
-            message = f"{error} (step from t = {t:.9g} s, {self.context})"
-            raise type(error)(message) from error
-        outputs = self.system.outputs.copy()
-        # No value is larger than the norm of all, and NaN compares false.
-        watched = outputs
-        if not self._alike:
-            np.divide(outputs, self._limits, self._in_limits)
-            watched = self._scaled
-        if not dnrm2(watched) <= self._most:
-            self._check(outputs, t)
-        self.time = t
-        # What CommunicationPoint(...) does, in half the time.
-        return tuple.__new__(CommunicationPoint, (t, outputs, report))
+        while (t := self.time) != self.stop:
+            try:
+                if is_nan(t):  # at the beginning
+                    t = self.start
+                    self.system.begin(t)
+                else:
+                    t, report = advance(t)
+            except RunEnded as end:
+                self.ended, self.stop = str(end), t
+                return
+            except ComponentError as error:
+                # Of the same kind: a step that does not converge is one of them.
+                message = f"{error} (step from t = {t:.9g} s, {self.context})"
+                raise type(error)(message) from error
+            outputs = copy()
+            # No value is larger than the norm of all, and NaN compares false.
+            watched = outputs
+            if not alike:
+                np.divide(outputs, limits, in_limits)
+                watched = scaled
+            if not norm(watched) <= most:
+                self._check(outputs, t)
+            self.time = t
+            # What CommunicationPoint(...) does, in half the time.
+            yield point(kind, (t, outputs, report))
 
     def _check(self, outputs: FloatArray, t: float) -> None:
         """Raise Divergence if an output is out of bounds."""

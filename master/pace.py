@@ -114,20 +114,22 @@ class _FixedWalk:
         self, system: System, stepper: Stepper, pace: FixedStep, start: float, stop: float
     ) -> None:
         self.memory = 0
-        self._system, self._stepper = system, stepper
+        self._system, self._make = system, stepper.step
         self._step, self._start, self._stop = pace.step, start, stop
         self._foreseen = range(0)
         self._n_steps, self._last = pace.last(start, stop)
 
     def advance(self, t: float) -> tuple[float, StepReport]:
         """Make one step; see `Walk.advance`."""
-        if self.memory not in self._foreseen:
+        made = self.memory
+        if made not in self._foreseen:
             self._foresee()
-        self.memory += 1
-        if self.memory == self._n_steps:
-            return self._stop, self._stepper.step(t, self._last)
-        report = self._stepper.step(t, self._step)
-        return self._start + self.memory * self._step, report
+        self.memory = made = made + 1
+        if made == self._n_steps:
+            return self._stop, self._make(t, self._last)
+        step = self._step
+        report = self._make(t, step)
+        return self._start + made * step, report
 
     def _foresee(self) -> None:
         """Tell when the next steps will end, to the bit, so that signals can be asked at once."""

@@ -116,8 +116,13 @@ class System:
                 "exchanged: if there is such a dependence, they come one step late",
                 stacklevel=2,
             )
-        self._visits = [(self._ports[k], needs_inputs) for k, needs_inputs in plan.visits]
-        self._late = [self._ports[k] for k in plan.late]
+        # What is done at every point is looked up once.
+        self._take = self._buffer.take
+        self._visits = [
+            (port, needs_inputs, port.component.read_outputs)
+            for port, needs_inputs in ((self._ports[k], needs) for k, needs in plan.visits)
+        ]
+        self._late = [self.components[k].write_inputs for k in plan.late]
 
     # --- the exchange --------------------------------------------------------------------------
 
@@ -136,18 +141,18 @@ class System:
         """
         # Written out, for this is where a master spends its time: see `refresh`, `write_inputs`.
         # "clip" only because the default of `take` checks every index again; all are in range.
-        for port, needs_inputs in self._visits:
+        for port, needs_inputs, read in self._visits:
             if needs_inputs:
-                self._buffer.take(port.sources, None, port.component.u, "clip")
+                self._take(port.sources, None, port.component.u, "clip")
                 port.component.write_inputs()
                 port.fresh = False
             if not port.fresh:
-                port.component.read_outputs()
+                read()
                 port.fresh = True
         if self._late:  # the others have been given what they will have
-            self._buffer.take(self._sources, None, self._inputs, "clip")
-            for port in self._late:
-                port.component.write_inputs()  # no output depends at once on what is new here
+            self._take(self._sources, None, self._inputs, "clip")
+            for write in self._late:
+                write()  # no output depends at once on what is new here
         if self._texts is not None:
             self._texts.pass_on()
 
@@ -203,15 +208,16 @@ class System:
             f"{able + 1} in the step."
         )
 
-    def step(self, k: int, t: float, h: float) -> None:
-        """Take component `k` from `t` to `t + h` (s), its inputs going on from those it has."""
-        port = self._ports[k]
-        port.continuation.extrapolate(t, h)
-        if port.reacts:
-            port.continuation.go_on(h)
-        port.fresh = False
-        if self.on_step is not None:
-            self.on_step(k, t, h, port.continuation.path(t))
+    def step(self, some: Iterable[int], t: float, h: float) -> None:
+        """Take components from `t` to `t + h` (s), their inputs going on from those they have."""
+        for k in some:
+            port = self._ports[k]
+            port.continuation.extrapolate(t, h)
+            if port.reacts:
+                port.continuation.go_on(h)
+            port.fresh = False
+            if self.on_step is not None:
+                self.on_step(k, t, h, port.continuation.path(t))
 
     def step_towards(self, k: int, t: float, h: float, u: FloatArray) -> None:
         """Take component `k` from `t` to `t + h` (s), its inputs being `u` at the end."""

@@ -11,6 +11,7 @@ import weakref
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, ClassVar, NamedTuple, NoReturn
 
 import numpy as np
@@ -59,10 +60,11 @@ class Calls(ABC):
         Whether calls are possible.
     t, h : c_double
         Beginning and length of the next step, s.
-    is_final : ctypes integer
+    is_final : bool
         Whether nobody will go back to before it.
-    asks : ctypes integer
-        Not zero after a step if there is more to it than its status: `after_step` is for that.
+    asks : object
+        Its `value` is not zero after a step if there is more to it than its status:
+        `after_step` is for that.
 
     Raises
     ------
@@ -89,8 +91,8 @@ class Calls(ABC):
         self.time = 0.0
         self.is_open = True
         self.t, self.h = ctypes.c_double(), ctypes.c_double()
-        self.is_final: Any = ctypes.c_int(1)
-        self.asks: Any = ctypes.c_uint32(0)
+        self.is_final = True
+        self.asks: Any = SimpleNamespace(value=0)
         self._prepared: dict[str, PreparedCall] = {}
         self._name = name
         self._description = description

@@ -197,7 +197,7 @@ class Fmi2Calls(Calls):
 
     def prepare_step(self) -> PreparedCall:
         """Bind the step to its numbers."""
-        return self.prepare("fmi2DoStep", self.t, self.h, self.is_final)
+        return self.prepare("fmi2DoStep", self.t, self.h, ctypes.c_int.from_param(self.is_final))
 
     def after_step(self, status: int) -> None:
         """Wait for a step that goes on by itself; raise for one that was not made."""

@@ -58,7 +58,6 @@ class Fmi3Calls(Calls):
         d = self._description
         self._flags = (ctypes.c_bool * 4)()  # event, end, early return, inputs given derivatives
         self.asks = ctypes.c_uint32.from_buffer(self._flags)
-        self.is_final = ctypes.c_bool(True)
         self._last = ctypes.c_double()
         self._step: PreparedCall | None = None
         self._events = Events(self, d) if d.clocks and kind == CO_SIMULATION else None
@@ -237,7 +236,8 @@ class Fmi3Calls(Calls):
         """Bind the step to its numbers."""
         event, end, early = (ctypes.byref(self._flags, k) for k in range(3))
         answers = (event, end, early, ctypes.byref(self._last))
-        call = self.prepare("fmi3DoStep", self.t, self.h, self.is_final, *answers)
+        is_final = ctypes.c_bool.from_param(self.is_final)
+        call = self.prepare("fmi3DoStep", self.t, self.h, is_final, *answers)
         self._piece = PreparedCall(call.function, call.arguments, call.name)
         if self._events is not None:
             call.function, call.arguments = self._in_events, ()

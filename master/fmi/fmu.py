@@ -279,7 +279,9 @@ class FmuComponent(LoadedFmu):
 
     def keep_past(self) -> None:
         """Be told that steps may be taken back from now on; see `Component`."""
-        self._calls.is_final.value = 0
+        self._calls.is_final = False
+        if self._phase is _Phase.RUNNING:
+            self._do_step = self._calls.prepare_step()
 
     def save_state(self) -> FmuState:
         """Take a snapshot of everything that decides the future; freed when you drop it."""

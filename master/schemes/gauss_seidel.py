@@ -61,7 +61,7 @@ class GaussSeidelStepper:
             if at_end:
                 system.step_towards(k, t, h, system.gather(k))
             else:
-                system.step(k, t, h)
+                system.step((k,), t, h)
             if k == self._last:  # nobody asks for it before the exchange, which reads it
                 break
             if system.reacts(k):

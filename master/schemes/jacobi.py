@@ -46,8 +46,7 @@ class JacobiStepper:
     def step(self, t: float, h: float) -> StepReport:
         """Step all, then exchange; see `Stepper.step`."""
         system = self._system
-        for k in self._everybody:
-            system.step(k, t, h)
+        system.step(self._everybody, t, h)
         system.exchange()
         return ONE_EVALUATION
 

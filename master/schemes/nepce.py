@@ -56,8 +56,7 @@ class NepceStepper:
         system = self._system
         before = [system.components[k].u.copy() for k in self._fed]
         last, missed = self.memory or (h, tuple(np.zeros_like(u) for u in before))
-        for k in self._signals:
-            system.step(k, t, h)
+        system.step(self._signals, t, h)
         for k, u, half in zip(self._fed, before, missed, strict=True):
             system.step_along(k, t, h, (u + half * (last / h))[None])
         system.exchange()

@@ -173,7 +173,7 @@ class Sweep:
             own = system.own_outputs(k)
             system.components[k].foresee(ends)
             for stop in self._stops:
-                system.step(k, t + stop.begin * h, (stop.end - stop.begin) * h)
+                system.step((k,), t + stop.begin * h, (stop.end - stop.begin) * h)
                 system.refresh(k)
                 if stop.sample:
                     self.samples[stop.sample, own] = system.outputs[own]
