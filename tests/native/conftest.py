@@ -257,7 +257,7 @@ def sanitizing() -> Callable[[], list[str]]:
 
     def command() -> list[str]:
         return [
-            needs("gcc", "gcc"), "-std=c99", "-g", "-O1", "-fno-omit-frame-pointer",
+            needs("gcc", "gcc"), "-std=c99", "-g1", "-O1", "-fno-omit-frame-pointer",
             "-ffp-contract=off", "-fsanitize=address,undefined", "-fsanitize=float-cast-overflow",
             "-fno-sanitize-recover=all",
         ]  # fmt: skip

@@ -32,7 +32,7 @@ from railcosim.vehicle.properties import FileName
 
 HERE = Path(__file__).parent
 FLAGS = [
-    "-std=c99", "-g", "-O1", "-fno-omit-frame-pointer", "-DRAILCOSIM_FUZZING",
+    "-std=c99", "-g1", "-O1", "-fno-omit-frame-pointer", "-DRAILCOSIM_FUZZING",
     "-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all",
 ]  # fmt: skip
 COARSE = Mesh(cells=4, elements_per_bay=2, highest_slab_frequency=100.0, highest_frequency=100.0)
