@@ -303,7 +303,8 @@ def track_under(
     progress("measuring the decay along the track")
     check_ring(track, float(np.ptp(start.positions)))
     progress("reducing the track")
-    reduced = reduce_track(track, directions)
+    bare = replace(track, sensor=()) if changes else track  # what is seen is of the changed ring
+    reduced = reduce_track(bare, directions)
     if changes:
         reduced = with_changes(
             track, reduced, changes, lambda text: progress(f"finding the changed ring: {text}")
@@ -345,7 +346,7 @@ def _track(
     *,
     with_contact: bool,
 ) -> Content:
-    told = told_by(track, rails.layout.directions)
+    told = told_by(track, rails.layout.directions, changes)
     local = " ".join(map(str, changes))
     return Content(
         name="TrackWithContact" if with_contact else "Track",

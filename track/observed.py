@@ -21,6 +21,8 @@ from railcosim.mechanics.ports import ROLL, Direction, Y, Z
 from railcosim.mechanics.shapes import AlongRing
 
 from .cell import EVEN, Cell, build_cell
+from .layers import MASS
+from .local import LocalChange
 from .parameters import Track
 from .receptance import ring_receptance
 from .sensor_quantities import Told
@@ -61,6 +63,10 @@ class Modes:
         1 or -1.
     shown : array, shape (n_rows, n)
         Rows.
+    apart : bool
+        See `ReducedTrack`.
+    changes : sequence of LocalChange
+        What is different at single places of the track.
     """
 
     track: Track
@@ -70,6 +76,8 @@ class Modes:
     poles: ComplexArray
     parity: FloatArray
     shown: ComplexArray
+    apart: bool = False
+    changes: Sequence[LocalChange] = ()
 
     def by_forces(self, rows: slice, x: FloatArray, weights: ComplexArray) -> ComplexArray:
         """Sums over modes of shown x weight x driven, by forces on the left and the right.
@@ -87,9 +95,13 @@ class Modes:
         -------
         array, shape (n_weights, n_rows, n_places, sides, directions)
         """
-        found, k = [], len(self.directions)
+        found, k, sides = [], len(self.directions), len(SIDES) if self.apart else 1
         for some in np.split(x, range(BLOCK, x.size, BLOCK)):
-            _, into, _ = self.shapes.at(some, k * some.size)
+            _, into, _ = self.shapes.at(some, sides * k * some.size)
+            if self.apart:
+                each = np.einsum("wn,rn,pn->wrp", weights, self.shown[rows], into, optimize=True)
+                found.append(each.reshape(*each.shape[:2], some.size, sides, k))
+                continue
             halves = [
                 np.einsum("wn,rn,pn->wrp", weights[:, own], self.shown[rows, own], into[:, own],
                           optimize=True)
@@ -197,20 +209,25 @@ def _whole(modes: Modes, at: At, x: FloatArray, omega: FloatArray) -> ComplexArr
     for group in modes.groups:
         if x.size and (at.direction in group or track.rails_tilt):
             own = [modes.directions.index(d) for d in group]
-            found[..., own] = _heads(track, group, at, x, omega)
+            found[..., own] = _heads(track, group, at, x, omega, modes.changes)
     return found
 
 
 def _heads(
-    track: Track, group: tuple[Direction, ...], at: At, x: FloatArray, omega: FloatArray
+    track: Track,
+    group: tuple[Direction, ...],
+    at: At,
+    x: FloatArray,
+    omega: FloatArray,
+    changes: Sequence[LocalChange],
 ) -> ComplexArray:
     """Motions of heads under a load, (n_omega, n_places, sides, directions).
 
     Between nodes as elements bend that nothing loads: exact at rest.
     """
     length = track.cell_length
-    inside = np.array([at.x % length]) if at.on_rail else None
-    cell = build_cell(track, EVEN, inside, group)
+    on_rail = [at.x] * at.on_rail + [change.x for change in changes if change.what == MASS]
+    cell = build_cell(track, EVEN, np.array(on_rail) % length, group)
     section, nodes, d = cell.section, cell.nodes, cell.section.size
     of_cell = np.floor(x / length).astype(int)
     e = np.searchsorted(nodes, x - of_cell * length, side="right") - 1
@@ -222,7 +239,7 @@ def _heads(
         for c, first in elements for side in SIDES for end in (0, 1)
         for j, name in enumerate(section.unknowns)
     ]  # fmt: skip
-    moved = ring_receptance(track, omega, [at], unknowns)[:, :, 0]
+    moved = ring_receptance(track, omega, [at], unknowns, changes)[:, :, 0]
     moved = moved.reshape(omega.size, len(elements), len(SIDES), 2 * d)
     L = (nodes[e + 1] - nodes[e])[:, None]
     xi = ((x - of_cell * length)[:, None] - nodes[e][:, None]) / L

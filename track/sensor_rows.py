@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -22,9 +22,6 @@ from .ring import RingModes
 from .section import Beam
 from .sensors import LEFT, Place
 from .stack import stack_of
-
-if TYPE_CHECKING:
-    from .parameters import Track
 
 Weights = tuple[float, float, float]
 """Of a quantity, its rate and its acceleration."""
@@ -62,8 +59,8 @@ class Row(Protocol):
     def direction(self) -> Direction:
         """Of the mirror between the rails, as a motion in it."""
 
-    def of_modes(self, cell: Cell, ring: RingModes) -> ComplexArray:
-        """In the first cell by modes of one parity, (n,), in the signs of `ReducedTrack.table`."""
+    def parts(self, cell: Cell) -> Sequence[tuple[Weights, FloatArray]]:
+        """In the first cell, in elements that move: rows, of their rates and accelerations, too."""
 
     def behind_and_ahead(self, length: float) -> tuple[At, At]:
         """The row in elements, for forces behind the place and for those ahead of it, at rest.
@@ -74,9 +71,6 @@ class Row(Protocol):
             Of a cell, m.
         """
 
-    def moving(self, track: Track) -> Sequence[tuple[Weights, At]]:
-        """The row in elements that move, as a sum of rows, their rates and accelerations."""
-
 
 def _sign(cell: Cell, side: str, direction: Direction) -> float:
     """Of what is on a side to the right one, in a cell that is one of the right."""
@@ -84,23 +78,17 @@ def _sign(cell: Cell, side: str, direction: Direction) -> float:
 
 
 class _InElements(ABC):
-    """A row that is the same of modes and in elements, and by forces on either side of it."""
+    """A row that is the same whether elements move or rest, and by forces on either side of it."""
 
     place: Place
 
-    def of_modes(self, cell: Cell, ring: RingModes) -> ComplexArray:
+    def parts(self, cell: Cell) -> Sequence[tuple[Weights, FloatArray]]:
         """See `Row`."""
-        row = cell.parity * self.at(cell.track.cell_length).row(cell)
-        seen: ComplexArray = row @ ring.shapes
-        return seen
+        return [(VALUE, self.at(cell.track.cell_length).row(cell))]
 
     def behind_and_ahead(self, length: float) -> tuple[At, At]:
         """See `Row`."""
         return self.at(length), self.at(length)
-
-    def moving(self, track: Track) -> Sequence[tuple[Weights, At]]:
-        """See `Row`."""
-        return [(VALUE, self.at(track.cell_length))]
 
     @abstractmethod
     def at(self, length: float) -> At:
@@ -190,49 +178,42 @@ class RailMoment:
         """The rotation whose change along the rail it is."""
         return {Z: "theta", Y: "psi"}[self.direction]
 
-    def of_modes(self, cell: Cell, ring: RingModes) -> ComplexArray:
-        """See `Row`."""
+    def parts(self, cell: Cell) -> Sequence[tuple[Weights, FloatArray]]:
+        """See `Row`: an element's ends feel its stiffness and its inertia."""
+        track, row, inert = cell.track, np.zeros(cell.K.shape[0]), np.zeros(cell.K.shape[0])
+        loss = track.rail.loss_factor / (2 * np.pi * track.mesh.loss_factor_frequency)
         member = member_of(cell, self.unknown)
-        if member is None:
-            return np.zeros(ring.poles.size, dtype=complex)
-        nodes, d, inside = cell.nodes, cell.section.size, self.place.inside
-        e = int(np.clip(np.searchsorted(nodes, inside, side="right") - 1, 0, nodes.size - 2))
-        L = nodes[e + 1] - nodes[e]
-        xi = (inside - nodes[e]) / L
-        M, K = (A[0] for A in section_matrices(cell.section, np.array([L])))
-        beam = cell.section.members[member]
-        own = cell.section.element_unknowns(member)
-        u, pole = ring.shapes[e * d : (e + 2) * d], ring.poles
-        mesh, loss = cell.track.mesh, cell.track.rail.loss_factor
-        elastic = 1 + pole * loss / (2 * np.pi * mesh.loss_factor_frequency)
-        ends = elastic * (K[own[[1, 3]]] @ u) + pole**2 * (M[own[[1, 3]]] @ u)
-        w, turn = u[own[[0, 2]]].mean(axis=0), (u[own[3]] - u[own[1]]) / L
-        bow = pole**2 * (beam.inertias[0] * w - beam.inertias[1] * turn)
-        # EI theta', with its ends as the element's equations of motion have them.
-        moment = -(1 - xi) * ends[0] + xi * ends[1] + 0.5 * L**2 * xi * (1 - xi) * bow
-        found: ComplexArray = -cell.parity * _sign(cell, self.side, self.direction) * moment
-        return found
+        if member is not None:
+            nodes, d, inside = cell.nodes, cell.section.size, self.place.inside
+            e = int(np.clip(np.searchsorted(nodes, inside, side="right") - 1, 0, nodes.size - 2))
+            L = nodes[e + 1] - nodes[e]
+            xi = (inside - nodes[e]) / L
+            M, K = (A[0] for A in section_matrices(cell.section, np.array([L])))
+            beam = cell.section.members[member]
+            own = cell.section.element_unknowns(member)
+            bow = np.zeros(2 * d)
+            bow[own] = beam.inertias[0] * np.array([0.5, 0, 0.5, 0])
+            bow[own] -= beam.inertias[1] * np.array([0, -1, 0, 1]) / L
+            # EI theta', with its ends as the element's equations of motion have them.
+            ends = [-(1 - xi) * A[own[1]] + xi * A[own[3]] for A in (K, M)]
+            sign = -_sign(cell, self.side, self.direction)
+            row[e * d : (e + 2) * d] = sign * ends[0]
+            inert[e * d : (e + 2) * d] = sign * (ends[1] + 0.5 * L**2 * xi * (1 - xi) * bow)
+        return [((1.0, loss, 0.0), row), ((0.0, 0.0, 1.0), inert)]
 
     def behind_and_ahead(self, length: float) -> tuple[RailMomentAt, RailMomentAt]:
         """See `Row`: a force in an element bends it otherwise than its ends tell."""
         x = self.place.cell * length + self.place.inside
         return RailMomentAt(self, x + ASIDE, ahead=True), RailMomentAt(self, x - ASIDE, ahead=False)
 
-    def moving(self, track: Track) -> Sequence[tuple[Weights, At]]:
-        """See `Row`: an element's end feels its inertia as well."""
-        bends, _ = self.behind_and_ahead(track.cell_length)
-        loss = track.rail.loss_factor / (2 * np.pi * track.mesh.loss_factor_frequency)
-        return [((1.0, loss, 0.0), bends), ((0.0, 0.0, 1.0), replace(bends, inertia=True))]
-
 
 @dataclass(frozen=True)
 class RailMomentAt:
-    """A bending moment at a node, from stiffness or inertia of the element ahead or behind."""
+    """A bending moment at a node, at rest, from the element ahead or behind."""
 
     moment: RailMoment
     x: float
     ahead: bool
-    inertia: bool = False
     on_rail: bool = True
 
     @property
@@ -249,9 +230,9 @@ class RailMomentAt:
         inside = self.x % cell.track.cell_length
         node = int(np.argmin(np.abs(cell.nodes - inside)))
         e = node if self.ahead else node - 1
-        M, K = section_matrices(cell.section, np.diff(cell.nodes[e : e + 2]))
-        own, felt = cell.section.element_unknowns(member), M[0] if self.inertia else K[0]
-        end = felt[own[1]] if self.ahead else -felt[own[3]]
+        _, K = section_matrices(cell.section, np.diff(cell.nodes[e : e + 2]))
+        own = cell.section.element_unknowns(member)
+        end = K[0][own[1]] if self.ahead else -K[0][own[3]]
         row[e * d : (e + 2) * d] = end
         return row * _sign(cell, self.moment.side, self.direction)
 
@@ -305,7 +286,36 @@ def member_of(cell: Cell, unknown: str) -> int | None:
     return None
 
 
+@dataclass(frozen=True)
+class PartAt:
+    """One part of a row, in elements that move."""
+
+    of: Row
+    part: int
+    x: float
+    on_rail: bool = False
+
+    @property
+    def direction(self) -> Direction:
+        """See `At`."""
+        return self.of.direction
+
+    def row(self, cell: Cell) -> FloatArray:
+        """See `At`."""
+        return self.of.parts(cell)[self.part][1]
+
+
+def weighed(weights: Weights, s: ComplexArray) -> ComplexArray:
+    """What stands before a row whose motion is exp(s t)."""
+    return weights[0] + s * (weights[1] + s * weights[2])
+
+
 def shown_by(rows: Sequence[Row], cell: Cell, ring: RingModes) -> ComplexArray:
-    """Rows by modes of a cell's parity, shape (n_rows, n)."""
-    found = [row.of_modes(cell, ring) * np.exp(1j * ring.mu * row.place.cell) for row in rows]
+    """Rows by modes of a cell's parity, shape (n_rows, n), in the signs of `ReducedTrack.table`."""
+    found = [
+        sum(weighed(w, ring.poles) * (cell.parity * part @ ring.shapes)
+            for w, part in row.parts(cell))
+        * np.exp(1j * ring.mu * row.place.cell)
+        for row in rows
+    ]  # fmt: skip
     return np.array(found).reshape(len(rows), ring.poles.size).astype(complex)

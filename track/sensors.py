@@ -67,6 +67,10 @@ class Place:
     inside: float
     seat: int | None
 
+    def on(self, track: Track) -> float:
+        """Along the ring, m."""
+        return self.cell * track.cell_length + self.inside
+
 
 def place_on(track: Track, at: float) -> Place:
     """Where a place along the track, m, is on the ring."""

@@ -18,10 +18,12 @@ from railcosim.master.connections import CouplingError
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Layout, Z
+from railcosim.track.cell import EVEN, build_cell
 from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, direct_receptance, ring_receptance
 from railcosim.track.sensor_quantities import told_by
+from railcosim.track.sensor_rows import PartAt, weighed
 
 from .models import Models
 
@@ -104,17 +106,18 @@ def _seen(
     track: Track, omega: FloatArray, wheels: list[Point], changes: Sequence[LocalChange]
 ) -> ComplexArray:
     """Motions of rails under wheels, and what sensors tell, by forces of the wheels."""
-    told = told_by(track, (Z,), changes)
-    parts = [one.row.moving(track) for one in told]
-    rows = list(dict.fromkeys(row for own in parts for _, row in own))
-    H = ring_receptance(track, omega, wheels, [*wheels, *rows], changes)
-    powers = (1j * omega[:, None]) ** np.arange(3)
-    seen = [
-        (powers @ one.weights)[:, None]
-        * sum((powers @ w)[:, None] * H[:, len(wheels) + rows.index(row)] for w, row in own)
-        for one, own in zip(told, parts, strict=True)
-    ]
-    return np.concatenate([H[:, : len(wheels)], *(one[:, None] for one in seen)], axis=1)
+    told, cell = told_by(track, (Z,), changes), build_cell(track, EVEN)
+    s: ComplexArray = (1j * omega).astype(complex)
+    parts = [
+        (one, weights, PartAt(one.row, k, one.row.place.on(track)))
+        for one in told for k, (weights, _) in enumerate(one.row.parts(cell))
+    ]  # fmt: skip
+    H = ring_receptance(track, omega, wheels, [*wheels, *(at for *_, at in parts)], changes)
+    seen = np.zeros((omega.size, len(told), len(wheels)), dtype=complex)
+    for (one, weights, _), moved in zip(parts, np.moveaxis(H[:, len(wheels) :], 1, 0), strict=True):
+        of = weighed(one.weights, s) * weighed(weights, s)
+        seen[:, told.index(one)] += of[:, None] * moved
+    return np.concatenate([H[:, : len(wheels)], seen], axis=1)
 
 
 @dataclass(frozen=True)
