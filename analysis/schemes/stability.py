@@ -15,6 +15,7 @@ from railcosim.analysis.pair.linear_contact import LinearLaw
 from railcosim.analysis.pair.linear_pair import Part
 from railcosim.analysis.pair.owner import Owner
 from railcosim.master.component import ComponentError, FloatArray
+from railcosim.master.progress import Progress, unheard
 from railcosim.master.schemes import ConvergenceError, Scheme
 from railcosim.master.schemes.interface_jacobian import InterfaceJacobian
 from railcosim.master.schemes.iteration import Iterated
@@ -260,15 +261,25 @@ class Coupling:
         except FAILURES:
             return math.inf
 
-    def limit(self, longest: float = LONGEST) -> Limit:
+    def limit(self, longest: float = LONGEST, progress: Progress = unheard) -> Limit:
         """Find where something grows, see `unstable_ranges`; edges are known to 0.05 %.
 
         Parameters
         ----------
         longest : float, optional
             Where the search ends, s.
+        progress : callable, optional
+            Told how far the search is, of 1; may raise to stop it.
         """
-        probe = Probe(grade=self._grade, ends=self._ends)
+        scale, far = math.log(longest / self._shortest), 0.0
+
+        def grade(h: float) -> int:
+            nonlocal far
+            far = max(far, math.log(h / self._shortest) / scale)
+            progress(far, 1.0)  # all steps are looked at once, then some in between
+            return self._grade(h)
+
+        probe = Probe(grade=grade, ends=self._ends)
         found = unstable_ranges(probe, self._shortest, self._resonant, longest)
         windows = list[Window]()
         for begin, end, grade, h in found:

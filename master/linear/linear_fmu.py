@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -10,10 +11,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from railcosim.master.component import Type, Variable
+from railcosim.master.component import Component, FloatArray, Type, Variable
 from railcosim.master.fmi.archive import FmuError, description_of
 from railcosim.master.fmi.flaws import read_raw
 from railcosim.master.fmi.fmu import FmuComponent
+from railcosim.master.linear.begun_anew import BegunAnew
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.linearise import linearise
 from railcosim.master.linear.model_exchange import Slope, adjoint, differences, exact, linear_model
@@ -97,26 +99,29 @@ class Pulses:
     description: str = "Co-Simulation, pulses"
 
     def __call__(self, path: Path, name: str, wanted: Wanted, progress: Progress) -> LinearForm:
-        """Linearise; see `Way`."""
-        with FmuComponent.load(path, name=name) as fmu:
-            if fmu.rollback_fault is not None:
-                raise FmuError(f"{path}: {fmu.rollback_fault}; pulses start from a saved state")
-            for kind, names, known in (
-                ("input", [*wanted.at, *(wanted.inputs or ())], fmu.inputs),
-                ("output", wanted.outputs or (), fmu.outputs),
-            ):
-                allowed = [v.name for v in known if v.type is Type.REAL]
-                for one in names:
-                    if one not in allowed:
-                        raise FmuError(f"{path}: no {kind} {one}{suggest(one, allowed)}")
+        """Linearise; see `Way`. An FMU that cannot go back begins anew for each record."""
+
+        def begun() -> FmuComponent:
+            fmu = stack.enter_context(FmuComponent.load(path, name=name))
             fmu.set_parameters(wanted.parameters)
             fmu.enter_initialization(0.0)
-            at = np.array([wanted.at.get(v.name, v.start) for v in fmu.inputs])
-            fmu.set_inputs(at)
+            fmu.set_inputs(at_start(fmu))
             fmu.exit_initialization()
+            return fmu
+
+        def at_start(fmu: FmuComponent) -> FloatArray:
+            return np.array([wanted.at.get(v.name, v.start) for v in fmu.inputs])
+
+        with ExitStack() as stack:
+            fmu = stack.enter_context(FmuComponent.load(path, name=name))
+            _check_names(path, wanted, fmu)
+            # Asked of one with these parameters; it is left alone.
+            fmu.set_parameters(wanted.parameters)
+            able = fmu.rollback_fault is None
+            component: Component = begun() if able else BegunAnew(begun)
             return linearise(
-                fmu,
-                at=at,
+                component,
+                at=at_start(fmu),
                 amplitude=self.amplitude,
                 step=self.step,
                 steps=self.steps,
@@ -125,6 +130,18 @@ class Pulses:
                 directions=self.directions,
                 progress=progress,
             )
+
+
+def _check_names(path: Path, wanted: Wanted, fmu: FmuComponent) -> None:
+    """Refuse names of what the FMU does not have, or what is no Real."""
+    for kind, names, known in (
+        ("input", [*wanted.at, *(wanted.inputs or ())], fmu.inputs),
+        ("output", wanted.outputs or (), fmu.outputs),
+    ):
+        allowed = _reals(known)
+        for one in names:
+            if one not in allowed:
+                raise FmuError(f"{path}: no {kind} {one}{suggest(one, allowed)}")
 
 
 def _reals(variables: Sequence[Variable]) -> list[str]:
