@@ -15,27 +15,37 @@ from railcosim.track.irregularity import QUALITIES
 from .options import (
     DimensionName,
     DimensionOption,
+    LawOption,
     PlotFile,
     PositionsOption,
     Speed,
+    SystemOption,
     console,
     contact_parameters,
     errors,
     positions_of,
+    positive,
     progress,
+    refuse_of_pair,
+    refuse_of_system,
     speed_of,
 )
 from .parameter_options import FmuOptions
 from .results import PICTURES, Suffixes, keep
-from .stability_command import in_ms, tell_of_growth
+from .stability_command import OF_A_PAIR, in_ms, tell_of_growth
 
 if TYPE_CHECKING:
-    from railcosim.analysis.schemes.advice import Option
+    from railcosim.analysis.schemes.advised import Advice, Option
 
 
+TimeOption = Annotated[
+    float | None,
+    typer.Option(help="With --system: how long the run is, s; the file's if not given."),
+]
 NETCDF = Suffixes("--out", (".nc",))
 SHOWN = 8
 """Lines of the table."""
+OF_THE_PAIR = (*OF_A_PAIR, "irregularity")
 
 
 def advise(
@@ -63,24 +73,33 @@ def advise(
     ] = "german-low",
     position: PositionsOption = None,
     given: FmuOptions,
+    system: SystemOption = None,
+    law: LawOption = None,
+    time: TimeOption = None,
     plot: PlotFile = None,
+    context: typer.Context,
 ) -> None:
     """Name owner, scheme and step that reach an accuracy at the least cost, before running.
 
     The error is predicted from the linear models of both FMUs, which must take contact forces, for
     a random irregularity under wheels that are held; of pairs in space it is the worse of the
-    forces down and aside. Cost is how often the FMUs are stepped.
+    forces down and aside. Of any other system, --system, it is that of its own motions, each left
+    alone, while it lasts. Cost is how often the FMUs are stepped.
     """
     from railcosim.analysis.schemes.advice import advise as advice
-    from railcosim.analysis.schemes.advice import check_accuracy
+    from railcosim.analysis.schemes.advised import check_accuracy
     from railcosim.analysis.schemes.limits import predictable
-    from railcosim.plots.stability import advice_chart
     from railcosim.track.irregularity.synthesis import quality
 
     NETCDF.check(out)
     PICTURES.check(plot)
     check_accuracy(accuracy)
     words = [word.strip() for word in schemes.split(",")]
+    if system is not None:
+        refuse_of_pair(context, system, OF_THE_PAIR)
+        _of_system(system, law, time, accuracy, words, out, plot)
+        return
+    refuse_of_system(context, ("law", "time"))
     predictable(words)
     quality(irregularity)
     v = speed_of(speed)
@@ -95,17 +114,42 @@ def advise(
             position=positions_of(position), progress=update, tell=errors.print,
         )  # fmt: skip
     tell_of_growth(found.growth, contact_stiffness)
-    console.print(_table(found.options[:SHOWN], accuracy, contact_stiffness))
+    _conclude(found, f"at contact stiffness {contact_stiffness}", out, plot)
+
+
+def _of_system(
+    path: Path, law: Path | None, time: float | None, accuracy: float, words: list[str],
+    out: Path | None, plot: Path | None,
+) -> None:  # fmt: skip
+    """Any system of FMUs."""
+    from railcosim.analysis.schemes.system_advice import advise_system
+
+    duration = None if time is None else positive("--time", time, "s")
+    with progress("predicting errors") as update:
+        found = advise_system(
+            path, accuracy, schemes=words, time=duration, law=law, progress=update,
+            tell=errors.print,
+        )  # fmt: skip
+    _conclude(found, f"over {found.about['time']:g} s", out, plot)
+
+
+def _conclude(found: Advice, where: str, out: Path | None, plot: Path | None) -> None:
+    """Print, save and draw."""
+    from railcosim.plots.stability import advice_chart
+
+    title = f"Error below {found.about['accuracy']:g} {where}, cheapest first"
+    console.print(_table(found.options[:SHOWN], title))
     best = found.options[0]
+    owned = "" if best.owner is None else f" with the contact in the {best.owner}"
     console.print(
-        f"Use {best.scheme} with the contact in the {best.owner.value} and a step of "
-        f"{1e3 * best.step:g} ms: predicted error {best.error:.1e}, {_margin(best)}."
+        f"Use {best.scheme}{owned} and a step of {1e3 * best.step:g} ms: predicted error "
+        f"{best.error:.1e}, {_margin(best)}."
     )
     keep(found.to_dataset(), out, plot=plot, chart=advice_chart)
 
 
 def _margin(best: Option) -> str:
-    from railcosim.analysis.schemes.advice import REACH
+    from railcosim.analysis.schemes.advised import REACH
 
     if math.isinf(best.limit):
         return f"nothing grows up to {REACH:g} times that"
@@ -114,22 +158,22 @@ def _margin(best: Option) -> str:
 
 def _limit(option: Option) -> str:
     """Largest stable step for the table, ms."""
-    from railcosim.analysis.schemes.advice import REACH
+    from railcosim.analysis.schemes.advised import REACH
 
     if math.isinf(option.limit):
         return f"> {1e3 * REACH * option.step:g}"
     return in_ms(option.limit)
 
 
-def _table(found: list[Option], accuracy: float, contact: str) -> Table:
-    table = Table(title=f"Error below {accuracy:g} at contact stiffness {contact}, cheapest first")
+def _table(found: list[Option], title: str) -> Table:
+    table = Table(title=title)
     table.add_column("scheme", overflow="fold")
     table.add_column("contact", no_wrap=True)
     for heading in ("step, ms", "evals", "per s", "error", "limit, ms"):
         table.add_column(heading, justify="right", no_wrap=True)
     for option in found:
         table.add_row(
-            option.scheme, option.owner.value, f"{1e3 * option.step:g}", str(option.evaluations),
+            option.scheme, option.owner or "-", f"{1e3 * option.step:g}", str(option.evaluations),
             f"{option.cost:.0f}", f"{option.error:.1e}", _limit(option),
         )  # fmt: skip
     return table

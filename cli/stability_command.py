@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from railcosim.analysis.schemes.stability import Limit, Window
 
 
-OF_THE_PAIR = (
+OF_A_PAIR = (
     "vehicle_fmu", "track_fmu", "vehicle", "vehicles", "track", "set_", "dimension", "speed",
     "contact_stiffness", "position", "fresh",
 )  # fmt: skip
@@ -80,7 +80,7 @@ def stability(
     if system is None:
         refuse_of_system(context, ("law",))
     else:
-        refuse_of_pair(context, system, (*OF_THE_PAIR, "plot"))
+        refuse_of_pair(context, system, (*OF_A_PAIR, "plot"))
         _of_system(system, law, [word.strip() for word in schemes.split(",")], out)
         return
     from railcosim.analysis.schemes.limits import predictable
@@ -117,7 +117,7 @@ def _of_system(path: Path, law: Path | None, words: list[str], out: Path | None)
 
     RESULTS.check(out)
     with progress("predicting") as update:
-        found = system_stability(path, words, law=law, progress=update)
+        found = system_stability(path, words, law=law, progress=update, tell=errors.print)
     table = Table(title="Largest stable step, s, and what it is up to fast growth")
     for heading in ("scheme", "stable to", "grows fast from", "evaluations"):
         table.add_column(heading, no_wrap=heading == "scheme")

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-import xarray as xr
 
 from railcosim.analysis.pair.contact import NONLINEAR, Parameters, Stiffness
 from railcosim.analysis.pair.linear_pair import Part, linear_parts
@@ -18,90 +12,22 @@ from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.standing import Position
 from railcosim.analysis.pair.static_load import acting_on, static_stiffness
 from railcosim.analysis.response.models import wheelset_positions
-from railcosim.master.component import FloatArray
 from railcosim.master.parallel import CORES, Task, Workers
 from railcosim.master.progress import Progress, Tell, foretold, unheard, unsaid
 from railcosim.master.schemes import Scheme
-from railcosim.parameters import ArgumentError
 from railcosim.track.irregularity import Spectrum
 from railcosim.track.irregularity.synthesis import spectra_of
 
+from .advised import STEPS, Advice, Option, cheapest_first, check_accuracy, longest_step
 from .catalogue import members
 from .force_error import Excitation, ForceError, excitation
 from .limits import LINEARISING, counted, exact_growth, largest, predictable
 from .stability import Coupling, SprungPair
 from .usual import PREDICTED
 
-FINEST = 1e-12  # accuracy: below it is rounding
 TOGETHER = 4
 """Schemes of one task."""
 HERTZ: Parameters = {NONLINEAR: True}
-STEPS = np.sort(np.outer(10.0 ** np.arange(-5, -2), [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0,
-                                                      8.0]).ravel())  # fmt: skip
-"""Steps that are tried, s: round numbers up to 8 ms."""
-MARGIN, REACH = 1.1, 2.0
-"""Parts of the step advised up to which nothing may grow, and up to which that is looked for."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Option:
-    """One way to couple that reaches the accuracy.
-
-    Attributes
-    ----------
-    scheme : str
-        Name in the catalogue.
-    owner : Owner
-        Of the contact springs.
-    step : float
-        The longest of the steps tried that does, `MARGIN` below the first unstable one, s.
-    limit : float
-        Largest stable step, s; infinite if nothing grows up to `REACH` times the step.
-    evaluations : int
-        How often each component is stepped in a step.
-    error : float
-        Predicted RMS of the error of the contact forces, relative to that of their dynamic part.
-    errors : array, shape (len(STEPS),)
-        The same over all steps tried; NaN for the others.
-    """
-
-    scheme: str
-    owner: Owner
-    step: float
-    limit: float
-    evaluations: int
-    error: float
-    errors: FloatArray
-
-    @property
-    def cost(self) -> float:
-        """Evaluations of each component a second of time simulated."""
-        return self.evaluations / self.step
-
-
-@dataclass(frozen=True)
-class Advice:
-    """What reaches an accuracy.
-
-    Attributes
-    ----------
-    options : list of Option
-        Cheapest first; at least one.
-    accuracy, stiffness, speed : float
-        What was asked for; N/m (the largest where wheelsets differ), m/s.
-    growth : float
-        See `StabilityTable`.
-    """
-
-    options: list[Option]
-    accuracy: float
-    stiffness: float
-    speed: float
-    growth: float
-
-    def to_dataset(self) -> xr.Dataset:
-        """Columns over the options, cheapest first."""
-        return _dataset(self.options, self.accuracy, self.stiffness, self.speed)
 
 
 def advise(
@@ -167,21 +93,8 @@ def advise(
     )
     with Workers(update) as workers:
         found = [option for _, some in workers.completed(tasks, total) for option in some]
-    if not found:
-        raise ArgumentError(
-            "accuracy", accuracy,
-            "no scheme reaches it with steps of 0.01 ms or more; ask for less, or for other "
-            "--schemes",
-        )  # fmt: skip
-    found.sort(key=lambda option: option.cost)
-    return Advice(found, accuracy, largest(k_H), speed, exact_growth(parts, k_H))
-
-
-def check_accuracy(accuracy: float) -> None:
-    """Raise ArgumentError if no scheme could have it."""
-    if not FINEST <= accuracy < 1.0:
-        must = f"must be from {FINEST:g} to below 1, such as 1e-3"
-        raise ArgumentError("accuracy", accuracy, must)
+    about = {"accuracy": accuracy, "contact_stiffness": largest(k_H), "speed": speed}
+    return cheapest_first(found, STEPS, exact_growth(parts, k_H), about)
 
 
 def _tasks(
@@ -226,72 +139,3 @@ def _options(
         found += [option] if option is not None else []
         progress(i + 1, len(schemes))
     return found
-
-
-def longest_step(
-    name: str, owner: Owner, coupling: Coupling, accuracy: float, error: ForceError
-) -> Option | None:
-    """Find the longest of `STEPS` that is exact and stable enough, or None.
-
-    Parameters
-    ----------
-    name : str
-        Of the scheme.
-    owner : Owner
-        Of the contact springs.
-    coupling : Coupling
-        The scheme at the contact.
-    accuracy : float
-        Largest error allowed.
-    error : ForceError
-        At the same contact.
-    """
-    errors, limit = np.full(len(STEPS), np.nan), math.inf
-    for j in range(len(STEPS))[::-1]:
-        h = float(STEPS[j])
-        if MARGIN * h > limit:
-            continue
-        errors[j] = error.of(coupling, h)
-        if errors[j] > accuracy or not coupling.is_stable(h):
-            continue
-        # Stable between unstable steps is no advice, nor is a step just below one: another FMU
-        # may shift it.
-        limit = coupling.limit(REACH * h).step
-        if MARGIN * h <= limit:
-            return Option(
-                scheme=name, owner=owner, step=h, limit=limit, error=float(errors[j]),
-                errors=errors, evaluations=coupling.evaluations,
-            )  # fmt: skip
-    return None
-
-
-def _dataset(found: list[Option], accuracy: float, k_H: float, speed: float) -> xr.Dataset:
-    """Columns over the options, cheapest first."""
-    columns = {
-        "step": ([o.step for o in found], "s", "longest step that reaches the accuracy"),
-        "evaluations": ([o.evaluations for o in found], "1", "evaluations a step"),
-        "cost": ([o.cost for o in found], "1/s", "evaluations a second of time simulated"),
-        "error": ([o.error for o in found], "1", "predicted relative RMS error of contact forces"),
-        "stable_to": (
-            [o.limit for o in found],
-            "s",
-            "largest stable step; infinite beyond twice the step",
-        ),
-    }
-    variables: dict[str, Any] = {
-        name: ("option", np.array(values, dtype=float), {"units": unit, "long_name": text})
-        for name, (values, unit, text) in columns.items()
-    }
-    variables["errors"] = (
-        ("option", "tried"),
-        np.array([o.errors for o in found]),
-        {"units": "1", "long_name": "predicted relative RMS error at the steps tried"},
-    )
-    return xr.Dataset(
-        variables,
-        coords={
-            "option": [f"{o.scheme}, contact in {o.owner.value}" for o in found],
-            "tried": ("tried", STEPS, {"units": "s", "long_name": "step"}),
-        },
-        attrs={"accuracy": accuracy, "contact_stiffness": k_H, "speed": speed},
-    )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from railcosim.master.progress import Progress, Tell, unheard, unsaid
+from railcosim.master.progress import Progress, Tell, foretold, unheard, unsaid
 
 from .limits import LINEARISING, predictable
 from .linear_system import linear_system
@@ -100,12 +100,17 @@ def system_stability(
     boxes, known = system.boxes, system.schemes
     limits, refused = dict[str, Limit](), dict[str, str]()
     names = predictable(schemes, known)
+    tell(f"{len(names)} searches")
+    update = foretold(lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0), tell)
     for k, name in enumerate(names):
         try:
-            limits[name] = Coupling(boxes, known[name].scheme).limit(boxes.longest)
+            limits[name] = Coupling(boxes, known[name].scheme).limit(
+                boxes.longest,
+                lambda a, b, k=k: update(k + a / b, len(names)),  # type: ignore[misc]
+            )
         except (ValueError, *FAILURES) as error:
             refused[name] = str(error)
-        progress(LINEARISING + (1 - LINEARISING) * (k + 1) / len(names), 1.0)
+        update(k + 1, len(names))
     return SystemStability(
         limits=limits, refused=refused, growth=boxes.exact, ways=system.ways,
         longest=boxes.longest,

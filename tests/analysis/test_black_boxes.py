@@ -1,15 +1,21 @@
 """Stability of any two FMUs: predicted from outside, held against runs of them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from railcosim.analysis.schemes.black_boxes import system_stability
 from railcosim.analysis.schemes.boxes import Boxes
 from railcosim.analysis.schemes.catalogue import members
+from railcosim.analysis.schemes.system_advice import MotionError, advise_system
 from railcosim.master.connections import CouplingError
+from railcosim.master.cosimulation import cosimulate
+from railcosim.master.fmi.archive import FmuError
 from railcosim.master.law_file import read_law
 from railcosim.master.ssp import initialise, open_ssp
 from railcosim.master.system import System
+from railcosim.parameters import ArgumentError
 
 from ..master import mass
 from ..master.mass import LAW, TOGETHER
@@ -54,17 +60,80 @@ def test_limits_are_those_of_runs(made, owner, name) -> None:
     assert growth(path, law, scheme, 1.01 * step) > 0.0
 
 
-@pytest.mark.slow  # records of pulses: 5 s
-def test_pulses_predict_what_model_exchange_does(made, tmp_path) -> None:
-    """From outside: the same limits, to the 0.05 % that edges are known to."""
+@pytest.mark.slow  # records of pulses: 5 s each
+@pytest.mark.parametrize("back", [True, False])
+def test_pulses_predict_what_model_exchange_does(made, back) -> None:
+    """From outside: the same limits, to the 0.05 % that edges are known to.
+
+    Also of FMUs that cannot go back to a state, which begin anew.
+    """
     path, _ = made("right")
     inside = system_stability(path, ["jacobi", "gauss-seidel"])
-    path, _ = made("right", exchange=False)
+    path, _ = made("right", exchange=False, back=back)
     outside = system_stability(path, ["jacobi", "gauss-seidel"], step=2e-2)
     assert set(outside.ways.values()) == {"Co-Simulation, pulses"}
     assert list(outside.limits) == list(inside.limits)
     for name, limit in inside.limits.items():
         assert outside.limits[name].step == pytest.approx(limit.step, rel=1e-3), name
+
+
+def test_a_search_tells_how_far_it_is(made) -> None:
+    """Within a scheme, not only between them: at least every tenth of it."""
+    path, _ = made("right")
+    told = []
+    system_stability(path, ["nepce"], progress=lambda a, b: told.append(a / b))
+    assert told == sorted(told)
+    assert np.diff(told).max() < 0.15
+    assert told[-1] == 1.0
+
+
+@pytest.mark.parametrize("owner", ["right", "master"])
+def test_advice_is_what_runs_are_like(made, owner) -> None:
+    """At the step advised, from the displaced mass: both motions are in it, half a metre each.
+
+    Named is the error of the worse motion, so that of both is as much at the most, but for how a
+    run begins. That is the faster one, whose RMS is half of all: dampings are 0.65 and 0.15 /s.
+    """
+    path, law = made(owner)
+    duration = 4.0
+    found = advise_system(path, 2e-2, law=law, time=duration, schemes=["nepce"])
+    (option,) = found.options
+    assert option.error <= 2e-2
+    with open_ssp(path, law=law) as loaded:
+        running = System(loaded.components, loaded.connections)
+        initialise(running, loaded.fmus, 0.0)
+        scheme = members(("left", "right"))[option.scheme].scheme
+        points = list(cosimulate(running, scheme, option.step, duration))
+        z = np.array([p.outputs[running.names.index("left.z")] for p in points])
+    exact = mass.exact([p.time for p in points])[:, 0]
+    measured = np.linalg.norm(z - exact) / np.linalg.norm(exact)
+    assert 0.45 * option.error < measured < 1.2 * option.error
+
+
+def test_error_of_a_motion_is_that_of_its_numbers() -> None:
+    """Of Euler's rule for x' = -a x, by hand: (1 - a h)^k for exp(-a h k), over five times 1/a."""
+    a, h = 2.0, 0.1
+    k = np.arange(26)
+    exact, euler = np.exp(-a * h * k), (1 - a * h) ** k
+    step = SimpleNamespace(eigenvalues=lambda: np.array([1 - a * h + 0j, 0.0]))
+    coupling = SimpleNamespace(amplifiers=[SimpleNamespace(at=lambda h: step)])
+    error = MotionError(np.array([-a + 0j]), 100.0).of(coupling, h)
+    assert error == pytest.approx(np.linalg.norm(euler - exact) / np.linalg.norm(exact), rel=1e-12)
+
+
+def test_advice_that_cannot_be(made) -> None:
+    path, _ = made("right")
+    with pytest.raises(FmuError, match="does not say when to stop; give --time"):
+        advise_system(path, schemes=["nepce"])
+    with pytest.raises(ArgumentError, match="no scheme reaches it with steps of"):
+        advise_system(path, 1e-9, schemes=["jacobi-constant"], time=1.0)
+
+
+def test_a_system_without_a_loop_is_refused(library, tmp_path) -> None:
+    """One mass drives the other, and nothing comes back."""
+    path = mass.system(library, tmp_path, ("alone", "owner"), mass.WIRES[:2])
+    with pytest.raises(CouplingError, match="no value comes back to the FMU"):
+        system_stability(path, ["nepce"])
 
 
 def test_growth_if_coupled_exactly_is_that_of_both_masses_together(made) -> None:

@@ -19,7 +19,7 @@ ENDS = {"alone": (("f",), ("z", "vz")), "owner": (("z", "vz"), ("f", "own_z"))}
 EXCHANGE = """  <ModelExchange modelIdentifier="mass"/>\n"""
 
 
-def description(guid, *, exchange):
+def description(guid, *, exchange=True, back=True):
     ins, outs = ENDS[guid]
     names = [*ins, *outs, "x", "v", "dx", "dv", "k", "c"]
     lines = [
@@ -47,8 +47,8 @@ def description(guid, *, exchange):
     )
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Mass" guid="{guid}">
-{EXCHANGE if exchange else ""}  <CoSimulation modelIdentifier="mass" canGetAndSetFMUstate="true"
-    canHandleVariableCommunicationStepSize="true"/>
+{EXCHANGE if exchange else ""}  <CoSimulation modelIdentifier="mass"
+    canGetAndSetFMUstate="{str(back).lower()}" canHandleVariableCommunicationStepSize="true"/>
   <ModelVariables>{variables}</ModelVariables>
   <ModelStructure><Outputs>{outputs}</Outputs>
     {f"<Derivatives>{rates}</Derivatives>" if exchange else ""}
@@ -63,9 +63,9 @@ def compiled(folder):
     return out
 
 
-def fmu(library, path, guid, *, exchange=True):
+def fmu(library, path, guid, **able):
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", description(guid, exchange=exchange))
+        archive.writestr("modelDescription.xml", description(guid, **able))
         archive.write(library, f"binaries/{fmpy.platform}/{library.name}")
     return path
 
@@ -83,14 +83,13 @@ def part(name, guid, x=0.0):
     )
 
 
-def system(library, folder, kinds, wires, *, exchange=True):
+def system(library, folder, kinds, wires, **able):
     """An SSP of two masses, ``left``, which is displaced by 1 m, and ``right``."""
     parts = part("left", kinds[0], 1.0) + part("right", kinds[1])
     links = "".join(connection(a, b) for a, b in wires)
     links = f"<ssd:Connections>{links}</ssd:Connections>" if links else ""
     files = {
-        f"{kind}__fmu": fmu(library, folder / f"{kind}.fmu", kind, exchange=exchange)
-        for kind in set(kinds)
+        f"{kind}__fmu": fmu(library, folder / f"{kind}.fmu", kind, **able) for kind in set(kinds)
     }
     return pack(folder / "S.ssp", ssd(f"<ssd:Elements>{parts}</ssd:Elements>{links}"), **files)
 
@@ -106,12 +105,13 @@ force = {{ "left.f" = -1, "right.f" = 1 }}
 """
 
 
-def made(library, folder, owner, *, exchange=True):
+def made(library, folder, owner, *, exchange=True, back=True):
     """SSP and law, where the right mass owns the spring or the master does."""
+    able = {"exchange": exchange, "back": back}
     if owner == "right":
-        return system(library, folder, ("alone", "owner"), WIRES, exchange=exchange), None
+        return system(library, folder, ("alone", "owner"), WIRES, **able), None
     (folder / "law.toml").write_text(LAW)
-    path = system(library, folder, ("alone", "alone"), [], exchange=exchange)
+    path = system(library, folder, ("alone", "alone"), [], **able)
     return path, folder / "law.toml"
 
 

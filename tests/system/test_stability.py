@@ -10,7 +10,7 @@ from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.response.models import wheelset_positions
-from railcosim.analysis.schemes.advice import STEPS, longest_step
+from railcosim.analysis.schemes.advised import STEPS, longest_step
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.exponentials import fastest
 from railcosim.analysis.schemes.force_error import ForceError, excitation
