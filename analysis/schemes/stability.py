@@ -273,13 +273,13 @@ class Coupling:
         """
         scale, far = math.log(longest / self._shortest), 0.0
 
-        def grade(h: float) -> int:
+        def look(h: float) -> int:
             nonlocal far
             far = max(far, math.log(h / self._shortest) / scale)
             progress(far, 1.0)  # all steps are looked at once, then some in between
             return self._grade(h)
 
-        probe = Probe(grade=grade, ends=self._ends)
+        probe = Probe(grade=look, ends=self._ends)
         found = unstable_ranges(probe, self._shortest, self._resonant, longest)
         windows = list[Window]()
         for begin, end, grade, h in found:

@@ -17,8 +17,7 @@ from railcosim.master.progress import Progress, Tell, foretold, unheard, unsaid
 from railcosim.parameters import ArgumentError
 
 from .advised import ROUND, Advice, cheapest_first, check_accuracy, longest_step
-from .black_boxes import LINEARISING
-from .limits import predictable
+from .limits import LINEARISING, predictable
 from .linear_system import linear_system
 from .stability import FAILURES, Coupling
 from .usual import PREDICTED
