@@ -45,6 +45,8 @@ class Line:
         Theirs.
     words : str
         What y has become, such as "density"; "" if it is as it was.
+    told : str
+        What the result says the variable is; "" if nothing.
     """
 
     file: str
@@ -56,6 +58,7 @@ class Line:
     x_unit: str
     unit: str
     words: str = ""
+    told: str = ""
 
 
 def lines_of(results: Mapping[str, xr.Dataset], outputs: Sequence[str]) -> list[Line]:
@@ -128,8 +131,9 @@ def _lines(
             f"{d} {v[i]:g}" if v.dtype.kind in "if" else f"{d} {v[i]}"
             for d, v, i in zip(rest, of_rest, at, strict=True)
         )
-        units = (str(v.attrs.get("units", "")) for v in (values[axis], values))
-        lines.append(Line(file, output, part, x, flat[k], axis, *units))
+        x_unit, unit = (str(v.attrs.get("units", "")) for v in (values[axis], values))
+        told = str(values.attrs.get("long_name", ""))
+        lines.append(Line(file, output, part, x, flat[k], axis, x_unit, unit, told=told))
     return lines
 
 

@@ -111,7 +111,7 @@ def advise(
         found = advice(
             vehicle, track, accuracy,
             contact=parameters, schemes=words, speed=v, irregularity=irregularity,
-            position=positions_of(position), progress=update, tell=errors.print,
+            position=positions_of(position, given), progress=update, tell=errors.print,
         )  # fmt: skip
     tell_of_growth(found.growth, contact_stiffness)
     _conclude(found, f"at contact stiffness {contact_stiffness}", out, plot)

@@ -74,7 +74,7 @@ class MeetingOptions(FmuOptions):
         return {
             "contact_stiffness": None if given is None else stiffness_of(given),
             "stock": self.stock() if self.tells_vehicle else None,
-            "position": positions_of(self.position),
+            "position": positions_of(self.position, self),
             "believe": self.believe,
             "local": self._local(),
         }

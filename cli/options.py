@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from .parameter_options import FmuOptions
+
     FloatArray = NDArray[np.float64]
 
 __all__ = ["console", "errors"]  # beside what is defined here
@@ -85,9 +87,9 @@ PositionsOption = Annotated[
     str | None,
     typer.Option(
         "--position",
-        help="Where the last wheelset stands, m; of several vehicles that of each, such as "
-        "25.1,0.3. As the FMU has it if not given.",
-        metavar="X",
+        help="Where the last wheelset stands, m, or at a railseat or midspan of our track; of "
+        "several vehicles that of each, such as 25.1,0.3. As the FMU has it if not given.",
+        metavar="PLACE",
     ),
 ]
 LocalOption = Annotated[
@@ -150,14 +152,21 @@ def refuse_of_system(context: typer.Context, options: tuple[str, ...]) -> None:
             raise UsageError(f"--{name.replace('_', '-')}: is of FMUs of --system")
 
 
-def positions_of(text: str | None) -> list[float] | None:
-    """Read ``--position``: numbers of m, with commas."""
+def positions_of(text: str | None, given: FmuOptions) -> list[float] | None:
+    """Read ``--position``: numbers of m, or places of our track by name, with commas."""
     if text is None:
         return None
     try:
         return [float(part) for part in text.split(",")]
     except ValueError as error:
-        raise UsageError(f"--position {text}: must be m, with commas") from error
+        if given.track_fmu is not None:
+            raise UsageError(
+                f"--position {text}: must be m, with commas; railseat and midspan are known of "
+                "our own track, and not of --track-fmu"
+            ) from error
+    from railcosim.analysis.response.receptance import place_of
+
+    return [place_of(given.rails(), part.strip()) for part in text.split(",")]
 
 
 def frequencies_of(text: str, limits: tuple[float, float] | None = None) -> FloatArray:

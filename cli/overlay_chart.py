@@ -9,7 +9,7 @@ import numpy as np
 
 from railcosim.analysis.overlay import Line
 from railcosim.plots.chart import Chart, Curve, FloatArray, Panel
-from railcosim.plots.names import words_of
+from railcosim.plots.names import LONGEST, words_of
 from railcosim.plots.results import phase_panel
 
 LEGIBLE = 40  # turns of a phase that can still be told apart
@@ -48,13 +48,20 @@ def _turns(curve: tuple[FloatArray, np.ndarray]) -> int:
 
 
 def _name(line: Line, *, alone: bool) -> str:
-    words = "" if alone else ", ".join(words_of(line.output) or (line.output,))
+    words = "" if alone else ", ".join(_words(line))
     return ", ".join(part for part in (line.file, words, line.part) if part)
+
+
+def _words(line: Line) -> tuple[str, ...]:
+    """Whose a variable is and what of it: by its name, or as its result says before any comma."""
+    told = tuple(part for part in line.told.partition(",")[0].split(": ") if part)
+    known = told and all(len(part) <= LONGEST for part in told)
+    return words_of(line.output) or (told if known else (line.output,))
 
 
 def _quantity(lines: Sequence[Line]) -> str:
     """What is shown: the variable, or what several are of."""
-    found = [words_of(name) or (name,) for name in dict.fromkeys(line.output for line in lines)]
+    found = list(dict.fromkeys(map(_words, lines)))
     several = " / ".join(dict.fromkeys(one[-1] for one in found))
     return ", ".join(found[0]) if len(found) == 1 else several
 

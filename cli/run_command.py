@@ -107,7 +107,7 @@ def run(
         speed=float(travel.speed(0.0)),
         held=held,
         profile=rough.profile(float(travel.gone(taken.stop)), spatial=aside),
-        position=positions_of(position),
+        position=positions_of(position, given),
         defects=rough.defects(),
         travel=travel,
     )

@@ -100,7 +100,7 @@ def stability(
     ):
         table = predicted(
             vehicle, track, parameters, words, update,
-            position=positions_of(position), speed=v, tell=errors.print,
+            position=positions_of(position, given), speed=v, tell=errors.print,
         )  # fmt: skip
     console.print(_table(table.limits, texts))
     if any(_closed(limit) for row in table.limits.values() for limit in row):

@@ -22,6 +22,7 @@ from railcosim.track.parameters import Track
 
 from .identified import LEVEL, Identified, identified
 from .measured import Measured, read_measured
+from .table import DECAY
 
 FARTHEST = 1e3  # times and through a start: a parameter that goes there follows no data
 AROUND = 10.0  # times and through a start: where others are looked for
@@ -186,6 +187,8 @@ def fit(
         )
         for source, place in zip(sources, places * (len(sources) // len(places)), strict=True)
     )  # fmt: skip
+    if all(one.unit == DECAY for one in curves):
+        _check_unsaid(position=position, load=both_rails, unit=unit)
     highest = max(float(one.frequency[-1]) for one in curves)
     fine = track
     for direct in {one.direction for one in curves}:
@@ -204,6 +207,16 @@ def fit(
             + ": nothing is known of any from this; free fewer, or measure elsewhere"
         )
     return _dataset(problem, found.x, solution, known)
+
+
+def _check_unsaid(**given: object) -> None:
+    """Refuse what says nothing of decay rates."""
+    for name, value in given.items():
+        if value is not None:
+            raise ArgumentError(
+                name, None, "says nothing of decay rates, which are of one rail that is hit at the "
+                "standard's places, in dB/m; leave it out",
+            )  # fmt: skip
 
 
 def _check(problem: Problem) -> None:

@@ -88,7 +88,8 @@ class Journey:
         if aside and self.way.changes:
             raise ArgumentError(
                 "speed", self.way.name, "changes, and wheels that creep know one speed: must be "
-                "one in km/h in space, or the run vertical",
+                "one in km/h in space (several: railcosim sweep run --set speed=100:300:5), or the "
+                "run vertical",
             )  # fmt: skip
 
     def check_defects(self, wheels: Wheels, step: float, stop: float) -> None:

@@ -99,6 +99,13 @@ def test_two_places_are_fitted_together(tmp_path):
     assert found["measured[2]"].dims == ("frequency[2]",)
 
 
+@pytest.mark.parametrize("said", [{"both_rails": True}, {"position": "midspan"}, {"unit": "m/N"}])
+def test_what_decay_rates_do_not_ask_is_refused(tmp_path, said):
+    file = written(tmp_path / "m.csv", "frequency (Hz),vertical (dB/m)", [800, 1000], [5.0, 4.0])
+    with pytest.raises(ParameterError, match="says nothing of decay rates"):
+        fit(file, GROUND, free=["fastening.stiffness"], **said)
+
+
 def test_decay_rates_are_those_of_the_command(tmp_path):
     """From what `decay-rate` gives: of that track there is no residual, of another there is."""
     rates = track_decay_rate(GROUND, 800, 1000)

@@ -82,6 +82,9 @@ MISTAKES = {
     "track-receptance --out t.nc --at nan": "--position nan: must be railseat",
     "track-receptance --out t.nc --at 1e300": "--position 1e300: must be railseat, midspan, or",
     f"{FRF} {PARTS} --position 1e9": "--position 1e+09: must be from -1e+06 to 1e+06 m",
+    f"{FRF} {PARTS} --position midspan": "--position midspan: must be m, with commas; railseat and",
+    f"{FRF} --position attic": "--position attic: must be railseat, midspan, or from -1e+06",
+    f"{RUN} {PAIR} --speed still.csv": "--speed: wheels stand still, and meet no irregularity of",
     f"{RUN} {PAIR} --position nan": "--position nan: must be from -1e+06 to 1e+06 m",
     "irregularity --out p.csv --length 1e15": "--length 1e+15: must be from 1 to 1e+06 m",
     "irregularity --out p.csv --shortest 1e-300": "--shortest 1e-300: must be from",
@@ -174,6 +177,7 @@ def files(exported, tmp_path_factory):
     (folder / "wordy.toml").write_text(f'rail = "{"A" * 900_000}"\n')
     (folder / "binary.toml").write_bytes(bytes(range(256)))
     (folder / "negative.toml").write_text("[fastening]\nstiffness = -3e7\n")
+    (folder / "still.csv").write_text("time,speed\n0,0\n10,0\n")
     (folder / "binary.fmu").write_bytes(bytes(range(256)))
     (folder / "empty.fmu").touch()
     elements = component("a", u="input", x="output")

@@ -65,6 +65,20 @@ def test_files_are_named_in_the_legend_and_complex_ones_have_a_phase():
     assert size.curves[1].y == pytest.approx(2.0)
 
 
+def test_what_a_name_does_not_say_its_result_does():
+    t = np.arange(9.0)
+    told = {1: "left fastening at 3.4 m: force, compression positive", 2: "a" * 80}
+    run = xr.Dataset(
+        {f"sensor[{k}].force_z": ("time", t, {"units": "N", "long_name": text})
+         for k, text in told.items()}, {"time": t},
+    )  # fmt: skip
+    ((panel,),) = overlay_chart(lines_of({"a.nc": run}, list(run.data_vars))).rows
+    assert [c.name for c in panel.curves] == [
+        "a.nc, left fastening at 3.4 m, force", "a.nc, sensor[2].force_z"
+    ]  # fmt: skip
+    assert panel.y_label == "force / sensor[2].force_z (N)"
+
+
 def test_a_phase_that_turns_over_too_often_is_left_out_and_said():
     f = np.linspace(1, 100, 800)
     of = {

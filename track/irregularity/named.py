@@ -79,6 +79,11 @@ def irregularity(
         classes = ", ".join(QUALITIES)
         must = f"must be {NONE}, {classes}, or a file that ends in .csv"
         raise ArgumentError("irregularity", text, must)
+    elif not length > 0:
+        raise ArgumentError(
+            "speed", None, f"wheels stand still, and meet no irregularity of {text}: must be > 0 "
+            f"at some time, or the irregularity {NONE}",
+        )  # fmt: skip
     else:
         usual = (ALL,) if spatial else ("vertical",)
         acting = usual if quantities is None else quantities
