@@ -28,6 +28,7 @@ from railcosim.master.fmi.prepared import FmuState, PreparedCall, StateNames, me
 WARNING, DISCARD, _FATAL = 1, 2, 4
 MODEL_EXCHANGE, CO_SIMULATION = 0, 1
 EVENT_ITERATIONS = 100
+"""How often an FMU may ask for another event iteration before it counts as stuck."""
 
 
 class Updated(NamedTuple):

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from railcosim.master.fmi.fmi3 import Fmi3Calls
     from railcosim.master.fmi.from_raw import Clock
 
-"""How often an FMU may ask for another event iteration before it counts as stuck."""
 _ROUNDING = 1e-9
 """Part of a communication step by which a tick may miss its end and be at it."""
 _CHANGED = 2  # of what FMI 3 says of an interval

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray
-from railcosim.master.fmi.calls import WARNING
+from railcosim.master.fmi.calls import WARNING, Calls
 from railcosim.master.fmi.fmu_log import status_name
+from railcosim.master.fmi.kinds import Passed
 from railcosim.master.fmi.prepared import PreparedCall, memory_of
-
-if TYPE_CHECKING:
-    from railcosim.master.fmi.fmi3 import Fmi3Calls
-    from railcosim.master.fmi.kinds import Passed
 
 
 class Interpolation:
@@ -22,7 +19,7 @@ class Interpolation:
 
     Parameters
     ----------
-    calls : Fmi3Calls
+    calls : Calls
         Of the FMU.
 
     Attributes
@@ -33,7 +30,7 @@ class Interpolation:
         Beginning of the step, s, if it goes on after an early return.
     """
 
-    def __init__(self, calls: Fmi3Calls) -> None:
+    def __init__(self, calls: Calls) -> None:
         self._calls = calls
         # None of them where an array of length 0 is the only one.
         shared = [p.references for p in calls._description.passed_in if p.is_shared]
