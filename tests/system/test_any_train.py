@@ -16,6 +16,7 @@ from railcosim.analysis.response.models import Models, linear_models
 from railcosim.analysis.schemes.advice import advise
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.growth import Bench, Disturbance
+from railcosim.analysis.schemes.motion import fastest_motion
 from railcosim.analysis.schemes.stability import Coupling, SprungPair
 from railcosim.fmus.export import BARE, export
 from railcosim.master.cosimulation import cosimulate
@@ -233,25 +234,28 @@ def test_frequency_responses_with_every_wheelsets_own_contact(mixed) -> None:
 @pytest.mark.parametrize(
     ("owner", "name"), [(Owner.VEHICLE, "jacobi-linear"), (Owner.TRACK, "jacobi-quadratic")]
 )
-def test_the_largest_stable_step_is_that_of_runs(mixed, owner, name) -> None:
-    """Linear springs, of every wheelset its own, within the 1 % that is promised."""
+def test_what_grows_just_beyond_the_largest_stable_step_grows_in_runs(mixed, owner, name) -> None:
+    """Linear springs, of every wheelset its own; limits themselves are sought in test_stability.
+
+    Growth there is within 5 %, which is 0.02 % of the limit. With one number for all wheelsets,
+    limits are 1.6 and 3 % elsewhere.
+    """
     pair = mixed.folder / "Vehicle.fmu", mixed.folder / "Track.fmu"
     scheme = members()[name].scheme
     parts = linear_parts(*pair, quiet)
-    sprung = SprungPair(parts, owner, own_law()[1])
-    coupling = Coupling(sprung, scheme)
+    coupling = Coupling(SprungPair(parts, owner, own_law()[1]), scheme)
     predicted = next(w for w in coupling.limit(longest=2e-3).windows if math.isfinite(w.fast))
+    h = 1.004 * predicted.fast
+    motion = fastest_motion(coupling, h)
     one = SprungPair(parts, owner, float(own_law()[1].mean()))
-    # One number for all would be told from them: edges are known to 0.05 %, and 1.6 and 3 % apart.
-    assert abs(Coupling(one, scheme).limit(longest=2e-3).fast / predicted.fast - 1) > 0.01
+    assert abs(Coupling(one, scheme).growth(h) / motion.rate.real - 1) > 0.5
     disturbance = Disturbance()
     journey = Journey(speed=SPEED, held=True, profile=disturbance)
     parameters = {"contact.nonlinear": False, "internal_step": 2e-5}
     fmus = [mixed.folder / f"{name}.fmu" for name in FMUS[owner]]
     with open_pair(*fmus, parameters, journey) as opened:
-        found = Bench(opened, disturbance).limit(scheme, coupling, predicted)
-    assert found.step == pytest.approx(predicted.fast, rel=0.01)
-    assert found.measured == pytest.approx(found.predicted, rel=0.05, abs=0.1)
+        grown = Bench(opened, disturbance).growth(scheme, h, motion)
+    assert grown == pytest.approx(motion.rate.real, rel=0.05, abs=0.1)
 
 
 # A ring of 50 cells, and 10,000 unknowns at once.
