@@ -1,1 +1,1 @@
-"""The slab track. Knows nothing of FMI."""
+"""The track: slabs, ballast, layers of any kind. Knows nothing of FMI."""

@@ -1,1 +1,1 @@
-"""The vehicle and the contact of wheel and rail. Knows nothing of FMI."""
+"""Vehicles and trains, and how their wheels roll. Knows nothing of FMI."""
