@@ -51,10 +51,10 @@ class AlongRing:
         Phase of a mode from cell to cell, rad.
     partner : array of int, shape (n,)
         Mode whose shape receives the force.
-    local_table : array, shape (n_rows x parts, directions, k)
-        Shapes of the local oscillators under each contact: motion in a direction by the oscillator
-        of one of the k directions of a contact, of the left rail; straight between `parts` of the
-        way from row to row.
+    local_table : array, shape (n_rows x parts, 2, directions, k)
+        Shapes of the local oscillators under each contact, and their slopes along the rail: motion
+        in a direction by the oscillator of one of the k directions of a contact, of the left rail;
+        at `parts` of the way from row to row, Hermite's cubics between them.
     elements : array of int, shape (n_elements,)
         Row at which each element of a cell begins; elements are equally long.
     parts : int
@@ -119,8 +119,9 @@ class AlongRing:
         out *= self._phase[cell.astype(int), None]
         part = np.minimum((xi * self.parts).astype(int), self.parts - 1)
         first = first * self.parts + part
-        xi = (xi * self.parts - part)[:, None, None]
-        local = (1 - xi) * local_table[first] + xi * local_table[first + 1]
+        weights, _ = shape_functions(xi * self.parts - part, element / self.parts, 0.0)
+        ends = np.concatenate([local_table[first], local_table[first + 1]], axis=1)
+        local = np.einsum("pw,pw...->p...", weights, ends)
         shaped: ComplexArray = out.reshape(rows, -1)
         return shaped, shaped[:, self.partner], local
 

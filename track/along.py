@@ -1,7 +1,7 @@
 """Along a cell: where a table of shapes has its rows, and what has a kink at every railseat.
 
-A fastening pulls at a rail that bends sideways and twists, which has a kink there: its twist by the
-moment, its axis by shear. From one railseat to the next it is smooth.
+A fastening pulls at a rail, which has a kink there: its twist by the moment, its axis by shear.
+From one railseat to the next it is smooth.
 """
 
 from __future__ import annotations
@@ -50,6 +50,12 @@ class Rows:
         return rows
 
     @property
+    def firsts(self) -> NDArray[np.intp]:
+        """First row of each node, shape (n_nodes,)."""
+        rows: NDArray[np.intp] = np.searchsorted(self.node, np.arange(self.nodes.size))
+        return rows
+
+    @property
     def places(self) -> tuple[NDArray[np.intp], FloatArray]:
         """Where a local flexibility is told: node and how far from it to the next, 0..1.
 
@@ -63,6 +69,21 @@ class Rows:
         count = (self.node.size - 1) * parts + 1
         return node[:count], shares[:count]
 
+    def with_slopes(self, values: ComplexArray) -> ComplexArray:
+        """Values at all places and how they change along the rail, 1/m, (.., 2, ..).
+
+        From one railseat to the next; the first place is the last one's, a cell further.
+        """
+        total, step = len(values) - 1, self.nodes[1] / self.parts
+        slopes = np.zeros_like(values)
+        behind = (np.flatnonzero(np.diff(self.node) == 0) + 1) * self.parts
+        for first, last in zip(behind, np.roll(behind, -1) - self.parts, strict=True):
+            bay = np.arange(first, last + 1 + total * (last < first)) % total
+            slopes[bay] = np.gradient(values[bay], step, axis=0, edge_order=2)
+        slopes[-1] = slopes[0]
+        both: ComplexArray = np.stack([values, slopes], axis=1)
+        return both
+
     def spread(self, values: ComplexArray) -> ComplexArray:
         """Values at nodes, straight between them, at all places."""
         node, share = self.places
@@ -73,14 +94,8 @@ class Rows:
         return there
 
 
-def smooth_rows(track: Track) -> Rows:
-    """One row at every node."""
-    nodes = regular_nodes(track, track.mesh.elements_per_bay)
-    return Rows(node=np.arange(nodes.size), nodes=nodes, parts=1)
-
-
-def kinked_rows(track: Track) -> Rows:
-    """Two rows at every railseat."""
+def rows_along(track: Track) -> Rows:
+    """One row at every node, two at every railseat."""
     a_bay = track.mesh.elements_per_bay
     nodes = regular_nodes(track, a_bay)
     seats = a_bay // 2 + a_bay * np.arange(track.bays)

@@ -79,11 +79,11 @@ def with_changes(
         shapes, seen = ((own * np.sqrt(weight))[:, weight > 0] for own in (shapes, seen))
         found.append((poles[weight > 0], shapes, seen, softer))
     poles = np.concatenate([own for own, *_ in found])
-    nodes, ring = reduced.elements.size, track.mesh.cells
+    rows, ring = len(reduced.table) - 1, track.mesh.cells
     shapes, shown = (np.concatenate([own[k] for own in found], axis=1) for k in (1, 2))
-    table = shapes.reshape(ring * nodes, -1, poles.size)
+    table = shapes.reshape(ring * rows, -1, poles.size)
     whole = np.concatenate([table, table[:1]])
-    softer = sum((more for *_, more in found), np.zeros(1)).reshape(ring * nodes, -1)
+    softer = sum((more for *_, more in found), np.zeros(1)).reshape(ring * rows, -1)
     residual = _residual(reduced, table[:, ::2], poles, softer)
     changed = replace(
         reduced,
@@ -92,7 +92,7 @@ def with_changes(
         partner=np.arange(poles.size),
         parity=np.repeat([1.0, -1.0][: len(found)], [own.size for own, *_ in found]),
         apart=apart,
-        elements=np.arange(ring * nodes),
+        elements=(rows * np.arange(ring)[:, None] + reduced.elements).ravel(),
         table=whole.astype(np.complex64).astype(complex),
         residual_shapes=np.concatenate([residual, residual[:1]]),
         cell_length=track.length,
@@ -107,7 +107,7 @@ def with_changes(
 def _residual(
     reduced: ReducedTrack, motion: ComplexArray, poles: ComplexArray, softer: FloatArray
 ) -> ComplexArray:
-    """What modes leave out all round, (places, sides, 1): as on the equal ring, but for how much.
+    """What modes leave out all round, (places, 2, sides, 1): as on the equal ring, but how much.
 
     At rest it is all that a place gives on the changed ring, less what its modes have of it: beside
     a mass, which modes that are left out would not move, less than on the equal ring.
@@ -116,20 +116,22 @@ def _residual(
     ----------
     reduced : ReducedTrack
         Of the equal ring.
-    motion, poles : array, shapes (places, sides, n) and (n,)
+    motion, poles : array, shapes (rows, sides, n) and (n,)
         Of the changed ring's modes.
-    softer : array, shape (places, sides)
-        By how much places give more, at rest, m/N.
+    softer : array, shape (rows, sides)
+        By how much rows give more, at rest, m/N.
     """
-    equal, pole = reduced.residual_shapes[:-1], reduced.residual_poles[0]
+    equal, pole, parts = reduced.residual_shapes[:-1], reduced.residual_poles[0], reduced.parts
     one = reduced.table[:-1, 0]
-    left_out = -np.real(equal[:, 0] ** 2 / pole)
+    left_out = -np.real(equal[::parts, 0, 0] ** 2 / pole)
     of_modes = -np.sum(one * one[:, reduced.partner] / reduced.poles, axis=1).real[:, None]
     ring = len(motion) // len(one)
     now = np.tile(left_out + of_modes, (ring, 1)) + softer + np.sum(motion**2 / poles, axis=2).real
     part = np.maximum(now / np.tile(left_out, (ring, 1)), 0.0)
-    whole: ComplexArray = np.tile(equal, (ring, 1, 1))
-    found: ComplexArray = whole * np.sqrt(part)[:, :, None]
+    way = np.arange(parts)[:, None] / parts  # to the next row
+    between = part[:, None] * (1 - way) + np.roll(part, -1, axis=0)[:, None] * way
+    whole: ComplexArray = np.tile(equal, (ring, 1, 1, 1))
+    found: ComplexArray = whole * np.sqrt(between.reshape(len(whole), 1, -1, 1))
     return found
 
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from railcosim.mechanics.arrays import ComplexArray
 from railcosim.mechanics.ports import Z
 
-from .cell import Cell, elements_per_bay, regular_nodes
+from .cell import Cell
 from .changed_ring import Equal
+from .heads import head_shapes
 from .receptance import Place
-from .residual import head_shapes
 from .ring import REAL_POLE, RingModes, ring_modes
 from .sensor_rows import Row
 
@@ -30,8 +30,8 @@ class RingOfWaves:
     Attributes
     ----------
     waves : RingModes
-        Of one parity, or of both. Shapes are motion and slope of the left head at the regular nodes
-        of a cell, (2 n_nodes, n), for a force on it; or, of both, of either.
+        Of one parity, or of both. Shapes are motion and slope of the left head on the rows of a
+        cell, (2 n_rows, n), for a force on it; or, of both, of either.
     seen : array, shape (r, n)
         Parts of what sensors see, see `Row.parts`; in the signs of shapes.
     stretches : array, shape (k, n)
@@ -148,9 +148,7 @@ def _parts(rows: Sequence[Row], cell: Cell, waves: RingModes, *, both: bool) -> 
 
 
 def _heads(cell: Cell, waves: RingModes, *, both: bool) -> ComplexArray:
-    """Motion and slope of the left head at regular nodes, or of `both`; for a force on one."""
-    regular = regular_nodes(cell.track, elements_per_bay(cell.track, (Z,)))[:-1]
-    at = np.abs(cell.nodes - regular[:, None]).argmin(axis=1)
-    right = np.sqrt(0.5) * head_shapes(cell, waves, (Z,))[at]  # of odd waves, the left one upwards
+    """Motion and slope of the left head on the rows of a cell, or of `both`; for a force on one."""
+    right = np.sqrt(0.5) * head_shapes(cell, waves, (Z,))[:-1]  # of odd waves, the left one upwards
     sides = [cell.left(Z) * right, right] if both else [right]
     return np.concatenate(sides, axis=1).reshape(-1, waves.poles.size)

@@ -18,13 +18,14 @@ from railcosim.mechanics.ports import RAIL, Direction, Layout
 from railcosim.mechanics.shapes import AlongRing
 from railcosim.parameters import ParameterError
 
-from .along import Rows, kinked_rows, smooth_rows
+from .along import Rows, rows_along
 from .attached import fading
 from .cell import EVEN, FINER, ODD, Cell, build_cell, independent
-from .flexibility import against, kinked_shapes, local_flexibility, local_pole
+from .flexibility import against, local_flexibility, local_pole
+from .heads import head_shapes, kinked_shapes
 from .observed import Modes, observation_of, rows_of
 from .parameters import Track
-from .residual import head_shapes, residual
+from .residual import residual
 from .ring import RingModes, passive_modes, ring_modes
 from .section import VERTICAL, moves_aside
 from .sensor_quantities import told_by
@@ -65,9 +66,10 @@ class ReducedTrack:
         Poles of the local flexibility of the modes left out, rad/s.
     parts : int
         p of an element: at their ends the shapes of the residual are told.
-    residual_shapes : array, shape ((n_rows - 1) p + 1, k, k)
-        U there: ds/dt = pole s + U' f, motion Re(U s), for the forces f on the same rail at the
-        same place; if `apart`, of the left rail, then of the right one, (..., 2 k, k).
+    residual_shapes : array, shape ((n_rows - 1) p + 1, 2, k, k)
+        U there, and its slope along the rail: ds/dt = pole s + U' f, motion Re(U s), for the forces
+        f on the same rail at the same place, Hermite's cubics between them; if `apart`, of the left
+        rail, then of the right one, (..., 2 k, k).
     cell_length, length : float
         Of a cell and of the ring, m.
     observation : Observation or None
@@ -125,7 +127,7 @@ class ReducedTrack:
             shapes = replace(
                 shapes,
                 table=np.ascontiguousarray(shapes.table[:, : 2 * rows]),
-                local_table=np.ascontiguousarray(shapes.local_table[:, :rows]),
+                local_table=np.ascontiguousarray(shapes.local_table[:, :, :rows]),
             )
         none = np.zeros((layout.wheelsets * len(layout.directions) * (1 + apart), 0))
         return ModalBody(
@@ -177,11 +179,11 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
     check_directions(track, directions)
     check_mesh(track, directions)
     groups, told = independent(track, directions), told_by(track, directions)
-    parts = [_group(track, group, rows_of(told)) for group in groups]
-    rows, k = max((part.rows for part in parts), key=lambda rows: rows.node.size), len(directions)
+    rows = rows_along(track)
+    parts, k = [_group(track, group, rows, rows_of(told)) for group in groups], len(directions)
     poles, shapes = np.empty(k, complex), np.zeros((rows.places[0].size, k, k), complex)
     tables: list[list[ComplexArray]] = [[], []]
-    for group, part in zip(groups, [part.on(rows) for part in parts], strict=True):
+    for group, part in zip(groups, parts, strict=True):
         own = np.array([directions.index(d) for d in group])
         poles[own], shapes[:, own[:, None], own] = part.pole, part.shape
         values = np.stack([2 * own, 2 * own + 1], axis=1).ravel()
@@ -205,7 +207,7 @@ def reduce_track(track: Track, directions: tuple[Direction, ...] = VERTICAL) -> 
         table=table.astype(np.complex64).astype(complex),
         parts=rows.parts,
         residual_poles=poles,
-        residual_shapes=shapes,
+        residual_shapes=rows.with_slopes(shapes),
         cell_length=track.cell_length,
         length=track.length,
     )
@@ -227,44 +229,42 @@ class _Group:
     And what of them sensors see.
     """
 
-    rows: Rows
     modes: list[RingModes]
     tables: list[ComplexArray]
     shown: list[ComplexArray]
     pole: ComplexArray
     shape: ComplexArray
 
-    def on(self, rows: Rows) -> _Group:
-        """The same in a table of more rows, which says no more of it."""
-        if rows.node.size == self.rows.node.size:
-            return self
-        tables = [table[rows.node] for table in self.tables]
-        return replace(self, rows=rows, tables=tables, shape=rows.spread(self.shape))
 
-
-def _group(track: Track, directions: tuple[Direction, ...], seen: Sequence[Row]) -> _Group:
+def _group(
+    track: Track, directions: tuple[Direction, ...], rows: Rows, seen: Sequence[Row]
+) -> _Group:
     top = track.mesh.highest_frequency
     cells = [build_cell(track, parity, directions=directions) for parity in (EVEN, ODD)]
     if moves_aside(directions):
-        return _kinked_group(track, cells, directions, seen)
+        return _kinked_group(track, cells, directions, rows, seen)
     modes = [_faded(ring_modes(cell, top), 2 * np.pi * top) for cell in cells]
-    pole, shape = residual(track, cells, modes, directions)
     pairs = list(zip(cells, modes, strict=True))
+    tables = [head_shapes(cell, ring, directions) for cell, ring in pairs]
+    pole, shape = residual(track, rows, tables, modes)
     return _Group(
-        rows=smooth_rows(track),
         modes=[replace(ring, shapes=ring.shapes[:0]) for ring in modes],
-        tables=[head_shapes(cell, ring, directions) for cell, ring in pairs],
+        tables=tables,
         shown=[shown_by(seen, cell, ring) for cell, ring in pairs],
-        pole=pole,
+        pole=np.array([pole]),
         shape=shape,
     )
 
 
 def _kinked_group(
-    track: Track, cells: list[Cell], directions: tuple[Direction, ...], seen: Sequence[Row]
+    track: Track,
+    cells: list[Cell],
+    directions: tuple[Direction, ...],
+    rows: Rows,
+    seen: Sequence[Row],
 ) -> _Group:
     top = 2 * np.pi * track.mesh.highest_frequency * TWISTS_TO
-    both, rows = [passive_modes(cell, top / (2 * np.pi)) for cell in cells], kinked_rows(track)
+    both = [passive_modes(cell, top / (2 * np.pi)) for cell in cells]
 
     def tables(rings: list[RingModes]) -> list[ComplexArray]:
         pairs = zip(cells, rings, strict=True)
@@ -276,7 +276,6 @@ def _kinked_group(
     taken = [against(elastic, pole) for _, elastic in both]
     hidden = tables(taken)
     return _Group(
-        rows=rows,
         modes=[
             RingModes.joined([replace(ring, shapes=ring.shapes[:0]) for ring in pair])
             for pair in zip(moving, taken, strict=True)

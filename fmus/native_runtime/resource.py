@@ -98,7 +98,7 @@ def _along(shapes: AlongRing, body: ModalBody) -> Sections:
     return {
         **_segments(shapes.partner, shapes.mu, body.even, _moved(shapes)),
         **_complex("table", shapes.table),
-        **_complex("local", shapes.local_table),
+        **_complex("local", shapes.local_table.reshape(-1, *shapes.local_table.shape[2:])),
         "elements": shapes.elements.astype(np.int32),
         "parts": np.array([shapes.parts], dtype=np.int32),
         "geometry": np.array([shapes.cell_length]),

@@ -35,7 +35,7 @@ from railcosim.analysis.response.models import linear_models
 from railcosim.analysis.response.plane import plane, transfer
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.stability import Coupling, SprungPair
-from railcosim.fmus.export import BARE
+from railcosim.fmus.export import WITH_STATES
 from railcosim.master.component import Hold
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.fmi.fmu import FmuComponent
@@ -203,7 +203,7 @@ def numbers(folder: Path) -> Arrays:
 def exported_into(folder: Path) -> Path:
     """FMUs on the shortest ring with room to spare."""
     mesh = Mesh(cells=6, highest_slab_frequency=800, highest_frequency=1500)
-    export_pair(Vehicle(), Track(mesh=mesh), folder, runtime=BARE)
+    export_pair(Vehicle(), Track(mesh=mesh), folder, runtime=WITH_STATES)
     return folder
 
 

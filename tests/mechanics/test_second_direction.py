@@ -51,8 +51,8 @@ def with_lateral(body: ModalBody) -> ModalBody:
     partner = np.concatenate([shapes.partner, [n, n + 1]])[order]
     pole = complex(-d, w)
     shared = grown(body.poles[:n], [pole, pole])
-    quiet = np.zeros((len(shapes.local_table), 2, 2), complex)
-    quiet[:, :1, :1] = shapes.local_table
+    quiet = np.zeros((len(shapes.local_table), 2, 2, 2), complex)
+    quiet[:, :, :1, :1] = shapes.local_table
     return replace(
         body, layout=LAYOUT, even=even + 1,
         poles=np.concatenate([shared, np.full(8, body.poles[-1])]),
@@ -79,12 +79,12 @@ def body(plain):
 @pytest.fixture(scope="module")
 def coupled(body):
     """With local oscillators of both directions, each of which moves the rail both ways."""
-    own = np.repeat(body.shapes.local_table[:, :1, :1], 2, axis=0)
+    own = body.shapes.local_table[:, :, :1, :1]
     table = own * np.array([[1.0, 0.3 + 0.2j], [-0.4 + 0.1j, 0.7]])
-    table = table * np.random.default_rng(3).uniform(0.5, 1.5, (len(table), 1, 1))
+    table = table * np.random.default_rng(3).uniform(0.5, 1.5, (len(table), 1, 1, 1))
     poles = body.poles.copy()
     poles[body.shared + 1 :: 2] *= 0.8
-    return replace(body, poles=poles, shapes=replace(body.shapes, local_table=table, parts=2))
+    return replace(body, poles=poles, shapes=replace(body.shapes, local_table=table))
 
 
 def native(body, folder):

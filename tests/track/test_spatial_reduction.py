@@ -9,7 +9,6 @@ from railcosim.parameters import ParameterError
 from railcosim.track.parameters import Mesh, Slab, Track
 from railcosim.track.receptance import Point, direct_receptance
 from railcosim.track.reduced import independent, reduce_track
-from railcosim.track.residual import _shapes
 from railcosim.track.section import SPATIAL
 
 SEAT, QUARTER, MIDSPAN = 2.8125, 2.96875, 3.125
@@ -74,7 +73,10 @@ def test_default_track_to_1500_hz():
     track = Track()
     body, frequency = reduce_track(track, SPATIAL).under(ONE), np.arange(60.0, 1501, 120)
     for x in (SEAT, SEAT + 0.0003, SEAT + 0.01, SEAT + 0.04, QUARTER, 3.01, MIDSPAN):
-        assert errors(track, body, frequency, x)[:, 1:3, 1:3].max() < 5e-3
+        # Of z (measured 5.3e-3) half is the mesh: here it has a node under the wheel in each cell.
+        own = errors(track, body, frequency, x)[:, :3, :3]
+        assert own[:, 1:, 1:].max() < 5e-3
+        assert own.max() < 6e-3
 
 
 def test_what_a_wheel_takes_along_hardly_changes(small):
@@ -92,16 +94,10 @@ def test_vertical_part_is_the_vertical_model(small):
     vertical = reduce_track(track)
     down = np.abs(reduced.table[:, 0]).max(axis=0) > 0
     assert np.array_equal(reduced.poles[down], vertical.poles)
-    # Railseats have two rows, of which z needs one; its oscillator is straight between nodes.
-    seats = np.flatnonzero(np.diff(reduced.elements) == 2) + 1
-    twice = np.sort(np.append(np.arange(len(vertical.table)), seats))
-    assert np.array_equal(reduced.table[:, :2, down], vertical.table[twice])
-    parts, U = reduced.parts, vertical.residual_shapes
-    assert np.array_equal(reduced.residual_shapes[::parts, :1, :1], U[twice])
-    share, between = np.arange(parts + 1) / parts, reduced.residual_shapes[: parts + 1, 0, 0]
-    assert between == pytest.approx((1 - share) * U[0, 0, 0] + share * U[1, 0, 0])
+    assert np.array_equal(reduced.table[:, :2, down], vertical.table)
+    assert np.array_equal(reduced.residual_shapes[:, :, :1, :1], vertical.residual_shapes)
     assert not np.any(reduced.table[:, 2:, down])
-    assert not np.any(reduced.residual_shapes[:, 0, 1:])
+    assert not np.any(reduced.residual_shapes[:, :, 0, 1:])
 
 
 def test_forces_on_other_wheels(small):
@@ -130,14 +126,3 @@ def test_directions_that_know_nothing_of_each_other():
 def test_elements_too_long_for_torsion_are_refused():
     with pytest.raises(ParameterError, match=r"torsion of this mesh ends at 4075 Hz.* = 4"):
         reduce_track(Track(mesh=Mesh(elements_per_bay=2, highest_frequency=6000.0)), SPATIAL)
-
-
-def test_shapes_of_oscillators_have_their_jump_and_flexibility():
-    rng = np.random.default_rng(5)
-    A, B = rng.standard_normal((2, 7, 3, 3))
-    jump, static = A + np.swapaxes(A, 1, 2), B @ np.swapaxes(B, 1, 2) + np.eye(3)
-    poles = np.array([-0.3 + 6j, -1.0 + 4j, -0.2 + 5j])
-    U = _shapes(jump, static, poles)
-    turned = np.swapaxes(U, 1, 2)
-    assert (U @ turned).real == pytest.approx(jump, rel=1e-9, abs=1e-9)
-    assert -((U / poles) @ turned).real == pytest.approx(static, rel=1e-9, abs=1e-9)

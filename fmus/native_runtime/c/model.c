@@ -207,7 +207,7 @@ static void read_local(Reader *reader)
     if (!reader->good)
         return;
     m->parts = (size_t)*parts;
-    m->local_shape = complexes(reader, "local", m->nodes * m->parts, m->motions, m->directions);
+    m->local_shape = complexes(reader, "local", 2 * m->nodes * m->parts, m->motions, m->directions);
 }
 
 static void read_track(Reader *reader)

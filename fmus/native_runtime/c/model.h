@@ -161,8 +161,8 @@ typedef struct {
     /* Shapes of a track: a table along one cell, (nodes, moving, NODE_PARTS, room) for each chunk,
        one after the other. The node after the last is the first one of the next cell. Where shapes
        have a kink two nodes are at one place: each element begins at the second of them. Shapes of
-       local modes are told at the ends of `parts` of an element, (nodes, parts, motions,
-       directions). */
+       local modes are told at the ends of `parts` of an element, and their slopes, (nodes, parts, 2,
+       motions, directions). */
     size_t nodes, cells, elements, parts;
     const int32_t *begins;
     float *table;

@@ -77,25 +77,30 @@ static void evaluate(const Body *body, const Place *place, const Chunk *chunk, c
                   body->spare + body->model->motions * body->model->width);
 }
 
-/* Shapes of the local modes of a wheelset, straight between places of their table; or how they
-   change by `change` along the track, m. */
+/* Shapes of the local modes of a wheelset, Hermite's cubic between places of their table; or how
+   they change by `change` along the track, m. */
 static void local_shapes(const Model *m, size_t wheelset, const Place *place, const double *change,
                          Shapes *to)
 {
     const double *re = m->local_shape.re, *im = m->local_shape.im, parts = (double)m->parts;
     const double part = fmin(floor(place->xi * parts), parts - 1), xi = place->xi * parts - part;
-    const double by = change != NULL ? *change / m->element * parts : 0;
-    const double weight[2] = {change != NULL ? -by : 1 - xi, change != NULL ? by : xi};
-    const size_t D = m->directions, at = place->node * m->parts + (size_t)part;
-    const size_t next = at + 1 == m->nodes * m->parts ? 0 : at + 1;
+    double w[4], dw[4];
+    shape_functions(xi, m->element / parts, w, dw);
+    if (change != NULL)
+        for (size_t j = 0; j < 4; j++)
+            w[j] = *change * dw[j];
+    const size_t D = m->directions, slope = m->motions * D, at = place->node * m->parts;
+    const size_t next = at + (size_t)part + 1 == m->nodes * m->parts ? 0 : at + (size_t)part + 1;
     for (size_t k = 0; k < D * D; k++)
         for (size_t side = 0; side < m->sides; side++) {
             const size_t j = (side * m->side_contacts + wheelset * D) * D + k;
             const size_t own = m->apart ? side * D * D + k : k;
-            const size_t here = at * m->motions * D + own, there = next * m->motions * D + own;
+            const size_t a = 2 * (at + (size_t)part) * slope + own, b = 2 * next * slope + own;
             const double sign = side > 0 && !m->apart ? m->mirror[k / D] : 1;
-            to->local_re[j] = sign * (weight[0] * re[here] + weight[1] * re[there]);
-            to->local_im[j] = sign * (weight[0] * im[here] + weight[1] * im[there]);
+            to->local_re[j] = sign * (w[0] * re[a] + w[1] * re[b] + w[2] * re[a + slope] +
+                                      w[3] * re[b + slope]);
+            to->local_im[j] = sign * (w[0] * im[a] + w[1] * im[b] + w[2] * im[a + slope] +
+                                      w[3] * im[b + slope]);
         }
 }
 
