@@ -276,7 +276,7 @@ def _kind(main: str) -> str:
 
 def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
     """Refuse entries that would be written elsewhere or over each other, links, absurd sizes."""
-    files: set[PurePosixPath] = set()
+    files: dict[PurePosixPath, tuple[int, int]] = {}
     folders: set[PurePosixPath] = set()
     for entry in entries:
         # Some Windows tools write backslashes; whatever they mean, they must not lead outside.
@@ -293,11 +293,13 @@ def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
         folders.update(name.parents)
         if entry.is_dir():
             folders.add(name)
-        elif name in files:
-            raise FmuError(f"{path}: entry {entry.filename!r} is in it twice; refused")
-        else:
-            files.add(name)
-    for name in sorted(files & folders):
+            continue
+        # Packed twice is no harm as long as nobody has to guess which one is meant.
+        if files.setdefault(name, known := (entry.CRC, entry.file_size)) != known:
+            raise FmuError(
+                f"{path}: entry {entry.filename!r} is in it twice, and not the same; refused"
+            )
+    for name in sorted(files.keys() & folders):
         raise FmuError(f"{path}: entry {str(name)!r} is both a file and a folder; refused")
     # The sizes are what the archive states, and zipfile never writes more than is stated.
     total = sum(entry.file_size for entry in entries)

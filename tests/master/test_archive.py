@@ -126,8 +126,14 @@ def test_size_limits(make, monkeypatch):
 def test_entries_that_collide(make, own_tempdir, first, second, message):
     for pair in ((first, second), (second, first)):
         with pytest.raises(FmuError, match=message.replace("'resources//./a' ", "")):
-            unpack(make(*((name, "") for name in pair)))
+            unpack(make(*((name, f"{k}") for k, name in enumerate(pair))))
     assert list(own_tempdir.glob("railcosim_*/fmu_*")) == []
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_a_file_may_be_packed_twice(make):
+    """As the build of a Reference FMU of FMI 3.0 does."""
+    assert (unpack(make(("a/b", "x"), ("a/b", "x"))) / "a" / "b").read_text() == "x"
 
 
 @pytest.mark.filterwarnings("ignore:Duplicate name")
