@@ -32,7 +32,7 @@ from rich.console import Console
 from rich.progress import track
 
 CONSOLE = Console()
-LIMIT = 20.0
+LIMIT = 60.0
 """Seconds that a run may take."""
 MOST = 500
 """Communication steps of a run."""
@@ -194,7 +194,9 @@ def ran(way: str, path: Path) -> Outcome:
         if not target.is_file():
             said = done.stderr.decode(errors="replace").strip().splitlines()
             ended = "" if done.returncode >= 0 else f"ended by signal {-done.returncode} "
-            return Outcome({}, ended + (said[-1] if said else f"status {done.returncode}"))
+            last = said[-1] if said else f"status {done.returncode}"
+            last = last.replace(str(path.absolute()), path.name).replace(tempfile.gettempdir(), "")
+            return Outcome({}, ended + last.removeprefix("railcosim.master.fmi.archive."))
         with np.load(target) as file:
             values = dict(zip(file["names"].tolist(), file["rows"].T, strict=True))
             return Outcome(values, "", bool(file["ended"]))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from railcosim.master.component import ComponentError, FloatArray, Variable
+from railcosim.master.component import ComponentError, FloatArray, Type, Variable
 from railcosim.master.fmi.kinds import EXACT, Passed, range_of
 from railcosim.master.fmi.prepared import PreparedCall, memory_of
 
@@ -42,6 +42,7 @@ class Counted:
         self._variables, self._values, self._own = variables, values, own
         self._rounded = np.empty(len(values))
         self._is_whole = own.dtype.kind != "f"
+        self._is_truth = variables[0].type is Type.BOOLEAN
         self._least, self._largest = range_of(own.dtype)
         self._is_long = own.dtype.itemsize == 8 and self._is_whole
 
@@ -72,7 +73,8 @@ class Counted:
         ComponentError
             For whole numbers that are no floating-point numbers.
         """
-        self._values[...] = self._own
+        # Any number but 0 is true in C, also in FMUs that should give 1.
+        self._values[...] = self._own != 0 if self._is_truth else self._own
         if self._is_long:
             self._check_exact()
 

@@ -21,8 +21,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from xml.etree import ElementTree
-from xml.etree.ElementTree import Element
 
 import fmpy
 
@@ -34,124 +32,13 @@ from railcosim.master.schemes.jacobi import jacobi
 from railcosim.master.system_run import run_ssp
 from railcosim.storage.temporary import scratch
 
-from . import anybody, plant
+from . import anybody, anybody3, plant
+from .damage import bytes_changed, damaged
 from .ssp_systems import nested
 
 SENTENCES = (*BAD_INPUTS, *FAILURES)
 """What the commands say in one line."""
 LONGEST = 60  # s: one takes milliseconds, the first loads xarray on a machine that is busy
-VALUES = (
-    "", " ", "0", "-1", "1", "2", "1.5", "1e400", "-1e400", "nan", "inf", "99999999999999999999",
-    "4294967295", "true", "false", "True", "1 2 3", "1 x", "\u00e9\u00df", "\u2603",
-    "a.b", "..", "../../outside",
-    "/etc/passwd", "file:///etc/passwd", "http://localhost/x", "%2e%2e/x", "a" * 5000, "\n", "[1]",
-    "resources/P.fmu", "resources/none.fmu", "#x", "input", "output", "parameter", "local",
-    "independent", "discrete", "constant", "exact", "Real", "u", "x", "k", "a", "b", "inner",
-)  # fmt: skip
-"""What attributes become."""
-
-
-# --- damage ---------------------------------------------------------------------------------------
-
-
-def damaged(text: bytes, chance: random.Random) -> bytes:
-    """An XML file with a few changes of its elements, or of its bytes."""
-    if chance.random() < 0.25:
-        return _bytes_changed(text, chance)
-    root = ElementTree.fromstring(text)
-    for _ in range(chance.choice((1, 1, 1, 2, 3, 8))):
-        chance.choice(CHANGES)(root, chance)
-    return ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True)
-
-
-def _pairs(root: Element) -> list[tuple[Element, Element]]:
-    return [(parent, child) for parent in root.iter() for child in parent]
-
-
-def _drop(root: Element, chance: random.Random) -> None:
-    if pairs := _pairs(root):
-        parent, child = chance.choice(pairs)
-        parent.remove(child)
-
-
-def _repeat(root: Element, chance: random.Random) -> None:
-    if pairs := _pairs(root):
-        parent, child = chance.choice(pairs)
-        parent.insert(chance.randrange(len(parent) + 1), child)
-
-
-def _move(root: Element, chance: random.Random) -> None:
-    if pairs := _pairs(root):
-        parent, child = chance.choice(pairs)
-        inside = set(child.iter())
-        others = [e for e in root.iter() if e not in inside]
-        parent.remove(child)
-        chance.choice(others).append(child)
-
-
-def _nest(root: Element, chance: random.Random) -> None:
-    """An element in itself, again and again."""
-    if pairs := _pairs(root):
-        _, child = chance.choice(pairs)
-        for _ in range(chance.choice((2, 60, 500))):
-            child.append(Element(child.tag, dict(child.attrib)))
-            child = child[-1]
-
-
-def _rename(root: Element, chance: random.Random) -> None:
-    elements = list(root.iter())
-    chance.choice(elements).tag = chance.choice([*(e.tag for e in elements), "x", "Real"])
-
-
-def _attribute(root: Element, chance: random.Random) -> None:
-    elements = [e for e in root.iter() if e.attrib]
-    if elements:
-        element = chance.choice(elements)
-        name = chance.choice(list(element.attrib))
-        others = [v for e in elements for v in e.attrib.values()]
-        element.set(name, chance.choice([chance.choice(VALUES), chance.choice(others)]))
-
-
-def _attribute_gone(root: Element, chance: random.Random) -> None:
-    if elements := [e for e in root.iter() if e.attrib]:
-        element = chance.choice(elements)
-        del element.attrib[chance.choice(list(element.attrib))]
-
-
-def _attribute_more(root: Element, chance: random.Random) -> None:
-    elements = list(root.iter())
-    names = sorted({n for e in elements for n in e.attrib}) or ["name"]
-    chance.choice(elements).set(chance.choice(names), chance.choice(VALUES))
-
-
-CHANGES = (
-    _drop, _repeat, _move, _nest, _rename, _attribute, _attribute, _attribute, _attribute,
-    _attribute_gone, _attribute_more,
-)  # fmt: skip
-
-
-def _bytes_changed(text: bytes, chance: random.Random) -> bytes:
-    data = bytearray(text)
-    i, j = sorted(chance.randrange(len(data)) for _ in range(2))
-    match chance.randrange(7):
-        case 0:
-            data[i] = chance.randrange(256)
-        case 1:
-            del data[i:j]
-        case 2:
-            data[i:i] = data[i:j]
-        case 3:
-            del data[i:]
-        case 4:
-            data[i:i] = bytes(chance.randrange(256) for _ in range(8))
-        case 5:
-            kind = b'<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]>'
-            data = bytearray(text.replace(b"?>", b"?>" + kind, 1))
-        case _:
-            data = bytearray(
-                text.decode("utf-8", "replace").encode(chance.choice(("utf-16", "utf-7")))
-            )
-    return bytes(data)
 
 
 # --- files ----------------------------------------------------------------------------------------
@@ -167,7 +54,7 @@ def _archive(path: Path, entries: dict[str, bytes], chance: random.Random) -> Pa
                 chance.choice(("../outside", "/tmp/outside", "a/../../outside", "C:x")), "x"
             )
     if chance.random() < 0.05:
-        path.write_bytes(_bytes_changed(path.read_bytes(), chance))
+        path.write_bytes(bytes_changed(path.read_bytes(), chance))
     return path
 
 
@@ -176,6 +63,25 @@ def description(folder: Path, chance: random.Random) -> Path:
     text = damaged(anybody.description().encode(), chance)
     binary = f"binaries/{fmpy.platform}/anybody{fmpy.sharedLibraryExtension}"
     entries = {"modelDescription.xml": text, binary: anybody.library()}
+    return _archive(folder / "F.fmu", entries, chance)
+
+
+EVERYTHING = (
+    "u x f f_out int8 int8_out uint64 uint64_out b not_b choice chosen length sum text said bytes "
+    "copied v w n s ds level"
+)
+CLOCKS = "u x int8 level clock ticks held countdown rings events"
+ABLE = f'{anybody3.ABLE} hasEventMode="true"'
+
+
+def description3(folder: Path, chance: random.Random) -> Path:
+    """The same of FMI 3.0: arrays, texts and bytes, or clocks."""
+    mode, variables, able = chance.choice(
+        (("plain", EVERYTHING, anybody3.ABLE), ("clocks", CLOCKS, ABLE))
+    )
+    text = damaged(anybody3.description(mode, variables, able=able).encode(), chance)
+    binary = f"binaries/{fmpy.platform_tuple}/anybody3{fmpy.sharedLibraryExtension}"
+    entries = {"modelDescription.xml": text, binary: anybody3.library()}
     return _archive(folder / "F.fmu", entries, chance)
 
 
@@ -218,6 +124,40 @@ def system(folder: Path, chance: random.Random) -> Path:
     return _archive(folder / "S.ssp", texts | {"resources/P.fmu": fmu.read_bytes()}, chance)
 
 
+DICTIONARY = (
+    '<ssd:SignalDictionaries><ssd:SignalDictionary name="bus"><ssb:SignalDictionary '
+    'xmlns:ssb="http://ssp-standard.org/SSP1/SystemStructureSignalDictionary" version="2.0">'
+    '<ssb:DictionaryEntry name="place"><ssc:Float64/></ssb:DictionaryEntry>'
+    "</ssb:SignalDictionary></ssd:SignalDictionary></ssd:SignalDictionaries>"
+)
+MAPS = (
+    "<ssc:BooleanMappingTransformation>"
+    '<ssc:MapEntry source="true" target="false"/><ssc:MapEntry source="false" target="true"/>'
+    "</ssc:BooleanMappingTransformation>"
+)
+
+
+def system2(folder: Path, chance: random.Random) -> Path:
+    """An SSP 2.0 file of an FMU of either version, with a dictionary, a mapping and a variant."""
+    fmus = {
+        "resources/A.fmu": anybody.make_fmu(folder / "A.fmu"),
+        "resources/B.fmu": anybody3.make_fmu3(folder / "B.fmu", variables="u x b not_b"),
+    }
+    parts = plant.component("a", "resources/A.fmu", u="input", x="output", not_b="output")
+    parts += plant.component("b", "resources/B.fmu", u="input", x="output", b="input")
+    parts += '<ssd:SignalDictionaryReference name="far" dictionary="bus"/>'
+    wires = plant.connection("a.x", "far.place") + plant.connection("far.place", "b.u")
+    wires += plant.connection("a.not_b", "b.b", MAPS)
+    whole = (
+        f"<ssd:Elements>{parts}</ssd:Elements><ssd:Connections>{wires}</ssd:Connections>"
+        f"{DICTIONARY}"
+    )
+    text = plant.ssd(whole, TIMES, version="2.0").replace("ssc:Real", "ssc:Float64").encode()
+    entries = {"SystemStructure.ssd": damaged(text, chance), "Other.ssd": text}
+    files = {name: path.read_bytes() for name, path in fmus.items()}
+    return _archive(folder / "S.ssp", entries | files, chance)
+
+
 # --- what is done with them -----------------------------------------------------------------------
 
 
@@ -249,7 +189,9 @@ def use_system(path: Path) -> None:
 
 KINDS: dict[str, tuple[Callable[[Path, random.Random], Path], Callable[[Path], None]]] = {
     "description": (description, use_description),
+    "description of FMI 3": (description3, use_description),
     "system": (system, use_system),
+    "system of SSP 2": (system2, use_system),
 }
 
 

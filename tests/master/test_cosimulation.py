@@ -113,6 +113,22 @@ def test_points_are_yours_to_keep():
     assert all(p.report.converged and p.report.evaluations == 1 for p in points[1:])
 
 
+def test_a_run_goes_on_where_it_was_left_however_it_is_asked():
+    """All at once, one by one, and in two loops: the run knows where it is, not who asks it."""
+    expected = [
+        (p.time, p.outputs.tobytes()) for p in cosimulate(make_system(), jacobi(), 0.01, 0.1)
+    ]
+    run = cosimulate(make_system(), jacobi(), 0.01, 0.1)
+    points = [next(run), next(run)]
+    for point in run:
+        points.append(point)
+        if len(points) == 5:
+            break
+    points += [next(run), *run]
+    assert [(p.time, p.outputs.tobytes()) for p in points] == expected
+    assert next(run, None) is None
+
+
 def test_fallback_warns():
     with pytest.warns(FallbackWarning) as caught:
         cosimulate(make_system(HoldingComponent, holds={Hold.CONSTANT}), jacobi(), 0.01, 0.1)

@@ -5,7 +5,12 @@ import pytest
 from .fuzzed import KINDS, outcome
 
 
-@pytest.mark.parametrize("kind", KINDS)
+# The newer versions are slow ones only to keep the others within what a person waits for.
+NEWER = {"description of FMI 3", "system of SSP 2"}
+EACH = [pytest.param(k, marks=[pytest.mark.slow] if k in NEWER else []) for k in KINDS]
+
+
+@pytest.mark.parametrize("kind", EACH)
 def test_damaged_files_run_or_are_told_in_a_sentence(kind, tmp_path) -> None:
     found = []
     for number in range(20):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,8 +11,10 @@ import xarray as xr
 from railcosim.master.component import Type, Variable
 from railcosim.master.connections import Connection, CouplingError
 from railcosim.master.cosimulation import cosimulate
+from railcosim.master.fmi.counted import Counted
 from railcosim.master.fmi.fmu import FmuComponent, FmuError
 from railcosim.master.fmi.isolation import IsolatedComponent
+from railcosim.master.fmi.prepared import PreparedCall
 from railcosim.master.recording import Recorder, record
 from railcosim.master.schemes.aitken import aitken
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
@@ -69,6 +73,16 @@ def test_all_types_pass_through(fmu, load):
     assert found["b.z"] == found["a.twice"]
     assert found["b.chosen"] == [1] * 5
     assert (found["a.not_b"], found["b.not_b"]) == ([1] * 5, [0] * 5)
+
+
+@pytest.mark.parametrize("c_type", [ctypes.c_int32, ctypes.c_bool], ids=["FMI 2", "FMI 3"])
+def test_what_is_true_is_one(c_type):
+    """FMI says 1, and C that all but 0 is true; a byte of 2 is what bad FMUs of FMI 3 give."""
+    variables = [Variable(name=name, type=Type.BOOLEAN) for name in "abc"]
+    found, size = np.empty(3), ctypes.sizeof(c_type)
+    own = np.frombuffer(b"".join(v.to_bytes(size, "little") for v in (2, 0, 1)), np.dtype(c_type))
+    Counted(variables, found, PreparedCall(int, ()), own).to_values()
+    assert found.tolist() == [1, 0, 1]
 
 
 SCHEMES = [
