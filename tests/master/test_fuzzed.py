@@ -4,7 +4,6 @@ import pytest
 
 from .fuzzed import KINDS, outcome
 
-
 # The newer versions are slow ones only to keep the others within what a person waits for.
 NEWER = {"description of FMI 3", "system of SSP 2"}
 EACH = [pytest.param(k, marks=[pytest.mark.slow] if k in NEWER else []) for k in KINDS]
