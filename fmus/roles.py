@@ -54,10 +54,11 @@ class Role(IntEnum):
     FLANGE_STIFFNESS = 28
     FLANGE_CLEARANCE = 29
     FLANGE_DEPTH = 30
-    TEXTBOOK = 31
+    AXLE_INERTIA = 31
+    TEXTBOOK = 32
     """Of all contacts."""
-    DERIVATIVES_OF_STEP = 32
-    OUT_SEEN = 33
+    DERIVATIVES_OF_STEP = 33
+    OUT_SEEN = 34
     """Of what is seen at fixed places."""
 
 

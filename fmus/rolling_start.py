@@ -32,6 +32,7 @@ class Wheel:
 
     cone: Cone
     rolling: Rolling
+    inertia: float  # about the axle, kg m2
 
     def numbers(self) -> dict[Role, float]:
         """By role."""
@@ -51,6 +52,7 @@ class Wheel:
             Role.FLANGE_STIFFNESS: rolling.flange_stiffness,
             Role.FLANGE_CLEARANCE: rolling.flange_clearance,
             Role.FLANGE_DEPTH: rolling.flange_depth,
+            Role.AXLE_INERTIA: self.inertia,
         }
 
 
@@ -88,15 +90,19 @@ def rolling_wheels(train: Train, cars: Multibody, load: FloatArray) -> RollingWh
     """
     if why_not_inside(train):
         return None
-    rolling = [one.vehicle.rolling for one in train.vehicles for _ in range(one.wheelsets)]
+    own = [one.vehicle for one in train.vehicles for _ in range(one.wheelsets)]
     first = train.vehicles[0].vehicle
     geometry = geometry_of(first.rolling, first.contact, radius=cars.wheels[0].radius)
     profiles = geometry if isinstance(geometry, Profiled) else None
     wheels = [
-        Wheel(Cone(**asdict(cone) | {"conicity": own.conicity}), own).numbers()
-        for cone, own in zip(cars.wheels, rolling, strict=True)
+        Wheel(
+            Cone(**asdict(cone) | {"conicity": one.rolling.conicity}),
+            one.rolling,
+            one.wheelset.inertia_spin,
+        ).numbers()
+        for cone, one in zip(cars.wheels, own, strict=True)
     ]
-    roles = [Role.FRICTION] if profiles else list(wheels[0])
+    roles = [Role.FRICTION, Role.AXLE_INERTIA] if profiles else list(wheels[0])
     numbers = {role: in_common(np.array([one[role] for one in wheels])) for role in roles}
     if load.size != len(wheels):
         different = [role.name for role, values in numbers.items() if len(values) > 1]
@@ -105,6 +111,6 @@ def rolling_wheels(train: Train, cars: Multibody, load: FloatArray) -> RollingWh
                 f"{load.size} wheelsets, but the vehicle has {len(wheels)} whose wheels roll "
                 f"differently ({different[0].lower()}): must be {len(wheels)}, or all alike"
             )
-    gravity = GRAVITY[rolling[0].gravity]
+    gravity = GRAVITY[first.rolling.gravity]
     textbook = issubclass(gravity, TextbookCone)
     return RollingWheels(numbers=numbers, textbook=textbook, profiles=profiles)

@@ -69,6 +69,11 @@ ROWS: Mapping[Role, dict[str, Any]] = {
         "name": "flange_depth", "unit": "m", "display_unit": "mm", "minimum": 0.0,
         "nominal": 1e-2, "description": "of a flange's contact below the rail's datum",
     },
+    Role.AXLE_INERTIA: {
+        "name": "axle_inertia", "unit": "kg.m2", "minimum": 0.0, "nominal": 100.0,
+        "description": "of a wheelset about its axle, whose moments as a gyroscope are with those "
+        "of its contacts; 0: none, or the vehicle's own model has them",
+    },
 }  # fmt: skip
 """What a rolling contact is, beside Hertz's coefficient."""
 
@@ -81,7 +86,8 @@ class RollingWheels:
     ----------
     numbers : dict of tuple of float
         By role, of `ROWS` and of Hertz's coefficient: one number of all wheels, or one of those of
-        each wheelset. Of profiles only friction: the table tells the rest.
+        each wheelset. Of profiles friction and the axle's inertia: the table tells
+        the rest.
     textbook : bool
         Whether springs are vertical and the textbook's gravity stiffness is put in by hand.
     profiles : Profiled or None

@@ -27,7 +27,6 @@ from railcosim.analysis.response.models import (
 from railcosim.analysis.response.rolling_pair import (
     contacts_told,
     loads_of,
-    matrices_of,
     told_wheels,
 )
 from railcosim.fmus.export import WITH_STATES, export
@@ -228,13 +227,12 @@ def prepare(
 def _rolling(fmu: Path, models: Models) -> Callable[[float], Contact]:
     """Wheels that roll at `SPEED`, on springs along their cones' normals."""
     wheels, loads = told_wheels(fmu), loads_of(fmu, models.vehicle)
-    axles = matrices_of(fmu, models.vehicle)
 
     @cache
     def contact(k_H: float) -> Contact:
         C = coefficient_for(np.full_like(loads, min(k_H, STIFFEST)), loads)
         pressed = [wheel | {HERTZ: one} for wheel, one in zip(wheels, C.tolist(), strict=True)]
-        return contacts_told(pressed, loads, axles).at(SPEED)
+        return contacts_told(pressed, loads).at(SPEED)
 
     return contact
 

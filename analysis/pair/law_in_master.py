@@ -94,15 +94,15 @@ def kind_of(layout: Layout, vehicles: Sequence[Path], track: Path) -> Kind:
 
 
 def _profiled(parameters: Parameters) -> tuple[str, ...]:
-    friction = ROLLING[Role.FRICTION]
+    own = ROLLING[Role.FRICTION], ROLLING[Role.AXLE_INERTIA]
     for name in parameters:
-        if CONTACT in f".{name}" and not name.endswith((friction, NONLINEAR)):
+        if CONTACT in f".{name}" and not name.endswith((*own, NONLINEAR)):
             raise CouplingError(
                 f"{name}: is of cones; these wheels have profiles, whose table tells all but "
-                f"{friction}"
+                f"{' and '.join(own)}"
             )
     _rolling(parameters)
-    return (friction,)
+    return own
 
 
 def _rolling(parameters: Parameters) -> tuple[str, ...]:

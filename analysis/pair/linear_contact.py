@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
@@ -13,6 +14,7 @@ from railcosim.master.connections import connect_by_name
 from railcosim.master.law import IndexArray, Tangents
 from railcosim.master.linear.modal import Modal, modal
 from railcosim.master.linear.state_space import ComplexArray, StateSpace
+from railcosim.master.stability.continuous import Continuous
 from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
 from railcosim.mechanics.ports import IRREGULARITY, RAIL, WHEEL, Face, Layout
@@ -87,22 +89,30 @@ class LinearLaw:
     def growth(self) -> float:
         """Rate (1/s) at which the fastest motion grows if vehicle and track are coupled exactly.
 
-        Negative for passive sides. A reduced track need not be passive above its highest frequency,
-        and a vehicle whose wheels roll hunts from some speed on.
+        Zero if nothing grows, as of passive sides. A reduced track need not be passive above its
+        highest frequency, and a vehicle whose wheels roll hunts from some speed on.
         """
-        wheels, rails = (self._bodies[face] for face in (WHEEL, RAIL))
-        n, m = len(wheels.A), len(rails.A)
-        A = np.block([[wheels.A, np.zeros((n, m))], [np.zeros((m, n)), rails.A]])
-        B, seen = np.zeros((n + m, len(self.T))), np.zeros((len(self.T), n + m))
+        return self._exact.growth()
+
+    @property
+    def _exact(self) -> Continuous:
+        """Vehicle and track, coupled exactly: the forces that agree with what they do."""
+        wheels, track = self._bodies[WHEEL], self.part.track
         through = np.zeros((len(self.T), len(self.T)))
-        for face, body, own in ((WHEEL, wheels, slice(n)), (RAIL, rails, slice(n, None))):
-            rows = self._forces(face)
+        seen: dict[Face, Any] = {}
+        for face, C, rates in (
+            (WHEEL, wheels.C, wheels.rates), (RAIL, track.C, track.C * track.poles),
+        ):  # fmt: skip
             by_motion, by_rate = self._by(face)
-            B[own, rows] = body.B
-            seen[:, own] = by_motion @ body.C + by_rate @ body.rates
-            through[:, rows] += by_rate @ body.at_once
-        forces = np.linalg.solve(np.eye(len(through)) - through, seen)
-        return float(np.linalg.eigvals(A + B @ forces).real.max())
+            seen[face] = by_motion @ C + by_rate @ rates
+            through[:, self._forces(face)] += by_rate @ self._bodies[face].at_once
+        agreed = np.linalg.inv(np.eye(len(through)) - through).astype(np.float64)
+        on = {face: agreed[self._forces(face)] for face in (WHEEL, RAIL)}
+        return Continuous(
+            N=wheels.A + wheels.B @ on[WHEEL] @ seen[WHEEL], R=wheels.B @ on[WHEEL],
+            Q=on[RAIL] @ seen[WHEEL], P=on[RAIL],
+            poles=track.poles, B=track.B, C=seen[RAIL],
+        )  # fmt: skip
 
     def response(self, omega: FloatArray, heights: ComplexArray) -> ComplexArray:
         """Forces of the law if vehicle and track are coupled exactly.

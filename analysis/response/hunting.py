@@ -233,7 +233,7 @@ def _of_fmu(
 
     def on_told(conicity: float) -> LinearContacts:
         other = by_gravity | {ROLLING[Role.CONICITY]: conicity}
-        return contacts_told([wheel | other for wheel in wheels], loads, vehicle)
+        return contacts_told([wheel | other for wheel in wheels], loads)
 
     return vehicle, on_told, x
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -80,20 +80,20 @@ class LinearContacts:
         ArithmeticError
             If a wheelset cannot stand under its load.
         """
+        inertia = np.diag(body.M)[[body.at(axle, SPIN) for axle in body.axles]].tolist()
         laws = [
             AtPorts(
-                contact=RollingContact(geometry=wheel, side=BOTH, speed=1.0, creep=creep),
+                contact=RollingContact(
+                    geometry=wheel, side=BOTH, speed=1.0, creep=creep, axle_inertia=one
+                ),
                 half_distance=cylinder.half_distance,
             )
-            for wheel, cylinder in zip(wheels, body.wheels, strict=True)
+            for wheel, cylinder, one in zip(wheels, body.wheels, inertia, strict=True)
         ]
-        spins = [body.at(axle, SPIN) for axle in body.axles]
-        return cls.under(laws, body.wheel_load, np.diag(body.M)[spins])
+        return cls.under(laws, body.wheel_load)
 
     @classmethod
-    def under(
-        cls, laws: Sequence[AtPorts], load: FloatArray, inertia: FloatArray
-    ) -> LinearContacts:
+    def under(cls, laws: Sequence[AtPorts], load: FloatArray) -> LinearContacts:
         """Of the left and the right wheel of each wheelset from the front, by their law at 1 m/s.
 
         Parameters
@@ -102,8 +102,6 @@ class LinearContacts:
             Each of two contacts.
         load : array, shape (n_wheelsets,)
             Static, of one wheel, N.
-        inertia : array, shape (n_wheelsets,)
-            Of each axle about itself, kg m2.
 
         Raises
         ------
@@ -112,8 +110,8 @@ class LinearContacts:
         """
         made = [_tangents(law, one) for law, one in zip(laws, load.tolist(), strict=True)]
         K, C = (np.concatenate(np.swapaxes([one[k] for one in made], 0, 1)) for k in range(2))
-        radius = np.array([np.max(law.contact.geometry.radius) for law in laws])
-        return cls(K=K, C=C, turning=inertia / radius)
+        turning = [np.max(law.contact.axle_inertia / law.contact.geometry.radius) for law in laws]
+        return cls(K=K, C=C, turning=np.array(turning))
 
     def at(self, speed: float) -> Running:
         """At a speed, m/s."""
@@ -185,7 +183,11 @@ class Running:
 
 
 def _tangents(ports: AtPorts, load: float) -> tuple[FloatArray, FloatArray]:
-    """Of the left and the right contact of a wheelset at rest, (2, 8, 8), by motions and rates."""
+    """Of the left and the right contact of a wheelset at rest, (2, 8, 8), by motions and rates.
+
+    Without the moments of its axle, which grow with the speed where creep falls.
+    """
+    ports = replace(ports, contact=replace(ports.contact, axle_inertia=0.0))
     at = at_rest(ports.contact, load)
     rest = np.linalg.solve(ports.coordinates, at[..., None])[..., 0].astype(float)
     return ports.tangents(rest, np.zeros_like(rest))

@@ -21,9 +21,7 @@ from railcosim.master.linear.realisation import ComplexArray
 from railcosim.master.linear.receptance import frequency_response
 from railcosim.master.linear.side_by_side import SideBySide
 from railcosim.master.linear.state_space import StateSpace
-from railcosim.mechanics.contact.at_ports import AtPorts
-from railcosim.mechanics.contact.profiled import Profiled
-from railcosim.mechanics.ports import FORCE, RAIL, WHEEL, Layout, X
+from railcosim.mechanics.ports import FORCE, RAIL, Layout
 from railcosim.parameters import UnusualWarning
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import Point, infinite_receptance
@@ -39,6 +37,7 @@ ONE = Layout(1, directions=ON_WHEEL)
 """The wheels of a wheelset."""
 STRAIGHT = {ROLLING[Role.FRICTION]: 0.0, ROLLING[Role.FLANGE_STIFFNESS]: 0.0}
 """About straight running what bounds creep is far away, and so are flanges."""
+INERTIA = ROLLING[Role.AXLE_INERTIA]
 
 
 def rails_of(track: Track, wheelset_x: FloatArray, frequency: float) -> ComplexArray:
@@ -146,12 +145,12 @@ def rolling_of(
     About straight running what bounds creep is far away.
     """
     if stock is None:
-        loads, vehicle = loads_of(files[0], model), matrices_of(files[0], model)
-        profiles = profiles_of(files)
+        loads, profiles = loads_of(files[0], model), profiles_of(files)
         if profiles is not None:
-            return contacts_of(loads.size * [profiled(profiles)], loads, vehicle)
-        wheels = [wheel for file in files for wheel in told_wheels(file)]
-        return contacts_told(wheels, loads, vehicle)
+            axles = [axle for file in files for axle in _told(file, (INERTIA,))]
+            laws = [at_ports(axle | STRAIGHT, ONE, 1.0, profiles) for axle in axles]
+            return LinearContacts.under(laws, loads)
+        return contacts_told([wheel for file in files for wheel in told_wheels(file)], loads)
     train = train_of(stock)
     body = loaded(build_multibody(train, SPATIAL), files[0], model)
     tell_of_linear(train)
@@ -192,10 +191,15 @@ def told_wheels(fmu: Path) -> list[dict[str, float]]:
             f"{fmu}: its wheels have profiles, which have no conicity; limit-cycle takes them from "
             "the vehicle's parameters, and says from what speed on it hunts"
         )
+    return _told(fmu, tuple(ROLLING.values()))
+
+
+def _told(fmu: Path, names: Sequence[str]) -> list[dict[str, float]]:
+    """Parameters of these names, of each wheelset."""
     about = describe_file(fmu)
     layout = layout_of((fmu, [*about.inputs, *about.outputs]))
     each: list[dict[str, float]] = [{} for _ in layout.axles]
-    for name in ROLLING.values():
+    for name in names:
         found = told(about.parameters, name, layout.of_axles(name))
         if not found:
             raise CouplingError(
@@ -208,10 +212,8 @@ def told_wheels(fmu: Path) -> list[dict[str, float]]:
     return each
 
 
-def contacts_told(
-    wheels: Sequence[Mapping[str, float]], loads: FloatArray, vehicle: StateSpace
-) -> LinearContacts:
-    """Contacts of wheels by their parameters, under static loads, on axles of a vehicle.
+def contacts_told(wheels: Sequence[Mapping[str, float]], loads: FloatArray) -> LinearContacts:
+    """Contacts of wheels by their parameters, under static loads.
 
     Parameters
     ----------
@@ -219,49 +221,10 @@ def contacts_told(
         See `told_wheels`.
     loads : array, shape (n_wheelsets,)
         Of one wheel, N.
-    vehicle : StateSpace
-        Which tells what axles weigh that turn.
     """
-    return contacts_of(
-        [at_ports(dict(wheel) | STRAIGHT, ONE, 1.0) for wheel in wheels], loads, vehicle
+    return LinearContacts.under(
+        [at_ports(dict(wheel) | STRAIGHT, ONE, 1.0) for wheel in wheels], loads
     )
-
-
-def profiled(profiles: Profiled) -> AtPorts:
-    """The law at 1 m/s of a wheelset of profiles, whose creep has no bound."""
-    return at_ports(STRAIGHT, ONE, 1.0, profiles)
-
-
-def contacts_of(laws: Sequence[AtPorts], loads: FloatArray, vehicle: StateSpace) -> LinearContacts:
-    """The same by the laws of wheelsets at 1 m/s."""
-    radius = np.array([np.max(law.contact.geometry.radius) for law in laws])
-    return LinearContacts.under(laws, loads, inertia_of(vehicle, radius))
-
-
-def inertia_of(vehicle: StateSpace, radius: FloatArray) -> FloatArray:
-    """Moments of inertia of axles about themselves, kg m2, by how forces along spin them.
-
-    Both wheels of an axle pushed along by as much do nothing but spin it: where their data move on
-    by x = r0 spin, x'' = r0^2 F / I of both together.
-
-    Raises
-    ------
-    CouplingError
-        If wheels of the model do not spin.
-    """
-    layout = Layout(radius.size, directions=(X,))
-    inputs, outputs = ([v.name for v in some] for some in (vehicle.inputs, vehicle.outputs))
-    pushed, moved = layout.names(FORCE), layout.names(WHEEL.motion)
-    if missing := {*pushed, *moved} - {*inputs, *outputs}:
-        raise CouplingError(f"{vehicle.name}: has no {min(missing)}; rolling takes it")
-    B = vehicle.B[:, [inputs.index(name) for name in pushed]]
-    C = vehicle.C[[outputs.index(name) for name in moved]]
-    both = np.tile(np.eye(radius.size), (1, len(layout.sides)))
-    mean = np.diag(both @ (C @ vehicle.A @ B) @ both.T) / len(layout.sides)
-    if not (WHEEL.push * mean > 0).all():
-        raise CouplingError(f"{vehicle.name}: forces along do not spin its axles; rolling takes it")
-    found: FloatArray = WHEEL.push * len(layout.sides) * radius**2 / mean
-    return found
 
 
 def places_on(track: Path, wheelset_x: FloatArray) -> FloatArray:

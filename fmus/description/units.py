@@ -22,6 +22,7 @@ UNITS: dict[str, dict[str, int]] = {
     "N/m": {"kg": 1, "s": -2},
     "N.m/m": {"kg": 1, "m": 1, "s": -2},
     "N/m2": {"kg": 1, "m": -1, "s": -2},
+    "kg.m2": {"kg": 1, "m": 2},
     "N/m1.5": {},  # FMI has no fractional exponents
 }
 # How many display units make one unit.

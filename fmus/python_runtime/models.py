@@ -69,6 +69,7 @@ def rolling_contact(
         speed=float(each(Role.SPEED)[0]),
         creep=Saturated(friction=friction) if friction.any() else LINEAR,
         flange=None if profiles else _flange(each),
+        axle_inertia=each(Role.AXLE_INERTIA),
     )
     return AtPorts(contact=contact, half_distance=geometry.half_distance)
 

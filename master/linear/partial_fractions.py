@@ -86,7 +86,8 @@ class PartialFractions:
         """
         numerators = np.hstack([self.level, self.slope])
         seen = (self.level != 0.0) | (self.slope != 0.0)
-        patterns, which = np.unique(seen, axis=0, return_inverse=True)
+        bits = np.packbits(seen, axis=1)  # to be sorted in an eighth of the time
+        patterns, which = np.unique(bits, axis=0, return_inverse=True)
         count = np.bincount(which.ravel(), minlength=len(patterns))
         largest = int(count.argmax()) if count.size else 0
         group = np.where(count[which.ravel()] < POLES, largest, which.ravel())

@@ -104,12 +104,19 @@ class Determinant:
 
     def _factor(self, z: ComplexArray) -> ComplexArray:
         """Logarithm of F."""
-        H = solve_triangular(self._T, self._R, z)
-        H = self._Q @ H + self._P
+        H = self._inner(z) + self._P
         L = self._L.at(z)
         around = L @ H if self._is_wide else H @ L
         sign, size = np.linalg.slogdet(np.eye(around.shape[1]) - around)
         return np.asarray(size + 1j * np.angle(sign))
+
+    def _inner(self, z: ComplexArray) -> ComplexArray:
+        """Q (z - T)^-1 R, from the side on which there is less."""
+        if len(self._Q) >= self._R.shape[1]:
+            return np.asarray(self._Q @ solve_triangular(self._T, self._R, z))
+        # Its transpose, with the unknowns in the opposite order, is upper triangular again.
+        x = solve_triangular(self._T.T[::-1, ::-1], self._Q.T[::-1], z)[:, ::-1]
+        return np.asarray(x.transpose(0, 2, 1) @ self._R)
 
     def _slope(self, z: ComplexArray) -> ComplexArray:
         """Derivative of the logarithm of F."""

@@ -18,6 +18,7 @@ _MOVED = np.stack([_UNIT[name] for name in ("y", "z", "roll", "yaw", "rail_roll"
 _APART = _MOVED.copy()
 """The same by the coordinates: y and z are those of the wheelset less those of the rail."""
 _APART[:2] -= _UNIT["rail_y"], _UNIT["rail_z"]
+_ROLL, _YAW = COORDINATES.index("roll"), COORDINATES.index("yaw")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,6 +118,10 @@ class RollingContact:
         Of the tangential forces.
     flange : Flange or None
         None: none.
+    axle_inertia : float or array, shape (n,)
+        Of the wheelset about its axle, which turns by -speed/r0, kg m2: a gyroscope, whose moments
+        are felt by halves at its two wheels, closed or not. 0: none, or the wheelset's own model
+        has them.
 
     Raises
     ------
@@ -129,6 +134,7 @@ class RollingContact:
     speed: float
     creep: CreepLaw = LINEAR
     flange: Flange | None = None
+    axle_inertia: float | FloatArray = 0.0
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.speed) and self.speed > 0):
@@ -157,7 +163,8 @@ class RollingContact:
         array, shape (..., n, 8)
             N and N m: with a coordinate's rate they give the power into its body.
         """
-        return self._total(q, *self._parts(q, v))
+        found: Numbers = self._total(q, *self._parts(q, v)) + self._turning(v)
+        return found
 
     def creep_forces(self, q: Numbers, v: Numbers) -> tuple[Numbers, Numbers]:
         """Creepages, and forces on the wheels in the planes of contact, both (..., n, 3)."""
@@ -203,7 +210,8 @@ class RollingContact:
 
         by = derivatives(total, np.zeros((*q.shape[:-1], k + 3)))
         J = slip(self.geometry.touch(q, self.side), q, self.geometry.radius).J
-        return by[..., :k] @ _APART, by[..., k:] @ J / self.speed
+        turning = np.swapaxes(self._turning(np.eye(len(COORDINATES))[:, None]), 0, 1)
+        return by[..., :k] @ _APART, by[..., k:] @ J / self.speed + np.swapaxes(turning, -1, -2)
 
     def _parts(
         self, q: Numbers, v: Numbers, more: Numbers | float = 0.0
@@ -233,6 +241,13 @@ class RollingContact:
         if self.flange is not None:
             total = total + self.flange.force(q, self.side, self.geometry.radius)
         found: Numbers = total
+        return found
+
+    def _turning(self, v: Numbers) -> Numbers:
+        """Moments of the axle by its rates: a yaw turns its momentum forward, and a roll up."""
+        momentum = 0.5 * self.speed * np.divide(self.axle_inertia, self.geometry.radius)
+        found = np.zeros_like(v + momentum[..., None])
+        found[..., _ROLL], found[..., _YAW] = -momentum * v[..., _YAW], momentum * v[..., _ROLL]
         return found
 
     def _normal(self, touch: Touch[Numbers]) -> Numbers:

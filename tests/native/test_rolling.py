@@ -62,8 +62,9 @@ def test_forces_and_tangents(
     rng = np.random.default_rng(1)
     side = rng.choice([LEFT, RIGHT], CONTACTS)
     contact = RollingContact(
-        geometry=geometry(**SHAPE), side=side, speed=60.0, creep=creep, flange=FLANGE
-    )
+        geometry=geometry(**SHAPE), side=side, speed=60.0, creep=creep, flange=FLANGE,
+        axle_inertia=130.0,
+    )  # fmt: skip
     at_ports = AtPorts(contact=contact, half_distance=B)
     sizes = [2e-4, 4e-3, 1e-4, 1e-3, 4e-3, 1e-4, 2e-3, 1e-3]
     q = rng.standard_normal((CONTACTS, 8)) * sizes
@@ -102,7 +103,7 @@ def test_forces_and_tangents_of_profiles(
     """Of contacts on both sides, open and closed, all over the table; nothing beyond it."""
     rng = np.random.default_rng(2)
     side = rng.choice([LEFT, RIGHT], CONTACTS)
-    contact = RollingContact(geometry=worn, side=side, speed=60.0, creep=creep)
+    contact = RollingContact(geometry=worn, side=side, speed=60.0, creep=creep, axle_inertia=130.0)
     at_ports = AtPorts(contact=contact, half_distance=B)
     q = rng.standard_normal((CONTACTS, 8)) * [3e-4, 2e-3, 1e-4, 1e-3, 4e-3, 3e-4, 5e-4, 1e-3]
     v = rng.standard_normal((CONTACTS, 8)) * [0.1, 0.1, 0.02, 0.1, 0.02, 0.1, 0.1, 0.1]
@@ -152,7 +153,7 @@ def law_of(contact: RollingContact) -> list[float]:
         told = contact.geometry.told()
         table = np.array([told["columns"][name] for name in COLUMNS]).T
         friction = contact.creep.friction if isinstance(contact.creep, Saturated) else 0.0
-        law = [0.0] * 10 + [friction] + [0.0] * 3 + [contact.speed]
+        law = [0.0] * 10 + [friction] + [0.0] * 3 + [float(contact.axle_inertia), contact.speed]
         about = [told[name] for name in NUMBERS]
         return [*law, float(len(table)), *about, *table.ravel().tolist()]
     return [*numbers(contact), 0.0]
@@ -168,5 +169,6 @@ def numbers(contact: RollingContact) -> list[float]:
     return [
         cone.radius, cone.half_distance, cone.conicity, cone.head_radius,
         float(isinstance(cone, TextbookCone)), float(cone.patch.ellipse.C), *f, friction,
-        flange.stiffness, flange.clearance, flange.depth, contact.speed,
+        flange.stiffness, flange.clearance, flange.depth,
+        float(contact.axle_inertia), contact.speed,
     ]  # fmt: skip

@@ -8,12 +8,14 @@ import pytest
 
 from railcosim.analysis.pair.contact import CouplingError
 from railcosim.analysis.pair.export_pair import export_pair
+from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.fmus.export import BARE
 from railcosim.master.bonds import find_bonds
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.energy import EnergyMeter
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
+from railcosim.master.schemes.iqn_ils import iqn_ils
 from railcosim.master.schemes.jacobi import jacobi
 from railcosim.mechanics.contact.geometry import RIGHT
 from railcosim.mechanics.law import tangent_stiffness
@@ -259,22 +261,24 @@ def test_who_owns_the_contact_does_not_matter(spatial) -> None:
 # 15 s of steps.
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("track", "scheme", "steps"),
+    ("owner", "scheme", "steps", "bonded"),
     [
-        ("Track", interface_jacobian(), (1e-3, 5e-4)),
-        ("TrackWithContact", jacobi(degree=1), (1e-4, 5e-5)),
+        (Owner.MASTER, interface_jacobian(), (1e-3, 5e-4, 2.5e-4), 8),
+        (Owner.TRACK, jacobi(degree=1), (2e-4, 1e-4, 5e-5), 5),
+        (Owner.VEHICLE, iqn_ils(degree=1), (2e-4, 1e-4, 5e-5), 3),
     ],
 )
-def test_energy_created_vanishes_with_the_step(spatial, track, scheme, steps) -> None:
+def test_energy_created_vanishes_with_the_step(spatial, owner, scheme, steps, bonded) -> None:
     """Over rails out of line, all forces and moments at wheels: what is created or lost falls by
-    about the step's square."""
+    about the step's square, at every length used, whoever owns the contact."""
     profile, created = shifted(4.0, begin=0.2, over=1.5), []
     for step in steps:
         journey = Journey(speed=SPEED, held=False, profile=profile)
-        with open_pair(spatial["Vehicle"], spatial[track], {}, journey) as pair:
+        with open_pair(*(spatial[name] for name in FMUS[owner]), {}, journey) as pair:
             bonds = find_bonds(pair.system, against=["vehicle"])
-            assert len(bonds) == (8 * 8 if track == "Track" else 8 * 5)
+            assert len(bonds) == 8 * bonded
             meter = EnergyMeter(pair.system, bonds)
             list(meter.watch(cosimulate(pair.system, scheme, step, 0.04)))
         created.append(np.abs(meter.to_dataset()["energy_residual"].values).max())
-    assert created[0] / created[1] > 2.5  # nearer to the second order than to the first
+    for coarse, fine in itertools.pairwise(created):
+        assert coarse / fine > 2.5  # nearer to the second order than to the first

@@ -22,7 +22,7 @@ from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.hunting import critical_speed
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import SPATIAL, build_multibody
-from railcosim.vehicle.on_rails import cones_of, creeping
+from railcosim.vehicle.on_rails import cones_of, rolling
 
 CONICITY = 0.1
 
@@ -32,9 +32,9 @@ def wagon():
     return build_multibody(read_stock(Path("wagon")), SPATIAL)
 
 
-def rolls(cone: Cone, wheelsets: int, speed: float) -> Rolls:
+def rolls(cone: Cone, wheelsets: int, speed: float, inertia: float) -> Rolls:
     side = np.repeat([LEFT, RIGHT], wheelsets)
-    contact = RollingContact(geometry=cone, side=side, speed=speed)
+    contact = RollingContact(geometry=cone, side=side, speed=speed, axle_inertia=inertia)
     return Rolls(AtPorts(contact=contact, half_distance=cone.half_distance), WHEEL)
 
 
@@ -62,13 +62,14 @@ def one_step(body: ModalBody, law: Rolls, height: float, h: float) -> np.ndarray
 
 
 def matrices(multibody, cones, speed):
-    """Without the gyroscopic moments of the axles, which no FMU of a vehicle has."""
-    K, C = creeping(multibody, cones).on_rigid_rails(multibody)
-    return multibody.M, multibody.C + C / speed, multibody.K + K
+    """With the gyroscopic moments of the axles."""
+    K, C = rolling(multibody, cones)(speed).on_rigid_rails(multibody)
+    return multibody.M, multibody.C + C, multibody.K + K
 
 
 def test_hunting_begins_at_the_linear_critical_speed(wagon):
     body, cones = vehicle_body(wagon), cones_of(wagon, CONICITY)
+    inertia = wagon.M[wagon.at(wagon.axles[0], "spin"), wagon.at(wagon.axles[0], "spin")]
     critical = critical_speed(
         lambda speed: poles_of(*matrices(wagon, cones, speed))[0], np.arange(2.0, 100.0, 4.0)
     )
@@ -78,7 +79,7 @@ def test_hunting_begins_at_the_linear_critical_speed(wagon):
     for part in (0.98, 1.02):
         speed = part * critical.speed
         exact, _ = poles_of(*matrices(wagon, cones, speed))
-        found = one_step(body, rolls(cones[0], 2, speed), height, 1e-3)
+        found = one_step(body, rolls(cones[0], 2, speed, inertia), height, 1e-3)
         swinging = found[np.abs(found) > 0.1]
         assert (swinging.real.max() > 0) == (part > 1)
         slow = exact[(exact.imag > 1.0) & (np.abs(exact) < 2 * np.pi * 20)]

@@ -373,10 +373,12 @@ static void read_variable(Reader *reader, size_t k, const int32_t row[4], const 
         m->output[m->outputs++] = (uint32_t)k;
 }
 
-/* Whether the law asks for such a number: of profiles the table tells all but friction. */
+/* Whether the law asks for such a number: of profiles the table tells all but
+   friction and what turns. */
 static int in_law(const Model *m, size_t which)
 {
-    return m->profile.rows == 0 || which == law_number(ROLE_FRICTION);
+    return m->profile.rows == 0 || which == law_number(ROLE_FRICTION) ||
+           which == law_number(ROLE_AXLE_INERTIA);
 }
 
 /* One number is of all wheelsets, else there must be one of each. */

@@ -62,20 +62,21 @@ typedef enum {
     ROLE_FLANGE_STIFFNESS = 28,
     ROLE_FLANGE_CLEARANCE = 29,
     ROLE_FLANGE_DEPTH = 30,
-    ROLE_TEXTBOOK = 31, /* of all */
-    ROLE_DERIVATIVES_OF_STEP = 32,
-    ROLE_OUT_SEEN = 33, /* of an output of what is seen at fixed places */
+    ROLE_AXLE_INERTIA = 31,
+    ROLE_TEXTBOOK = 32, /* of all */
+    ROLE_DERIVATIVES_OF_STEP = 33,
+    ROLE_OUT_SEEN = 34, /* of an output of what is seen at fixed places */
     ROLES
 } Role;
 
 /* Parameters of contacts that may be one of all wheelsets or one of each. */
-enum { LAW_NUMBERS = 2 + ROLE_FLANGE_DEPTH - ROLE_RADIUS + 1 };
+enum { LAW_NUMBERS = 2 + ROLE_AXLE_INERTIA - ROLE_RADIUS + 1 };
 /* Which of these a role is; LAW_NUMBERS if none. */
 static inline size_t law_number(Role role)
 {
     if (role == ROLE_STIFFNESS || role == ROLE_HERTZ)
         return (size_t)(role - ROLE_STIFFNESS);
-    return role >= ROLE_RADIUS && role <= ROLE_FLANGE_DEPTH ? (size_t)(2 + role - ROLE_RADIUS)
+    return role >= ROLE_RADIUS && role <= ROLE_AXLE_INERTIA ? (size_t)(2 + role - ROLE_RADIUS)
                                                             : LAW_NUMBERS;
 }
 

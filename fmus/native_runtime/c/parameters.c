@@ -24,7 +24,9 @@ static RollingLaw rolling_law(const Instance *i, size_t k)
     if (profile->rows > 0) {
         const RollingLaw of_profile = {
             .profile = profile, .radius = profile->radius, .half_distance = profile->half_distance,
-            .friction = law_value(i, ROLE_FRICTION, k), .speed = instance_parameter(i, ROLE_SPEED)};
+            .friction = law_value(i, ROLE_FRICTION, k),
+            .axle_inertia = law_value(i, ROLE_AXLE_INERTIA, k),
+            .speed = instance_parameter(i, ROLE_SPEED)};
         return of_profile;
     }
     const RollingLaw law = {
@@ -43,6 +45,7 @@ static RollingLaw rolling_law(const Instance *i, size_t k)
         law_value(i, ROLE_FLANGE_STIFFNESS, k),
         law_value(i, ROLE_FLANGE_CLEARANCE, k),
         law_value(i, ROLE_FLANGE_DEPTH, k),
+        law_value(i, ROLE_AXLE_INERTIA, k),
         instance_parameter(i, ROLE_SPEED),
     };
     return law;

@@ -127,6 +127,16 @@ static void add_flange(const RollingLaw *law, double side, const double q[SIX], 
     }
 }
 
+/* Half the moments of the axle that turns by -speed/r0, as a gyroscope; closed or not. */
+static void add_turning(const RollingLaw *law, const double v[SIX], Forces *f)
+{
+    const double momentum = 0.5 * law->axle_inertia * law->speed / law->radius;
+    f->force[ROLL] -= momentum * v[YAW];
+    f->force[YAW] += momentum * v[ROLL];
+    f->by_v[ROLL][YAW] -= momentum;
+    f->by_v[YAW][ROLL] += momentum;
+}
+
 /* The coordinates by motions at the ports. */
 static void coordinates_of(const RollingLaw *law, double side,
                            const double at_ports[ROLLING_MOTIONS], double q[SIX])
@@ -185,6 +195,7 @@ void rolling_force(const RollingLaw *law, double side, const double q[ROLLING_MO
     coordinates_of(law, side, v, rates);
     add_contact(law, side, six, rates, &f);
     add_flange(law, side, six, &f);
+    add_turning(law, rates, &f);
     to_ports(law, side, 1, f.force, force);
     if (by_q != NULL)
         matrix_to_ports(law, side, f.by_q, by_q);

@@ -36,6 +36,7 @@ typedef struct {
     double creep[4];              /* f11 and f22 over N^(2/3), f23 over N, f33 over N^(4/3) */
     double friction;              /* 0: creep without bound */
     double flange_stiffness, flange_clearance, flange_depth; /* N/m (0: none), m, m */
+    double axle_inertia;                                     /* of the wheelset, kg m2 */
     double speed;                                            /* m/s, above 0 */
 } RollingLaw;
 

@@ -44,11 +44,11 @@ static int read_profile(double rows)
 
 int main(void)
 {
-    double n[15], rows, side, q[N], v[N], force[N], alone[N], by_q[N][N], by_v[N][N];
-    if (!read(15, n) || !read(1, &rows) || (rows > 0 && !read_profile(rows)))
+    double n[16], rows, side, q[N], v[N], force[N], alone[N], by_q[N][N], by_v[N][N];
+    if (!read(16, n) || !read(1, &rows) || (rows > 0 && !read_profile(rows)))
         return 1;
     RollingLaw law = {NULL, n[0], n[1], n[2], n[3], n[4] != 0, n[5], {n[6], n[7], n[8], n[9]},
-                            n[10], n[11], n[12], n[13], n[14]};
+                            n[10], n[11], n[12], n[13], n[14], n[15]};
     if (rows > 0) {
         law.profile = &profile;
         law.radius = profile.radius;
