@@ -102,7 +102,9 @@ def _bodies(shown: xr.Dataset, quantity: str) -> tuple[dict[str, str], dict[str,
     names = [
         name
         for name in map(str, shown.data_vars)
-        if name.rpartition(".")[2] == quantity and wheelset_of(name) is None
+        if name.rpartition(".")[2] == quantity
+        and wheelset_of(name) is None
+        and "at" not in shown[name].attrs  # of a sensor, which has panels of its own
     ]
     cars = [name for name in names if "carbody" in name]
     others = [name for name in names if name not in cars]

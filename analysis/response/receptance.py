@@ -187,7 +187,15 @@ def track_receptance(
     }
     unit = f"{seen.motion}/{f'({loaded.force})' if '.' in loaded.force else loaded.force}"
     worst_of_ring = {"ring_error": float(error[worst]), "ring_error_at": float(frequency[worst])}
-    about = {"title": ", ".join(about.values()), **about}
+    where = f"{position} ({x:g} m)" if str(position).isalpha() else f"{x:g} m"
+    title = [
+        f"rail {seen.positive.partition(',')[0]}",
+        f"load {loaded.positive.partition(',')[0]} at {where}",
+        "both rails" if both_rails else "one rail",
+        about["track"],
+        *([about["changed"]] if changes else []),
+    ]
+    about = {"title": ", ".join(title), **about}
     asked = {
         "direction": loaded.name, "response": seen.name, "offset": offset, "position": position,
     }  # fmt: skip

@@ -85,3 +85,19 @@ def test_a_train_is_drawn_whole() -> None:
         "bogie acceleration (m/s²)": ["bogie 3"],
         "car body acceleration (m/s²)": ["vehicle 1, car body", "car body 2"],
     }
+
+
+def test_a_sensor_is_no_body() -> None:
+    """What a rail does at a place has a panel of its own, in a response as well."""
+    force = ("frequency", [1e8, 2e8], {"units": "N/m"})
+    seen = {"units": "m/m", "long_name": "left rail at 3 m: displacement, down", "at": 3.0}
+    frf = xr.Dataset(
+        {
+            "carbody.z": ("frequency", [0.2, 0.1]), "wheelset[1].left.force_z": force,
+            "sensor[1].z": ("frequency", [0.5, 0.5], seen),
+        },
+        {"frequency": [1.0, 2.0]}, {"excitation": "irregularity_z", "title": "response"},
+    )  # fmt: skip
+    shown = {k: [c.name for c in panel.curves] for k, panel in panels(response_chart(frf)).items()}
+    assert shown["|displacement| (m/m)"] == ["car body"]
+    assert shown["left rail at 3 m: |displacement| (m/m)"] == ["left rail at 3 m"]
