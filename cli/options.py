@@ -135,11 +135,16 @@ USUAL = {
 }
 
 
+def given_here(context: typer.Context, name: str) -> bool:
+    """Whether an option was given on the command line."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"
+
+
 def refuse_of_pair(context: typer.Context, system: Path, options: tuple[str, ...]) -> None:
     """Refuse options given on the command line that say nothing of a system in a file."""
     for name in options:
-        source = context.get_parameter_source(name)
-        if source and source.name == "COMMANDLINE":
+        if given_here(context, name):
             option = "--" + name.strip("_").replace("_", "-")
             raise UsageError(f"{option}: is of our pair; {system} has its own FMUs. Leave it out")
 
@@ -147,8 +152,7 @@ def refuse_of_pair(context: typer.Context, system: Path, options: tuple[str, ...
 def refuse_of_system(context: typer.Context, options: tuple[str, ...]) -> None:
     """Refuse options given on the command line that say nothing without ``--system``."""
     for name in options:
-        source = context.get_parameter_source(name)
-        if source and source.name == "COMMANDLINE":
+        if given_here(context, name):
             raise UsageError(f"--{name.replace('_', '-')}: is of FMUs of --system")
 
 

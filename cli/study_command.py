@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,16 +20,21 @@ from .irregularity_options import IrregularityOptions
 from .options import (
     DimensionName,
     DimensionOption,
+    LawOption,
     PlotFile,
     PositionOption,
     SchedulerOption,
     Speed,
+    SystemOption,
     UsageError,
     console,
     contact_parameters,
     doubted,
+    given_here,
     positive,
     progress,
+    refuse_of_pair,
+    refuse_of_system,
     speed_of,
 )
 from .parameter_options import PairOptions
@@ -37,7 +44,16 @@ from .terminal import Terminal
 if TYPE_CHECKING:
     import xarray as xr
 
+    from railcosim.analysis.schemes.grid_run import Studied
+
 WIDTH = 120  # of the table, characters
+
+
+OF_THE_PAIR = (
+    "owners", "contact_stiffness", "speed", "position", "irregularity", "seed", "quantities",
+    "defect", "fade", "repeat",
+    "vehicle", "vehicles", "track", "set_", "dimension", "fresh",
+)  # fmt: skip
 
 
 class StudyFailedError(ArithmeticError):
@@ -71,23 +87,38 @@ def study(
     out: Annotated[
         Path, typer.Option("--out", help="Folder for what is finished.", metavar="DIR")
     ] = Path("railcosim-study"),
+    system: SystemOption = None,
+    law: LawOption = None,
     plot: PlotFile = None,
     scheduler: SchedulerOption = None,
+    context: typer.Context,
 ) -> None:
     """Compare coupling schemes: error against the monolithic solution, growth and cost.
 
     Runs every scheme with every owner of the contact it allows, every contact and every step, with
     held wheels and a moving irregularity. What is finished is kept in the folder: the same command
     goes on after an interruption, and one with more schemes or steps runs only those. Of pairs in
-    space, any stiffness is that at the static load.
+    space, any stiffness is that at the static load. Any other system, --system, runs as its file
+    says, and is held against runs with ever shorter steps, extrapolated.
     """
-    from railcosim.analysis.schemes.grid_run import NoDaskError
     from railcosim.analysis.schemes.grid_run import study as studied
-    from railcosim.analysis.schemes.study import Grid, StudyError
+    from railcosim.analysis.schemes.grid_run import study_system
+    from railcosim.analysis.schemes.study import Grid
     from railcosim.analysis.schemes.study_point import ContactCase
 
     PICTURES.check(plot)
     folder_of("--out", out)
+    if system is not None:
+        refuse_of_pair(context, system, OF_THE_PAIR)
+        chosen = [_step(text, system) for text in _parts("--steps", steps)]
+        make = partial(
+            study_system, system, out, _parts("--schemes", schemes),
+            chosen if given_here(context, "steps") else (), law=law,
+            time=positive("--time", time, "s") if given_here(context, "time") else None,
+        )  # fmt: skip
+        _finish(make, scheduler, out, plot)
+        return
+    refuse_of_system(context, ("law",))
     v = speed_of(speed)
     aside = dimension is DimensionName.SPATIAL
     profile = rough.profile(v * positive("--time", time, "s"), spatial=aside)
@@ -109,20 +140,31 @@ def study(
     grid = Grid.of(*asked)
     grid.check(time)
     with made(*given.pair(), dimension=dimension, fresh=fresh) as fmus:
-        try:
-            with progress("running points") as update:
-                found = studied(
-                    fmus, out, *asked, time=time, speed=v, irregularity=profile, defects=defects,
-                    position=position, scheduler=scheduler, progress=update, tell=console.print,
-                )  # fmt: skip
-        except StudyError as error:
-            raise UsageError(f"--out {error}") from error
-        except NoDaskError as error:
-            raise UsageError(str(error)) from error
+        make = partial(
+            studied, fmus, out, *asked, time=time, speed=v, irregularity=profile,
+            defects=defects, position=position,
+        )  # fmt: skip
+        _finish(make, scheduler, out, plot)
+
+
+def _finish(
+    make: Callable[..., Studied], scheduler: str | None, out: Path, plot: Path | None
+) -> None:
+    """Run, show, and say what failed."""
+    from railcosim.analysis.schemes.grid_run import NoDaskError
+    from railcosim.analysis.schemes.study import StudyError
+
+    try:
+        with progress("running points") as update:
+            found = make(scheduler=scheduler, progress=update, tell=console.print)
+    except StudyError as error:
+        raise UsageError(f"--out {error}") from error
+    except NoDaskError as error:
+        raise UsageError(str(error)) from error
     if found.table is not None:
         _show(found.table, out, plot)
     if found.failed:
-        n, first = len(grid.points()), "; ".join(found.failed[:3])
+        n, first = found.points, "; ".join(found.failed[:3])
         raise StudyFailedError(f"{len(found.failed)} of {n} points failed: {first}")
 
 
@@ -148,8 +190,8 @@ def order_table(table: xr.Dataset) -> Table:
 
     steps = table["step"].values[::-1]
     shown = Table(
-        title=f"Contact {table['contact'].item()}: relative RMS error of the contact forces to "
-        f"the monolithic solution (itself within {table['reference_error'].max():.0e}), "
+        title=f"Contact {table['contact'].item()}: relative RMS error of {table.attrs['compared']} "
+        f"to {table.attrs['held_to']} (itself within {table['reference_error'].max():.0e}), "
         "by step in ms",
         box=SIMPLE,
     )
@@ -188,10 +230,11 @@ def _parts(option: str, text: str) -> list[str]:
     return parts
 
 
-def _step(text: str) -> float:
-    """A step, s."""
+def _step(text: str, system: Path | None = None) -> float:
+    """A step, s; what is usual of a pair says nothing of other systems."""
     try:
         number = float(text)
     except ValueError as error:
         raise UsageError(f"--steps {text}: must be numbers > 0, in s") from error
-    return doubted("--step", positive("--steps", number, "s"))
+    step = positive("--steps", number, "s")
+    return step if system is not None else doubted("--step", step)

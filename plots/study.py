@@ -59,13 +59,14 @@ def save_study_picture(table: xr.Dataset, path: Path) -> None:
                 if row % 2 == 0:
                     axes.set_title(f"contact {contact} in the {owner}")
                     _triangles(axes, part, low)
-            grid[row][0].set_ylabel("relative error of contact forces")
+            grid[row][0].set_ylabel("relative error")
         ordered = [name for name in looks if name in entries]
         figure.legend(
             [entries[name] for name in ordered], ordered, loc="outside right upper", fontsize=8
         )
         figure.suptitle(
-            "Error against the monolithic solution (× at the top: unstable)",
+            f"Error against {table.attrs.get('held_to', 'the monolithic solution')} (× at the top: "
+            "unstable)",
             x=0.01, ha="left", fontsize=10,
         )  # fmt: skip
         save_figure(figure, path)

@@ -14,13 +14,10 @@ from typing import Any, TypeAlias, TypeVar
 
 import distributed
 
-from railcosim.analysis.pair.owner import FMUS, Owner
-from railcosim.analysis.pair.pair import Journey
 from railcosim.master.parallel import TICK
 from railcosim.master.progress import Progress
 
-from .pairs_at_rest import Fmus
-from .study_point import Measurement, Point, measure, reference
+from .study_point import Measurement, Point, Subject
 
 PATIENCE = 10.0
 """How long (s) a scheduler may take to answer, and to have a worker."""
@@ -94,12 +91,7 @@ def _version() -> str:
 
 
 def measured(
-    client: Client,
-    journey: Journey,
-    stop: float,
-    points: Sequence[Point],
-    fmus: Fmus,
-    progress: Progress,
+    client: Client, subject: Subject, points: Sequence[Point], progress: Progress
 ) -> Iterator[tuple[Point, Measurement | Exception]]:
     """Give results as they come.
 
@@ -109,8 +101,8 @@ def measured(
     ----------
     client : Client
         From `connect`.
-    journey, stop, points, fmus
-        What to run. The FMUs travel to the workers, which need not share a disk with anybody.
+    subject, points
+        What to run. FMUs travel to the workers, which need not share a disk with anybody.
     progress : callable
         Told the number of points done and of all; may raise to stop everything.
 
@@ -119,20 +111,14 @@ def measured(
     ClusterError
         If the scheduler is lost.
     """
-    common = client.submit(_same, journey, pure=False)
-    files = {n: client.submit(_same, content, pure=False) for n, content in fmus.items()}
-    bodies = [files[name] for name in FMUS[Owner.MASTER]]
-    forces = {
-        label: client.submit(reference, common, stop, contact, *bodies, pure=False)
+    common, kind = client.submit(_same, subject, pure=False), type(subject)
+    held = {
+        label: client.submit(kind.reference, common, contact, pure=False)
         for label, contact in {p.contact.label: p.contact for p in points}.items()
     }
-    pending: dict[Future, Point] = {}
-    for point in points:
-        pair = [files[name] for name in FMUS[point.owner]]
-        run = client.submit(
-            measure, common, stop, point, *pair, forces[point.contact.label], pure=False
-        )
-        pending[run] = point
+    pending: dict[Future, Point] = {
+        client.submit(kind.measure, common, p, held[p.contact.label], pure=False): p for p in points
+    }
     yield from completed(client, pending, progress)
 
 

@@ -14,11 +14,17 @@ import xarray as xr
 from railcosim.analysis.pair.owner import Owner
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.standing import Position, start_positions
-from railcosim.analysis.schemes.pairs_at_rest import Fmus
 from railcosim.analysis.schemes.study import EVERY, STEPS, Folder, Grid, settings_of
 from railcosim.analysis.schemes.study_here import measured
-from railcosim.analysis.schemes.study_point import ContactCase, Measurement, Point
+from railcosim.analysis.schemes.study_point import (
+    ContactCase,
+    Measurement,
+    PairStudied,
+    Point,
+    Subject,
+)
 from railcosim.analysis.schemes.study_table import table_of
+from railcosim.analysis.schemes.system_study import planned
 from railcosim.master.progress import Progress, unheard
 from railcosim.track.irregularity import Profile
 from railcosim.track.irregularity.defects import Defect
@@ -40,10 +46,13 @@ class Studied:
         Over scheme, owner, contact and step; see `table_of`. None if nothing is finished.
     failed : list of str
         A sentence for each point that failed.
+    points : int
+        How many there are.
     """
 
     table: xr.Dataset | None
     failed: list[str]
+    points: int
 
 
 def study(
@@ -111,9 +120,69 @@ def study(
         speed=speed, held=True, profile=irregularity, position=position,
         defects=defects_of(defects),
     )  # fmt: skip
-    settings = settings_of(journey, time, fmus)
+    contents = {name: path.read_bytes() for name, path in fmus.items()}
+    return kept_study(
+        PairStudied(journey=journey, stop=time, fmus=contents), grid.points(),
+        settings_of(journey, time, fmus), folder, scheduler, progress, tell,
+    )  # fmt: skip
+
+
+def study_system(
+    path: str | Path,
+    folder: str | Path,
+    schemes: Sequence[str] = EVERY,
+    steps: Sequence[float] = (),
+    *,
+    law: str | Path | None = None,
+    time: float | None = None,
+    scheduler: str | None = None,
+    progress: Progress = unheard,
+    tell: Callable[[str], None] = lambda text: None,
+) -> Studied:
+    """Compare schemes and steps on any system of FMUs; see `study`.
+
+    Errors are of all that is exchanged, against an extrapolation (`extrapolated`), whose own error
+    is estimated and told.
+
+    Parameters
+    ----------
+    path : str or Path
+        An SSP file. The code in it is run.
+    folder, scheduler, progress, tell
+        See `study`.
+    schemes : sequence of str
+        Names of the catalogue, with the system's FMUs for vehicle and track, or patterns.
+    steps : sequence of float, optional
+        s; the file's, its half and its quarter if not given.
+    law : str or Path, optional
+        Between its FMUs, in the master.
+    time : float, optional
+        How long each run is, s; the file's experiment if not given.
+
+    Raises
+    ------
+    StudyError, ArgumentError, NoDaskError
+        See `study`.
+    FmuError, CouplingError
+        If the file or the law is refused.
+    """
+    plan = planned(Path(path), None if law is None else Path(law), schemes, steps, time)
+    for name, why in plan.refused.items():
+        tell(f"{name}: left out: {why}")
+    return kept_study(plan.subject, plan.points, plan.settings, folder, scheduler, progress, tell)
+
+
+def kept_study(
+    subject: Subject,
+    points: list[Point],
+    settings: Mapping[str, Any],
+    folder: str | Path,
+    scheduler: str | None,
+    progress: Progress,
+    tell: Callable[[str], None],
+) -> Studied:
+    """Run what is not kept in a folder yet, and put all in a table; see `study`."""
     kept = Folder(Path(folder), settings)
-    points = grid.points()
     found = [(p, m) for p in points if (m := kept.find(p)) is not None]
     if found:
         tell(f"{kept.path}: {len(found)} of {len(points)} points are finished already")
@@ -122,7 +191,7 @@ def study(
     failed: list[str] = []
     try:
         if missing:
-            _run(missing, journey, time, fmus, kept, scheduler, progress, found, failed)
+            _run(missing, subject, kept, scheduler, progress, found, failed)
     except (KeyboardInterrupt, OSError):
         finished = sum(kept.find(p) is not None for p in points)  # one may just have been written
         if finished:
@@ -133,14 +202,13 @@ def study(
         raise
     turn = {str(p): k for k, p in enumerate(points)}
     found.sort(key=lambda result: turn[str(result[0])])
-    return Studied(table_of(found, settings) if found else None, failed)
+    about = {**settings, "compared": subject.compared, "held_to": subject.held_to}
+    return Studied(table_of(found, about) if found else None, failed, len(points))
 
 
 def _run(
     missing: list[Point],
-    journey: Journey,
-    stop: float,
-    fmus: Mapping[str, Path],
+    subject: Subject,
     folder: Folder,
     scheduler: str | None,
     progress: Progress,
@@ -148,8 +216,7 @@ def _run(
     failed: list[str],
 ) -> None:
     """Run points; what each gives is kept, and added to `found` or `failed` at once."""
-    contents = {name: path.read_bytes() for name, path in fmus.items()}
-    for point, result in _measured(missing, journey, stop, contents, scheduler, progress):
+    for point, result in _measured(missing, subject, scheduler, progress):
         if isinstance(result, Measurement):
             folder.keep(point, result)
             found.append((point, result))
@@ -158,19 +225,14 @@ def _run(
 
 
 def _measured(
-    points: list[Point],
-    journey: Journey,
-    stop: float,
-    fmus: Fmus,
-    scheduler: str | None,
-    progress: Progress,
+    points: list[Point], subject: Subject, scheduler: str | None, progress: Progress
 ) -> Iterator[tuple[Point, Measurement | Exception]]:
     """Results as they come, from here or from wherever the scheduler has workers."""
     if scheduler is None:
-        yield from measured(journey, stop, points, fmus, progress)
+        yield from measured(subject, points, progress)
         return
     with connected(scheduler) as (client, cluster):
-        yield from cluster.measured(client, journey, stop, points, fmus, progress)
+        yield from cluster.measured(client, subject, points, progress)
 
 
 @contextmanager

@@ -86,7 +86,7 @@ class Grid:
                 must = f"must be {', '.join(Owner)}{suggest(name, Owner)}"
                 raise ArgumentError("owners", name, must)
         grid = cls(
-            schemes=_matching(schemes),
+            schemes=matching(schemes, members()),
             owners=[Owner(name) for name in owners],
             contacts=[
                 contact if isinstance(contact, ContactCase)
@@ -119,18 +119,17 @@ class Grid:
         ]
 
 
-def _matching(patterns: Sequence[str]) -> dict[str, Member]:
-    """Schemes of the catalogue by names and patterns, in its order."""
-    known = members()
+def matching(patterns: Sequence[str], known: Mapping[str, Member]) -> dict[str, Member]:
+    """Schemes by names and patterns, in the order of the catalogue."""
     chosen: set[str] = set()
     for pattern in patterns:
-        matching = fnmatch.filter(known, pattern)
-        if not matching:
+        fitting = fnmatch.filter(known, pattern)
+        if not fitting:
             raise ArgumentError(
                 "schemes", pattern,
                 f"no such scheme{suggest(pattern, known)}; there are {', '.join(known)}",
             )  # fmt: skip
-        chosen.update(matching)
+        chosen.update(fitting)
     return {name: member for name, member in known.items() if name in chosen}
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
@@ -21,7 +23,7 @@ from railcosim.mechanics.ports import FORCE, IRREGULARITY, Layout
 from railcosim.reference.agreement import relative_rms
 
 from .coupled_reference import ContactForces, converged_forces, motion_model
-from .pairs_at_rest import AT_REST, files_of_content, told_before
+from .pairs_at_rest import AT_REST, Fmus, files_of_content, told_before
 
 INTERNAL_STEP = 2.5e-5
 """Of FMUs that own the contact (s). Their own error, of fourth order in it, changes what is
@@ -45,12 +47,45 @@ class Point:
 
     name: str
     scheme: Scheme
-    owner: Owner
+    owner: Owner | str
     contact: ContactCase
     step: float
 
     def __str__(self) -> str:
         return f"{self.name}, contact in {self.owner}, {self.contact.label}, step {self.step:g} s"
+
+
+class Reference(Protocol):
+    """What runs are held against: `ContactForces`, or `Sampled` of a system."""
+
+    @property
+    def rest(self) -> FloatArray:
+        """What deviations count from."""
+
+    @property
+    def error(self) -> float:
+        """Estimate, relative."""
+
+    def at(self, times: ArrayLike) -> FloatArray:
+        """Values at some times (s), shape (n_times, n_columns)."""
+
+
+class Subject(Protocol):
+    """What a study runs, in any process: `PairStudied`, or `SystemStudied`."""
+
+    @property
+    def compared(self) -> str:
+        """What of the runs, in words."""
+
+    @property
+    def held_to(self) -> str:
+        """And with what."""
+
+    def reference(self, contact: ContactCase, progress: Progress = ...) -> Any:
+        """What all runs with a contact are held against."""
+
+    def measure(self, point: Point, held: Any, progress: Progress = ...) -> Measurement:
+        """Make one run."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,10 +95,10 @@ class Measurement:
     Attributes
     ----------
     error : float
-        RMS of all contact forces' error over the RMS of their deviation from rest; infinite if
-        the run did not come to its end.
+        RMS of all contact forces' error over the RMS of their deviation from rest, or of a system
+        of all that is exchanged, each over its own; infinite if the run did not come to its end.
     reference_error : float
-        Likewise, of the converged forces; an estimate.
+        Likewise, of the reference; an estimate.
     growth : float
         Factor by which the error grew a step, beyond what the motion did: above 1 if unstable.
         NaN in runs of less than 8 steps.
@@ -167,28 +202,65 @@ def measure(
     progress : callable, optional
         Told the time and the end (s), now and then; may raise to stop the run.
     """
-    fmus = dict(zip(FMUS[point.owner], (vehicle, track), strict=True))
+    fmus = dict(zip(FMUS[Owner(point.owner)], (vehicle, track), strict=True))
     parameters = {**point.contact.parameters, "internal_step": INTERNAL_STEP}
     system = AT_REST.system(journey, parameters, fmus)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FallbackWarning)  # kept in the result
         run = cosimulate(system, point.scheme, point.step, stop)
-    found = _watch(run, _columns(system), forces, progress)
+    columns = _columns(system)
+    found = watched(run, lambda outputs: outputs[columns], forces, progress)
     if found.stopped:  # an FMU that has refused a call may be of no use any more
         AT_REST.forget()
     return found
 
 
-def _watch(
-    run: Cosimulation, columns: list[int], reference: ContactForces, progress: Progress
+@dataclass(frozen=True, kw_only=True)
+class PairStudied:
+    """A pair on a journey; a `Subject`.
+
+    Attributes
+    ----------
+    journey : Journey
+        Speed and irregularity; the wheels are held.
+    stop : float
+        How long each run is, s.
+    fmus : mapping of str to bytes
+        Content of the FMU files, by name.
+    """
+
+    journey: Journey
+    stop: float
+    fmus: Fmus
+    compared = "the contact forces"
+    held_to = "the monolithic solution"
+
+    def reference(self, contact: ContactCase, progress: Progress = unheard) -> ContactForces:
+        """Converged contact forces."""
+        vehicle, track = (self.fmus[name] for name in FMUS[Owner.MASTER])
+        return reference(self.journey, self.stop, contact, vehicle, track, progress)
+
+    def measure(
+        self, point: Point, held: ContactForces, progress: Progress = unheard
+    ) -> Measurement:
+        """Make one run."""
+        vehicle, track = (self.fmus[name] for name in FMUS[Owner(point.owner)])
+        return measure(self.journey, self.stop, point, vehicle, track, held, progress)
+
+
+def watched(
+    run: Cosimulation,
+    compared: Callable[[FloatArray], FloatArray],
+    reference: Reference,
+    progress: Progress,
 ) -> Measurement:
-    """Run to the end, or to where it fails."""
+    """Run to the end, or to where it fails, and hold what is compared against a reference."""
     times, found, reports, stopped = [], [], [], ""
     begun = time.perf_counter()
     try:
         for point in run:
             times.append(point.time)
-            found.append(point.outputs[columns])
+            found.append(compared(point.outputs))
             reports.append(point.report)
             if len(times) % OFTEN == 0:
                 progress(point.time, run.stop)
@@ -202,7 +274,7 @@ def _watch(
         reference_error=reference.error,
         growth=_growth(ours - theirs, theirs - reference.rest),
         evaluations=float(np.mean([r.evaluations for r in made])) if made else np.nan,
-        wall=wall / times[-1] if made else np.nan,
+        wall=wall / (times[-1] - run.start) if made else np.nan,
         steps=len(made),
         open_steps=sum(not r.converged for r in made),
         fallbacks=" ".join(run.stepper.fallbacks),

@@ -20,8 +20,8 @@ from .study_point import Measurement, Point
 DIMS = ("scheme", "owner", "contact", "step")
 UNITS = {"step": "s"}
 LONG_NAMES = {
-    "error": "RMS error of the contact forces over the RMS of their deviation from rest",
-    "reference_error": "the same, of the monolithic solution; estimated by halving its intervals",
+    "error": "RMS error of what is compared over the RMS of its deviation from rest",
+    "reference_error": "the same, of the reference; estimated by halving its intervals or steps",
     "growth": "factor by which the error grew a step, beyond what the motion did",
     "evaluations": "steps of each component in a communication step",
     "wall": "time for a simulated second, s",

@@ -20,7 +20,13 @@ from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.coupled_reference import converged_forces
 from railcosim.analysis.schemes.study import Folder, Grid, StudyError, settings_of
 from railcosim.analysis.schemes.study_here import measured as measured_here
-from railcosim.analysis.schemes.study_point import ContactCase, Measurement, measure, reference
+from railcosim.analysis.schemes.study_point import (
+    ContactCase,
+    Measurement,
+    PairStudied,
+    measure,
+    reference,
+)
 from railcosim.analysis.schemes.study_table import DIMS, observed_order, save_table, table_of
 from railcosim.master.component import Variable
 from railcosim.master.files import load
@@ -158,6 +164,10 @@ def contents(exported):
 def forces(ride, contents):
     """Converged forces of that ride."""
     return reference(*ride, STIFF, *(contents[name] for name in FMUS[Owner.MASTER]))
+
+
+def studied(ride, contents) -> PairStudied:
+    return PairStudied(journey=ride[0], stop=ride[1], fmus=contents)
 
 
 def grid(names: list[str], steps: list[float], owners=(Owner.TRACK,)) -> Grid:
@@ -336,7 +346,7 @@ def test_here_every_point_is_measured_and_what_fails_is_said_of_its_point(
 def test_here_what_cannot_be_solved_is_said_of_all_points_that_need_it(ride, contents) -> None:
     points = grid(["jacobi-constant"], [1e-4, 2e-4]).points()
     broken = {**contents, "Vehicle": b"no FMU"}
-    found = list(measured_here(*ride, points, broken, lambda done, total: None))
+    found = list(measured_here(studied(ride, broken), points, lambda done, total: None))
     assert [point for point, _ in found] == points
     assert all("not a readable zip archive" in str(result) for _, result in found)
 
@@ -365,7 +375,7 @@ def test_a_killed_worker_loses_nothing(ride, contents, forces, cluster) -> None:
                     killed.append(before[worker])
                     os.kill(before[worker], signal.SIGKILL)
 
-        for point, result in measured(client, *ride, points, contents, kill):
+        for point, result in measured(client, studied(ride, contents), points, kill):
             assert isinstance(result, Measurement), result
             found.append((point, result))
         client.wait_for_workers(2, timeout=300)
@@ -382,7 +392,9 @@ def test_what_fails_on_a_worker_is_said_of_its_point(ride, contents, cluster) ->
     good, bad = grid(["jacobi-constant"], [1e-4, 2e-4]).points()
     broken = replace(bad, step=-1.0)
     with connect(cluster.scheduler_address) as client:
-        results = measured(client, *ride, [good, broken], contents, lambda done, total: None)
+        results = measured(
+            client, studied(ride, contents), [good, broken], lambda done, total: None
+        )
         found = {point.step: result for point, result in results}
     assert isinstance(found[good.step], Measurement)
     assert isinstance(found[-1.0], ValueError)

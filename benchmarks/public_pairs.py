@@ -1,0 +1,276 @@
+"""Limits of pairs of public FMUs: predicted, and as runs of them have it.
+
+    python benchmarks/public_pairs.py FOLDER [--keep WHY]
+
+In FOLDER are the repositories of OMSimulator, libcosim and PyFMI, or what of them holds FMUs.
+Nothing is downloaded. PyFMI's want libgfortran.so.3 where the loader finds it. A pair is run twice
+with another start; the difference of both runs is free motion, and how fast that grows, per second,
+is found 1 % below and above the limit, or farther off, until it is on both sides of none.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+import tempfile
+import time
+import warnings
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from railcosim.analysis.schemes.black_boxes import system_stability
+from railcosim.analysis.schemes.catalogue import members
+from railcosim.analysis.schemes.exponentials import fastest
+from railcosim.master.component import ComponentError
+from railcosim.master.connections import Connection
+from railcosim.master.fmi.description import describe_file
+from railcosim.master.ssp import Part, initialise, open_ssp, write_ssp
+from railcosim.master.system import System
+
+CONSOLE = Console(width=120)
+KEPT = Path(__file__).with_suffix(".csv")
+COLUMNS = ("pair", "scheme", "predicted", "simulated", "way", "when", "why")
+STEPS, LATE = 800, 300
+"""Steps of a run, and from which on growth is looked for."""
+APART = 0.01, 0.05, 0.2, 0.5
+"""Parts of the limit below and above it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """Two public FMUs, how they are wired, and what is changed to set them moving."""
+
+    name: str
+    files: Mapping[str, str]
+    wires: tuple[tuple[str, str], ...]
+    schemes: tuple[str, ...]
+    nudged: tuple[str, str, float]
+    starts: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    law: str = ""
+    pulses: float | None = None
+
+
+OMS = "testsuite/tests/resources"
+TIGHT = {"absTolerance": 1e-9, "relTolerance": 1e-9}
+PAIRS = (
+    Pair(
+        name="OMSimulator, DC motor and drive (Dymola), emf.k = 0.5",
+        files={
+            "machine": f"{OMS}/dcmotor/resources/emachine_model.fmu",
+            "drive": f"{OMS}/dcmotor/resources/edrive_mass.fmu",
+        },
+        wires=(("drive.wA", "machine.w"), ("machine.M", "drive.M_A")),
+        starts={"machine": {"emf.k": 0.5}},
+        schemes=("jacobi-constant", "gauss-seidel-linear-machine-first"),
+        nudged=("machine", "U", 1.0),
+    ),
+    Pair(
+        name="OMSimulator, two drives (Dymola) on a spring in the master",
+        files=dict.fromkeys(("left", "right"), f"{OMS}/dcmotor/resources/edrive_mass.fmu"),
+        wires=(),
+        law="""[[contact]]
+stiffness = 2.0
+damping = 0.02
+motion = { "left.phiA" = 1, "right.phiA" = -1 }
+rate = { "left.wA" = 1, "right.wA" = -1 }
+force = { "left.M_A" = 1, "right.M_A" = -1 }
+""",
+        schemes=("jacobi-constant", "nepce"),
+        nudged=("left", "M_B", 1.0),
+    ),
+    Pair(
+        name="libcosim, quarter truck",
+        files={
+            "chassis": "tests/data/fmi2/quarter_truck/Chassis.fmu",
+            "wheel": "tests/data/fmi2/quarter_truck/Wheel.fmu",
+        },
+        wires=(
+            ("chassis.velocity", "wheel.in_vel"),
+            ("wheel.out_spring_damper_f", "chassis.force"),
+        ),
+        starts={"chassis": TIGHT, "wheel": TIGHT},
+        schemes=("jacobi-constant", "gauss-seidel-linear-chassis-first"),
+        nudged=("chassis", "initialVelocityY", 1e-3),
+        pulses=1e-3,
+    ),
+    Pair(
+        name="PyFMI, LinearStability (JModelica)",
+        files={
+            "one": "tests/files/FMUs/XML/CS2.0/LinearStability.SubSystem1.fmu",
+            "two": "tests/files/FMUs/XML/CS2.0/LinearStability.SubSystem2.fmu",
+        },
+        wires=(("one.y1", "two.u2"), ("two.y2", "one.u1")),
+        schemes=("jacobi-constant",),
+        nudged=("one", "u1", 1e-3),
+        pulses=1e-2,
+    ),
+    Pair(
+        name="PyFMI, LinearCoSimulation (JModelica)",
+        files={
+            "one": "tests/files/FMUs/XML/CS2.0/LinearCoSimulation_LinearSubSystem1.fmu",
+            "two": "tests/files/FMUs/XML/CS2.0/LinearCoSimulation_LinearSubSystem2.fmu",
+        },
+        wires=(("one.y1", "two.u2"), ("two.y2", "one.u1")),
+        schemes=("jacobi-constant",),
+        nudged=("one", "u1", 1e-3),
+        pulses=1e-2,
+    ),
+    Pair(
+        name="OMSimulator, dual mass oscillator (OpenModelica, Euler)",
+        files={
+            "left": f"{OMS}/DualMassOscillator.System1",
+            "right": f"{OMS}/DualMassOscillator.System2",
+        },
+        wires=(("left.x1", "right.x1"), ("left.v1", "right.v1"), ("right.F", "left.F")),
+        schemes=("jacobi-constant",),
+        nudged=("left", "x1_start", 1.0),
+    ),
+    Pair(
+        name="OMSimulator, quarter car (OpenModelica, Euler)",
+        files={
+            "chassis": f"{OMS}/QuarterCarModel.DisplacementForce.Chassis",
+            "wheel": f"{OMS}/QuarterCarModel.DisplacementForce.Wheel",
+        },
+        wires=(
+            ("chassis.z_c", "wheel.z_c"), ("chassis.der_z_c", "wheel.der_z_c"),
+            ("wheel.F", "chassis.F"),
+        ),
+        schemes=("jacobi-constant",),
+        nudged=("wheel", "z", 0.1),
+    ),
+)  # fmt: skip
+
+
+def found_in(folder: Path, suffix: str, into: Path) -> Path:
+    """An FMU by the end of its path; of a folder that holds one unpacked, packed."""
+    places = [p for p in folder.rglob(Path(suffix).name) if p.as_posix().endswith(suffix)]
+    if not places:
+        raise FileNotFoundError(f"{folder}: has no {suffix}")
+    place = places[0]
+    if place.is_file():
+        return place
+    packed = into / f"{place.name}.fmu"
+    with zipfile.ZipFile(packed, "w") as archive:
+        for file in sorted(place.rglob("*")):
+            if file.is_file():
+                archive.write(file, file.relative_to(place))
+    return packed
+
+
+def packed(pair: Pair, folder: Path, into: Path) -> tuple[Path, Path | None]:
+    """The pair as an SSP file, and its law."""
+    parts = [
+        Part(
+            name=name,
+            description=describe_file(found_in(folder, suffix, into)),
+            starts=pair.starts.get(name, {}),
+        )
+        for name, suffix in pair.files.items()
+    ]
+    wires = [Connection(*a.split(".", 1), *b.split(".", 1)) for a, b in pair.wires]
+    path, law = into / "pair.ssp", into / "law.toml"
+    write_ssp(path, parts, wires)
+    law.write_text(pair.law, encoding="utf-8")
+    return path, law if pair.law else None
+
+
+def rows(pair: Pair, path: Path, law: Path | None, scheme: str, h: float, nudge: float) -> object:
+    """Outputs at communication points."""
+    with open_ssp(path, law=law) as loaded:
+        owner, name, _ = pair.nudged
+        fmu = next(f for f in loaded.fmus if f.name == owner)
+        system = System(loaded.components, loaded.connections)
+        known = [v.name for v in fmu.inputs]
+        if name in known:
+            fmu.u[known.index(name)] += nudge
+            system = System(loaded.components, loaded.connections)
+        else:
+            fmu.set_parameters({name: nudge})
+        initialise(system, loaded.fmus, 0.0, STEPS * h)
+        stepper = members(tuple(pair.files))[scheme].scheme.start(system)
+        system.begin(0.0)
+        found = np.empty((STEPS, len(system.outputs)))
+        for n in range(STEPS):
+            stepper.step(n * h, h)
+            found[n] = system.outputs
+            if np.abs(found[n]).max() > 1e9:
+                return found[: n + 1]
+        return found
+
+
+def growth(pair: Pair, path: Path, law: Path | None, scheme: str, h: float) -> float:
+    """Rate (1/s) of the fastest-growing motion with steps of h (s)."""
+    try:
+        one, other = (rows(pair, path, law, scheme, h, x) for x in (0.0, pair.nudged[2]))
+    except ComponentError:
+        return np.inf
+    n = min(len(one), len(other))
+    # What stands, or runs at one speed, is no motion that grows.
+    free = np.diff(other[:n] - one[:n], n=2, axis=0)[-(STEPS - LATE) :]
+    size = np.abs(free).max(axis=0)
+    free = free[:, size > 1e-9 * size.max()]
+    return fastest((free / np.abs(free).max(axis=0)).astype(complex)) / h
+
+
+def limit(pair: Pair, path: Path, law: Path | None, scheme: str, guess: float) -> float:
+    """Step (s) at which runs begin to grow; NaN if it is not within a half of the guess."""
+    for apart in APART:
+        low, high = guess * (1.0 - apart), guess * (1.0 + apart)
+        a, b = (growth(pair, path, law, scheme, h) for h in (low, high))
+        if a < 0.0 < b:
+            for _ in range(6 if apart > APART[0] or not np.isfinite(b) else 0):
+                middle = 0.5 * (low + high)
+                rate = growth(pair, path, law, scheme, middle)
+                low, high, a, b = (low, middle, a, rate) if rate > 0 else (middle, high, rate, b)
+            return low + (high - low) * (a / (a - b) if np.isfinite(b) else 0.5)
+    return np.nan
+
+
+def main() -> None:
+    """Print all, beside what was kept last; keep it if asked."""
+    warnings.simplefilter("ignore")
+    folder, keep = Path(sys.argv[1]), sys.argv[3:4] if "--keep" in sys.argv else []
+    before: dict[tuple[str, str], dict[str, str]] = {}
+    if KEPT.is_file():
+        with KEPT.open(newline="", encoding="utf-8") as file:
+            before = {(row["pair"], row["scheme"]): row for row in csv.DictReader(file)}
+    table = Table("pair", "scheme", "predicted, s", "simulated, s", "off by", "last")
+    made: list[list[str]] = []
+    for pair in PAIRS:
+        with tempfile.TemporaryDirectory() as into:
+            try:
+                path, law = packed(pair, folder, Path(into))
+                stable = system_stability(path, list(pair.schemes), law=law, step=pair.pulses)
+            except (ValueError, OSError, ComponentError) as error:
+                table.add_row(
+                    pair.name, "-", "refused", "-", "-", " ".join(str(error).split())[:90]
+                )
+                continue
+            way = " and ".join(sorted(set(stable.ways.values())))
+            for scheme in pair.schemes:
+                predicted = stable.limits[scheme].step
+                simulated = limit(pair, path, law, scheme, predicted)
+                last = before.get((pair.name, scheme))
+                was = f"{last['predicted']}, {last['simulated']}" if last else "new"
+                off = f"{predicted / simulated - 1.0:+.1%}"
+                table.add_row(pair.name, scheme, f"{predicted:.4g}", f"{simulated:.4g}", off, was)
+                today = [time.strftime("%Y-%m-%d"), *keep]
+                made.append(
+                    [pair.name, scheme, f"{predicted:.4g}", f"{simulated:.4g}", way, *today]
+                )
+    CONSOLE.print(table)
+    if keep:
+        is_new = not KEPT.is_file()
+        with KEPT.open("a", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerows([COLUMNS] * is_new + made)
+
+
+if __name__ == "__main__":
+    main()
