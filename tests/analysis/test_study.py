@@ -333,7 +333,9 @@ def test_here_every_point_is_measured_and_what_fails_is_said_of_its_point(
     good, bad = grid(["jacobi-constant"], [1e-4, 2e-4]).points()
     told: list[tuple[float, float]] = []
     results = measured_here(
-        *ride, [good, replace(bad, step=-1.0)], contents, lambda *share: told.append(share)
+        studied(ride, contents),
+        [good, replace(bad, step=-1.0)],
+        lambda *share: told.append(share),
     )
     found = {point.step: result for point, result in results}
     assert isinstance(found[-1.0], ValueError)
