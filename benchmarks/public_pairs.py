@@ -39,7 +39,7 @@ KEPT = Path(__file__).with_suffix(".csv")
 COLUMNS = ("pair", "scheme", "predicted", "simulated", "way", "when", "why")
 STEPS, LATE = 240, 60
 """Steps of a run, and from which on growth is looked for."""
-LARGE = 1e9
+LARGE, TOLERANCE = 1e9, 1e-9
 APART = 0.01, 0.05, 0.2, 0.5
 """Parts of the limit below and above it."""
 
@@ -195,7 +195,7 @@ def rows(path: Path, law: Path | None, scheme: str, h: float) -> FloatArray:
     """Outputs at communication points, until they are out of all bounds."""
     with open_ssp(path, law=law) as loaded:
         system = System(loaded.components, loaded.connections)
-        initialise(system, loaded.fmus, 0.0, STEPS * h)
+        initialise(system, loaded.fmus, 0.0, STEPS * h, TOLERANCE)
         known = members(tuple(fmu.name for fmu in loaded.fmus))
         stepper = known[scheme].scheme.start(system)
         system.begin(0.0)
