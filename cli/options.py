@@ -97,8 +97,9 @@ LocalOption = Annotated[
     typer.Option(
         "--local",
         help="What is different at one place: how much of a fastening or a layer is left (0: "
-        "it hangs), fastening@railseat+1=0, or kg more on a rail, mass@1.2=15. PLACE is "
-        "in m along the track, as --position. Repeat it for more.",
+        "it hangs), fastening@railseat+1=0, kg more on a rail, mass@1.2=15, or a gap in m that "
+        "closes, in time, sleeper@railseat=gap:1e-3. PLACE is in m along the track, as --position. "
+        "Repeat it for more.",
         metavar="CHANGE",
     ),
 ]

@@ -30,7 +30,7 @@ WRITERS = {2: fmi2.model_description, 3: fmi3.model_description}
 
 @dataclass(frozen=True)
 class NativeRuntime:
-    """FMI 2.0 or 3.0, Co-Simulation and, without a contact inside, Model Exchange.
+    """FMI 2.0 or 3.0, Co-Simulation and, without contacts or gaps inside, Model Exchange.
 
     Attributes
     ----------
@@ -110,7 +110,8 @@ class NativeRuntime:
 
     def _shows_states(self, content: Content) -> bool:
         is_long = self.fmi == 2 and content.model == "track"
-        return not content.has_contact and (self.model_exchange or not is_long)
+        linear = not content.has_contact and content.body.gaps is None
+        return linear and (self.model_exchange or not is_long)
 
 
 def _guid(model: bytes, *, with_states: bool) -> str:

@@ -36,6 +36,7 @@ RUNTIME = {
         "shapes.py",
         "coordinates.py",
         "observation.py",
+        "gaps.py",
         "modal.py",
         "law.py",
         "solve.py",

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from .arrays import ComplexArray, FloatArray
 from .coordinates import Coordinates
+from .gaps import Gaps
 from .observation import Observation
 from .ports import DIRECTIONS, RAIL, SIDES, WHEEL, Face, Layout, Numbers
 from .shapes import AlongRing, Everywhere
@@ -56,6 +57,8 @@ class ModalBody:
     apart : bool
         Whether the sides are no mirror images: then all modes are counted as even, and a row is
         a wheelset on a side in a direction.
+    gaps : Gaps or None
+        Springs of a track that close; None: all is linear.
     """
 
     layout: Layout
@@ -70,6 +73,7 @@ class ModalBody:
     coordinates: Coordinates | None = None
     observation: Observation | None = None
     apart: bool = False
+    gaps: Gaps | None = None
 
     @property
     def ports(self) -> int:
@@ -163,6 +167,7 @@ class ModalBody:
         layout = [self.layout.wheelsets, len(self.layout.sides), *directions]
         parts = {
             "shape": self.shapes, "coordinate": self.coordinates, "seen": self.observation,
+            "gap": self.gaps,
         }  # fmt: skip
         return own | {
             "layout": np.array(layout),
@@ -185,6 +190,7 @@ class ModalBody:
         layout = Layout(wheelsets, SIDES[:sides], tuple(DIRECTIONS[d] for d in directions))
         shapes = _part(arrays, "shape")
         known, seen = _part(arrays, "coordinate"), _part(arrays, "seen")
+        gaps = _part(arrays, "gap")
         for name in known.keys() & {"bodies", "names"}:
             known[name] = tuple(known[name].tolist())
         return cls(
@@ -196,6 +202,7 @@ class ModalBody:
             even=int(arrays["even"]),
             even_rigid=int(arrays["even_rigid"]),
             apart=bool(arrays["apart"]),
+            gaps=Gaps(**gaps) if gaps else None,
             **{name: arrays[name] for name in OWN},
         )
 
@@ -316,4 +323,19 @@ class Met:
 
     def rest(self, force: FloatArray) -> State:
         """The state at rest of a body without rigid motions, under constant forces."""
-        return State(-self.drive(force).s / self.body.poles, np.empty(0), np.empty(0))
+        s, gaps = -self.drive(force).s / self.body.poles, self.body.gaps
+        return State(s if gaps is None else gaps.rest(self.body.poles, s), np.empty(0), np.empty(0))
+
+    def by_gaps(self) -> FloatArray:
+        """Motions at the ports of a body at rest by pressing forces of its gaps' springs.
+
+        Taken for forces that pull: by them what forces at the ports stretch, (ports, m), m/N.
+        """
+        gaps = self.body.gaps
+        if gaps is None:
+            return np.empty((self.body.ports, 0))
+        by = [
+            self.motion(State(-gaps.moved(-1 / self.body.poles, one), np.empty(0), np.empty(0)))
+            for one in np.eye(gaps.gap.size)
+        ]
+        return np.stack(by, axis=1)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import FloatArray
+from .gaps import MOST_TURNS, Gaps
 from .law import OwnLaw
 from .modal import Met, ModalBody
 from .solve import VALUES, AtOnce, AtRest, OverStep, forces, solve_compression
@@ -127,8 +128,14 @@ class OwnContact:
     def rest(self, met: Met, load: FloatArray) -> FloatArray:
         """Forces of a body at rest that has no rigid motions."""
         law = AtRest(self.law, load.reshape(met.body.layout.contacts, -1))
-        none = np.zeros(met.body.ports)
-        return forces(law, solve_compression(law, -met.static_compliance(), none, guess=none))
+        compliance, none = met.static_compliance(), np.zeros(met.body.ports)
+
+        def pressed(taken: FloatArray | float, lifted: FloatArray) -> FloatArray:
+            G = compliance - taken
+            return forces(law, solve_compression(law, -G, lifted, guess=none))
+
+        gaps = met.body.gaps
+        return pressed(0.0, none) if gaps is None else _rest_on(gaps, met, pressed)
 
     def step(self, meet: Meet, c: Coefficients, state: State, inputs: Instants) -> State:
         """See `Forces`."""
@@ -155,6 +162,21 @@ class OwnContact:
         line = _line(law, middle, c, free, force)
         add_line(c, after, middle.drive(line[0] - force), middle.drive(line[1]))
         return after
+
+
+def _rest_on(
+    gaps: Gaps, met: Met, pressed: Callable[[FloatArray, FloatArray], FloatArray]
+) -> FloatArray:
+    """Contact forces at rest where gaps close, those that are closed being found in turn."""
+    R, S = met.by_gaps(), gaps.compliance(-1 / met.body.poles)
+    closed = np.zeros(gaps.gap.size, dtype=bool)
+    for _ in range(MOST_TURNS):
+        force = pressed(*gaps.closed_under(closed, R, S))
+        now = gaps.are_closed(closed, R, S, force)
+        if np.array_equal(now, closed):
+            break
+        closed = now
+    return force
 
 
 def _line(
@@ -195,17 +217,21 @@ class Mover:
     def step(self, state: State, start: Inputs, end: Inputs, h: float) -> State:
         """Move from `start` to `end`, inputs on the line between them.
 
-        A step is one exact step of the modes where forces come from outside and no wheel moves;
-        otherwise it is cut into internal ones.
+        A step is one exact step of the modes where forces come from outside, no wheel moves and
+        there are no gaps; otherwise it is cut into internal ones.
         """
-        outside = isinstance(self.forces, FromOutside)
+        gaps = self.body.gaps
+        outside = isinstance(self.forces, FromOutside) and gaps is None
         one = outside and np.array_equal(start.position, end.position)
         n = 1 if one else max(1, math.ceil(h / self.internal_step * (1 - 1e-9)))
         c = self._coefficients(h / n)
         begin = start
         for k in range(1, n + 1):
             middle, last = (start.toward(end, part / n) for part in (k - 0.5, k))
+            before = state.s
             state = self.forces.step(self.met, c, state, (begin, middle, last))
+            if gaps is not None:
+                state.s = gaps.step(c, before, state.s)
             begin = last
         return state
 

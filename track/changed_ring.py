@@ -34,6 +34,7 @@ from railcosim.parameters import ParameterError
 MARGIN = 1.2  # poles followed beyond the highest looked for: some come down over it
 HEAVY = 0.5  # |Im p| / |p| below which a pole and its conjugate may meet and be two real ones
 FOUND, OF_ITS_WAY = 1e-11, 1e-6  # last steps, of a pole and of its way; what is left is the square
+LOST = 1e-18  # of a pole: a way of which rounding leaves nothing
 MOST_STEPS = 200
 AT_FIRST = 0.4  # of the way to the next pole: the farthest first guess
 PART = 128  # poles at once: 128 rows of the sums stay near the processor
@@ -166,8 +167,8 @@ def poles_below(
 
 def forces(
     ring: Equal, springs: Springs, s: Poles
-) -> Iterator[tuple[slice, ComplexArray, ComplexArray]]:
-    """What springs do in new modes: parts of the poles, z of unit modes (m, k), and the pull."""
+) -> Iterator[tuple[ComplexArray, ComplexArray, ComplexArray]]:
+    """What springs do in new modes: z of unit modes (m, k), their stretches, and the pull."""
     for k in range(0, s.way.size, PART):
         part = slice(k, k + PART)
         pull = s.some(part).pull(ring)
@@ -179,7 +180,8 @@ def forces(
         norm = np.einsum("mi,mij,mj->m", z, slope, z)
         norm -= np.sum(springs.slope(pole) * np.einsum("mij,mj->mi", H, z) ** 2, axis=1)
         count = np.where(pole.imag == 0, 1.0, 2.0)
-        yield part, z * np.sqrt(-count / norm)[:, None], pull
+        z *= np.sqrt(-count / norm)[:, None]
+        yield z, np.einsum("mij,mj->mi", H, z), pull
 
 
 def _felt(ring: Equal, pull: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
@@ -244,9 +246,8 @@ def _step(
     nearest = np.argmin(np.abs(ring.poles - (pole - step)[:, None]), axis=1)
     s.way[part] = (ring.poles[own.beside] - ring.poles[nearest]) + (own.way - step)
     s.beside[part] = nearest
-    there: NDArray[np.bool_] = np.abs(step) < np.minimum(
-        FOUND * np.abs(pole), OF_ITS_WAY * np.abs(s.way[part])
-    )
+    enough = np.minimum(FOUND * np.abs(pole), OF_ITS_WAY * np.abs(s.way[part]))
+    there: NDArray[np.bool_] = np.abs(step) < np.maximum(enough, LOST * np.abs(pole))
     return there
 
 

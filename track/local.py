@@ -52,21 +52,33 @@ class LocalChange:
         of one spring add up.
     sides : tuple of int
         -1 left, 1 right.
+    gap : float or None
+        m, under which the spring hangs until it is closed; None: there is none. In time only.
     """
 
     what: str
     x: float
     value: float
     sides: tuple[int, ...] = SIDES
+    gap: float | None = None
+
+    @property
+    def left(self) -> float:
+        """How much of a spring's stiffness and damping is left while gaps are open."""
+        return self.value if self.gap is None else 0.0
 
     def __str__(self) -> str:
         side = "" if self.sides == SIDES else {-1: ".left", 1: ".right"}[self.sides[0]]
-        return f"{self.what}{side}@{self.x:g}={self.value:g}"
+        value = f"{self.value:g}" if self.gap is None else f"gap:{self.gap:g}"
+        return f"{self.what}{side}@{self.x:g}={value}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpringPlace:
-    """A spring of the track, as a place where a load acts or a motion is seen: its stretch."""
+    """A spring of the track, as a place where a load acts or a motion is seen.
+
+    That is its stretch, times the root of its `weight` among those that hold one thing.
+    """
 
     joint: int
     number: int
@@ -74,6 +86,7 @@ class SpringPlace:
     side: int
     direction: Direction = Z
     on_rail: bool = False
+    weight: float = 1.0
 
     def row(self, cell: Cell) -> FloatArray:
         """Participation in the unknowns of its cell, shape (n,)."""
@@ -118,7 +131,10 @@ def springs_at(track: Track, change: LocalChange) -> tuple[list[SpringPlace], Su
     spring = joint.springs[0]
     loss = joint.loss_factor * spring.stiffness
     places = [
-        SpringPlace(joint=number, number=int(k), x=float(seat), side=side)
+        SpringPlace(
+            joint=number, number=int(k), x=float(seat), side=side,
+            weight=float(joint.points.weight[k]),
+        )
         for side in change.sides for k in here
     ]  # fmt: skip
     return places, Support(np.empty((0, 0)), spring.stiffness, spring.damping, loss)
@@ -157,7 +173,7 @@ def check_left(
     for change, place in changed:
         cell = int(place.x // track.cell_length)
         key = (place.joint, place.number, place.side, cell % cells if cells else cell)
-        left[key] = left.get(key, 1.0) + change.value - 1
+        left[key] = left.get(key, 1.0) + change.left - 1
         if left[key] < -ROUNDING:
             raise ParameterError(
                 f"{change}: changes of one railseat add up, and {left[key]:g} of it would be left; "

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
+from railcosim.mechanics.gaps import Gaps
 from railcosim.mechanics.ports import Z
 from railcosim.parameters import ParameterError
 
@@ -31,6 +32,8 @@ from .sensor_quantities import told_by
 from .sensor_rows import Row, weighed
 
 STILL = 1e-10  # of the largest: a stretch that does not count
+Closing = Sequence[tuple[int, float, float, float]]
+"""Which of the places, stiffness and damping where a gap is closed, and the gap, m."""
 NEAR = 0.1  # of an element: a mass nearer to a node gets none of its own, which would be too stiff
 
 
@@ -65,19 +68,24 @@ def with_changes(
     if reduced.directions != (Z,) or track.rails_tilt:
         raise ParameterError("single places change in the vertical model only")
     apart = any(change.sides != SIDES for change in changes)
-    added = _added(track, changes, SIDES if apart else SIDES[1:])
+    added, closing = _added(track, changes, SIDES if apart else SIDES[1:])
     if not added:
         return reduce_track(track) if track.sensor else reduced
+    if track.sensor and closing:
+        gap = next(change for change in changes if change.gap is not None)
+        raise ParameterError(
+            f"{gap}: what a gap does near a sensor is not known; leave out sensor {track.sensor[0]}"
+        )
     told = told_by(track, (Z,), changes)
     cells = [build_cell(track, parity, _of_masses(track, added)) for parity in (EVEN, ODD)]
     groups = {"": cells} if apart else {"even ": cells[:1], "odd ": cells[1:]}
     top, found = 2 * np.pi * track.mesh.highest_frequency, []
     for said, some in groups.items():
         progress(f"{said}modes of the equal ring")
-        poles, shapes, seen, softer = _changed(some, added, rows_of(told), top, progress)
+        poles, *values, softer = _changed(some, added, rows_of(told), top, progress)
         weight = fading(np.abs(poles) / top)
-        shapes, seen = ((own * np.sqrt(weight))[:, weight > 0] for own in (shapes, seen))
-        found.append((poles[weight > 0], shapes, seen, softer))
+        shapes, seen, stretch = ((own * np.sqrt(weight))[:, weight > 0] for own in values)
+        found.append((poles[weight > 0], shapes, seen, stretch, softer))
     poles = np.concatenate([own for own, *_ in found])
     rows, ring = len(reduced.table) - 1, track.mesh.cells
     shapes, shown = (np.concatenate([own[k] for own in found], axis=1) for k in (1, 2))
@@ -92,6 +100,7 @@ def with_changes(
         partner=np.arange(poles.size),
         parity=np.repeat([1.0, -1.0][: len(found)], [own.size for own, *_ in found]),
         apart=apart,
+        gaps=_gaps(closing, [own[3] for own in found]) if closing else None,
         elements=(rows * np.arange(ring)[:, None] + reduced.elements).ravel(),
         table=whole.astype(np.complex64).astype(complex),
         residual_shapes=np.concatenate([residual, residual[:1]]),
@@ -102,6 +111,20 @@ def with_changes(
         parity=changed.parity, shown=shown, apart=apart, changes=changes,
     )  # fmt: skip
     return replace(changed, observation=observation_of(modes, told))
+
+
+def _gaps(closing: Closing, stretches: Sequence[ComplexArray]) -> Gaps:
+    """Springs that close, by what their places show of all modes.
+
+    Of modes of either parity a place stands for two, left and right.
+    """
+    which, k, c, gap = (np.array(values) for values in zip(*closing, strict=True))
+    rows = [own[which] for own in stretches]
+    if len(rows) == 1:
+        return Gaps(shown=rows[0], stiffness=k, damping=c, gap=gap)
+    even, odd = (np.sqrt(0.5) * own for own in rows)
+    shown = np.concatenate([np.hstack([even, odd]), np.hstack([even, -odd])])
+    return Gaps(shown=shown, stiffness=np.tile(k, 2), damping=np.tile(c, 2), gap=np.tile(gap, 2))
 
 
 def _residual(
@@ -135,9 +158,12 @@ def _residual(
     return found
 
 
-def _added(track: Track, changes: Sequence[LocalChange], sides: tuple[int, ...]) -> Added:
-    """What is added on these sides; the other is the same, or its opposite."""
-    added, springs = [], []
+def _added(
+    track: Track, changes: Sequence[LocalChange], sides: tuple[int, ...]
+) -> tuple[Added, Closing]:
+    """What is added on these sides, and what closes; the other is the same, or its opposite."""
+    added: list[tuple[Place, float, float, float]] = []
+    springs, closing = [], []
     for change in changes:
         if change.what == MASS:
             more = (0.0, 0.0, masses_at(change))
@@ -146,13 +172,19 @@ def _added(track: Track, changes: Sequence[LocalChange], sides: tuple[int, ...])
         else:
             places, one = springs_at(track, change)
             one = one.made_viscous(2 * np.pi * track.mesh.loss_factor_frequency)
-            part = change.value - 1
+            part = change.left - 1
             more = (part * one.stiffness, part * one.damping, 0.0)
             here = [place for place in places if place.side in sides]
             springs += [(change, place) for place in places]
+            if change.gap is not None:
+                on = [place for place in places if place.side in sides]
+                closing += [
+                    (len(added) + i, one.stiffness, one.damping, change.gap * np.sqrt(place.weight))
+                    for i, place in enumerate(on)
+                ]
         added += [(place, *more) for place in here if any(more)]
     check_left(track, springs, track.mesh.cells)
-    return added
+    return added, closing
 
 
 def _of_masses(track: Track, added: Added) -> FloatArray:
@@ -170,8 +202,8 @@ def _changed(
     rows: Sequence[Row],
     top: float,
     progress: Callable[[str], None],
-) -> tuple[ComplexArray, ComplexArray, ComplexArray, FloatArray]:
-    """Poles below a frequency, motion and slope of the rail's heads all round, and rows.
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray, FloatArray]:
+    """Poles below a frequency, motion and slope of the rail's heads all round, rows, and stretches.
 
     And by how much the heads give more at rest.
     """
@@ -186,11 +218,11 @@ def _changed(
     s = poles_below(equal, springs, top, progress)
     s = s.some(np.abs(s.of(equal)) < top)
     progress("shapes")
-    new = [
-        np.concatenate([ring.heads(z, pull, number), ring.told(z, pull)])
-        for _, z, pull in forces(equal, springs, s)
-    ]
     still = ~moves & (np.abs(equal.poles[pole]) < top)
+    new, stretches = [], [U[-k:, still]]
+    for z, stretch, pull in forces(equal, springs, s):
+        new.append(np.concatenate([ring.heads(z, pull, number), ring.told(z, pull)]))
+        stretches.append(stretch.T)
     poles = np.concatenate([equal.poles[pole[still]], s.of(equal)])
     shapes = np.concatenate([U[:-k, still], *new], axis=1)
     heads = len(shapes) - len(ring.seen)
@@ -199,7 +231,8 @@ def _changed(
     seen = np.zeros((len(rows), poles.size), complex)
     for j, of, part in zip(of_row, weights, shapes[heads:], strict=True):
         seen[j] += weighed(of, poles) * part
-    return poles, shapes[:heads], seen, _softer(ring, springs, number)
+    stretch = np.concatenate(stretches, axis=1)
+    return poles, shapes[:heads], seen, stretch, _softer(ring, springs, number)
 
 
 def _softer(ring: RingOfWaves, springs: Springs, cells: int) -> FloatArray:

@@ -252,6 +252,11 @@ def _receptance(
     added: list[ComplexArray] = []
     changed: list[tuple[LocalChange, SpringPlace]] = []
     for change in changes:
+        if change.gap is not None:
+            raise ParameterError(
+                f"{change}: a gap that closes has no frequency response; say {change.what}@"
+                f"{change.x:g}=0 for one that stays open, nothing for one that stays closed"
+            )
         if change.what == MASS:
             here: list[Place] = [Point(x=change.x, side=side) for side in change.sides]
             D: ComplexArray = (-masses_at(change) * omega**2).astype(complex)

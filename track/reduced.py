@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
+from railcosim.mechanics.gaps import Gaps
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.observation import Observation
 from railcosim.mechanics.ports import RAIL, Direction, Layout
@@ -74,6 +75,8 @@ class ReducedTrack:
         Of a cell and of the ring, m.
     observation : Observation or None
         What its sensors see; None: there are none.
+    gaps : Gaps or None
+        Springs that close; None: there are none.
     """
 
     directions: tuple[Direction, ...]
@@ -90,6 +93,7 @@ class ReducedTrack:
     length: float
     observation: Observation | None = None
     apart: bool = False
+    gaps: Gaps | None = None
 
     @property
     def shapes(self) -> AlongRing:
@@ -136,6 +140,7 @@ class ReducedTrack:
             poles=np.concatenate([self.poles, local, *own]),
             even=int((self.parity > 0).sum()),
             apart=apart,
+            gaps=self.gaps,
             shapes=shapes,
             rigid_out=none,
             rigid_into=none,

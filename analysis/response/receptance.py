@@ -19,6 +19,7 @@ from railcosim.mechanics.ports import Direction
 from railcosim.parameters import ArgumentError
 from railcosim.track.cell import railseats
 from railcosim.track.files import read_track
+from railcosim.track.layers import MASS
 from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Track
 from railcosim.track.receptance import BOTH, Point, direct_receptance, infinite_receptance
@@ -28,6 +29,7 @@ from railcosim.track.transition import Line, line_receptance
 from .choices import Method
 from .frf import check_finite
 
+WIDEST_GAP = 0.1  # m
 PULSES = Pulses(amplitude=1e4, step=1e-4, steps=13_500)
 
 
@@ -289,7 +291,7 @@ def line_of(track: Track, name: str, then: Sequence[str]) -> Line:
 
 
 def change_of(track: Track, text: str) -> LocalChange:
-    """Read ``WHAT[.left|.right]@PLACE=VALUE``; see `LocalChange`.
+    """Read ``WHAT[.left|.right]@PLACE=VALUE`` or ``=gap:METRES``; see `LocalChange`.
 
     A place is in m along the track, as the load's position is, or ``railseat`` or ``midspan``, with
     ``+2`` or ``-1`` so many bays further.
@@ -301,7 +303,7 @@ def change_of(track: Track, text: str) -> LocalChange:
     """
     found = re.fullmatch(
         r"(?P<what>\w+)(\.(?P<side>left|right))?@(?P<name>railseat|midspan)?(?P<x>[^=]*)"
-        r"=(?P<value>[^=]+)", text
+        r"=(?P<gap>gap:)?(?P<value>[^=]+)", text
     )  # fmt: skip
     try:
         if found is None:
@@ -315,12 +317,19 @@ def change_of(track: Track, text: str) -> LocalChange:
     except ValueError as error:
         raise ArgumentError(
             "local", text,
-            "must be WHAT@PLACE=VALUE, such as fastening.left@railseat+1=0 or mass@1.2=15",
+            "must be WHAT@PLACE=VALUE, such as fastening.left@railseat+1=0, mass@1.2=15 or "
+            "sleeper@railseat=gap:1e-3",
         ) from error  # fmt: skip
     if not (abs(x) <= FARTHEST and np.isfinite(value)):
         raise ArgumentError("local", text, f"must be finite, and at most {FARTHEST:g} m away")
     sides = {"left": (-1,), "right": (1,)}.get(found["side"], (-1, 1))
-    return LocalChange(what=found["what"], x=x, value=value, sides=sides)
+    if not found["gap"]:
+        return LocalChange(what=found["what"], x=x, value=value, sides=sides)
+    if not 0 <= value <= WIDEST_GAP or found["what"] == MASS:
+        raise ArgumentError(
+            "local", text, f"must be a gap of 0 to {WIDEST_GAP:g} m, of a fastening or a layer"
+        )
+    return LocalChange(what=found["what"], x=x, value=1.0, sides=sides, gap=value)
 
 
 def direction_of(option: str, name: str) -> Direction:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from railcosim.mechanics.contact.profiled import NUMBERS, Profiled
 from railcosim.mechanics.contact.profiles import COLUMNS
+from railcosim.mechanics.gaps import Gaps
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.observation import Observation
 from railcosim.mechanics.shapes import AlongRing
@@ -30,6 +31,7 @@ ALIGNMENT = 64
 TYPES = {np.dtype("<f8"): 1, np.dtype("<i4"): 2, np.dtype("u1"): 3, np.dtype("<f4"): 4}
 VALUE_TYPES = {"Real": 0, "Integer": 1, "Boolean": 2}
 MOST_MODES, LARGEST_TABLE = 1_000_000, 1_900_000_000  # a little less than model.c takes
+MOST_GAPS = 256  # as model.c takes
 OUTSIDE = 0  # whose motion presses the contact: nobody's
 
 Sections = dict[str, NDArray[Any]]
@@ -72,6 +74,7 @@ def resource(
         **_complex("pole", body.poles),
         **(_along(along, body) if along else _everywhere(body)),
         **(_seen(body.observation) if body.observation else {}),
+        **(_gaps(body.gaps) if body.gaps else {}),
         "guid": _text([guid]),
         "nominals": np.array(nominals),
         **(_profiles(profiles) if profiles and owns_contact(table) else {}),
@@ -115,6 +118,20 @@ def _seen(observation: Observation) -> Sections:
         "seen_spacing": np.array([observation.spacing]),
         "seen_row": observation.row.astype(np.int32),
         "seen_weight": observation.weights,
+    }
+
+
+def _gaps(gaps: Gaps) -> Sections:
+    if gaps.gap.size > MOST_GAPS:
+        raise ParameterError(
+            f"{gaps.gap.size} springs with a gap: the native runtime takes {MOST_GAPS}; a sleeper "
+            "has as many as it is held at points"
+        )
+    return {
+        **_complex("gap_shown", gaps.shown),
+        "gap_stiffness": gaps.stiffness,
+        "gap_damping": gaps.damping,
+        "gap": gaps.gap,
     }
 
 

@@ -102,7 +102,7 @@ static int open_model(Instance *i, const char *resource, const char *guid)
                       guid == NULL ? "missing" : guid, i->model.guid);
         return 0;
     }
-    if (i->model_exchange && i->model.contact_sign != 0) {
+    if (i->model_exchange && (i->model.contact_sign != 0 || i->model.gaps.count > 0)) {
         instance_fail(i, "with a contact of its own this FMU is for co-simulation only");
         return 0;
     }

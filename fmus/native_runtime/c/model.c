@@ -6,7 +6,7 @@
 #include <string.h>
 
 enum { MAX_WHOLE = 1 << 30 }; /* of what becomes an int */
-enum { MOST_SEEN = 1 << 12 };     /* rows */
+enum { MOST_SEEN = 1 << 12, MOST_GAPS = 256 }; /* rows */
 static const double LEAST_INTERNAL_STEP = 1e-7; /* s, as in stepping_variables.py: it bounds work */
 
 typedef struct {
@@ -269,6 +269,23 @@ static void read_seen(Reader *reader)
         model_fill_seen(m, shown.re, shown.im);
 }
 
+static void read_gaps(Reader *reader)
+{
+    Model *m = reader->model;
+    ModelGaps *gaps = &m->gaps;
+    gaps->count = resource_length(&m->resource, "gap");
+    if (gaps->count == 0)
+        return;
+    demand(reader, gaps->count <= MOST_GAPS, "the number of gaps");
+    gaps->shown = complexes(reader, "gap_shown", gaps->count, m->ring, 0);
+    gaps->stiffness = doubles(reader, "gap_stiffness", gaps->count, 0, 0);
+    gaps->damping = doubles(reader, "gap_damping", gaps->count, 0, 0);
+    gaps->gap = doubles(reader, "gap", gaps->count, 0, 0);
+    for (size_t k = 0; reader->good && k < gaps->count; k++)
+        demand(reader, gaps->stiffness[k] > 0 && gaps->damping[k] >= 0 && gaps->gap[k] >= 0,
+               "a spring with a gap");
+}
+
 static void read_vehicle(Reader *reader)
 {
     Model *m = reader->model;
@@ -469,6 +486,7 @@ int model_read(Model *model, Resource resource, char *why, size_t room)
         if (model->nodes > 0) {
             read_track(&reader);
             read_seen(&reader);
+            read_gaps(&reader);
         } else {
             read_vehicle(&reader);
         }

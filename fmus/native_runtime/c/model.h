@@ -134,6 +134,13 @@ typedef struct {
     const double *weight;   /* (outputs, 3) */
 } Observed;
 
+/* Springs with a gap that closes, see gaps.h: stretches by modes, (count, ring). */
+typedef struct {
+    size_t count;
+    Complexes shown;
+    const double *stiffness, *damping, *gap;
+} ModelGaps;
+
 typedef struct {
     Resource resource;
     Memory memory; /* what the model, and what is made of it, may still take */
@@ -147,6 +154,7 @@ typedef struct {
        contact; and those of what is seen. */
     size_t even, odd, ring, local, modes;
     Observed seen;
+    ModelGaps gaps;
     size_t width;  /* columns of shapes: those of all chunks */
     size_t shapes; /* numbers in shapes of all chunks, real or imaginary */
     size_t *chunk_rows; /* what the chunks' `row` point to */

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { MOST_TURNS = 100 }; /* as in mechanics/gaps.py */
+
 /* Numbers of all contacts of the law, or forces. */
 static size_t loads_of(const Model *model)
 {
@@ -63,6 +65,7 @@ static void lay_out(Motion *motion, const Model *model, Arrays *arrays)
         of_u[k]->position = arrays_take(arrays, inputs_size(model));
         of_u[k]->load = of_u[k]->position == NULL ? NULL : of_u[k]->position + model->wheelsets;
     }
+    gaps_lay_out(&motion->gaps, model, arrays);
     motion->last.given = arrays_take(arrays, loads_of(model));
     motion->through_at = arrays_take(arrays, model->wheelsets);
     motion->driven_at = arrays_take(arrays, model->wheelsets);
@@ -245,7 +248,8 @@ int motion_still(const Model *model, const InputPath *path)
 
 double motion_internal_steps(const Motion *motion, int is_still, double h)
 {
-    if (motion->body.model->contact_sign == 0 && (is_still || motion->body.model->nodes == 0))
+    const Model *m = motion->body.model;
+    if (m->contact_sign == 0 && m->gaps.count == 0 && (is_still || m->nodes == 0))
         return 1;
     return fmax(1, ceil(h / motion->internal_step * (1 - 1e-9)));
 }
@@ -254,6 +258,9 @@ const char MOTION_TOO_MANY[] = "takes over 10 million internal steps; use a shor
 const char MOTION_NO_CONTACT[] = "the contact forces could not be found: the wheel or rail motions "
                                  "set from outside are far off, or a wheel is beyond the table of "
                                  "its profile";
+
+const char MOTION_NO_GAPS[] = "the forces of gaps that close could not be found: the forces set from "
+                              "outside are far off";
 
 const char *motion_step(Motion *motion, const InputPath *path, double h, const double *x,
                         double *next)
@@ -273,6 +280,11 @@ const char *motion_step(Motion *motion, const InputPath *path, double h, const d
         } else {
             motion_outside_step(motion, c, x, to);
         }
+        if (m->gaps.count > 0) {
+            if (!gaps_step(&motion->body, &motion->gaps, c, x, to))
+                return MOTION_NO_GAPS;
+            motion_forget(motion); /* what was seen is not of the state now */
+        }
         x = to;
     }
     return NULL;
@@ -290,6 +302,29 @@ Question motion_at_rest(const Motion *motion, const double *given)
     const Question question = {motion->body.kernels, &motion->law, m->contacts, NULL, 1,
                                m->wheelsets, balance_at_rest, NULL, given, NULL};
     return question;
+}
+
+/* Forces of contacts of a track at rest, whose gaps close by them and lift them. */
+static int rest_on_contacts(Motion *motion, const Shapes *shapes, const Inputs *now,
+                            double *force)
+{
+    const Model *m = motion->body.model;
+    const Question question = motion_at_rest(motion, now->load);
+    double *lifted = motion->moved;
+    memset(lifted, 0, m->contacts * sizeof(double));
+    if (m->gaps.count > 0)
+        memset(motion->gaps.closed, 0, m->gaps.count * sizeof(double));
+    for (int turn = 0; turn < MOST_TURNS; turn++) {
+        motion_static_compliance(motion, shapes);
+        if (m->gaps.count > 0)
+            gaps_soften(&motion->body, shapes, &motion->gaps, motion->G, lifted);
+        memset(force, 0, m->contacts * sizeof(double));
+        if (!balance(&question, motion->G, lifted, force, motion->moves, motion->solving))
+            return 0;
+        if (m->gaps.count == 0 || gaps_stay(&motion->body, &motion->gaps, force))
+            break;
+    }
+    return 1;
 }
 
 int motion_rest(Motion *motion, const Inputs *now, const double *heights, double *x)
@@ -311,14 +346,11 @@ int motion_rest(Motion *motion, const Inputs *now, const double *heights, double
     const Shapes *shapes = body_shapes(&motion->body, now->position);
     memcpy(force, now->load, m->contacts * sizeof(double));
     if (m->contact_sign != 0) {
-        const Question question = motion_at_rest(motion, now->load);
-        motion_static_compliance(motion, shapes);
-        memset(force, 0, m->contacts * sizeof(double));
-        if (!balance(&question, motion->G, motion->none, force, motion->moves, motion->solving))
+        if (!rest_on_contacts(motion, shapes, now, force))
             return 0;
     }
     body_at_rest(&motion->body, motion_driven(motion, shapes, force), x);
-    return 1;
+    return m->gaps.count == 0 || gaps_rest(&motion->body, &motion->gaps, x);
 }
 
 double motion_through(Motion *motion, size_t coordinate, const double *force)

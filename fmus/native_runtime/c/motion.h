@@ -5,6 +5,7 @@
 
 #include "balance.h"
 #include "exponential.h"
+#include "gaps.h"
 
 enum { KEPT_STEPS = 8 }; /* step sizes whose coefficients are kept */
 #define MAX_INTERNAL_STEPS 1e7
@@ -57,6 +58,7 @@ typedef struct {
     double *through_at;  /* wheelsets for which `through` is */
     double G_of; /* step whose compliances G are, where body->between is; 0: of something else */
     Inputs now, middle, end, dnow, dmiddle, dend;
+    GapWork gaps;
     Arrays arrays;
 } Motion;
 
@@ -94,7 +96,7 @@ int motion_rate(Motion *motion, const Inputs *now, const double *x, double *rate
 
 /* --- parts of a step, for motion_change.c ------------------------------------------------------ */
 
-extern const char MOTION_TOO_MANY[], MOTION_NO_CONTACT[];
+extern const char MOTION_TOO_MANY[], MOTION_NO_CONTACT[], MOTION_NO_GAPS[];
 
 const Coefficients *motion_coefficients(Motion *motion, double h);
 /* Whether no wheel moves. */

@@ -58,8 +58,12 @@ void motion_rest_change(Motion *motion, const Inputs *now, const double *x, cons
     const Shapes *slope = body_slope(&motion->body, shapes, change->position);
     if (m->contact_sign != 0) {
         motion_static_compliance(motion, shapes);
+        if (m->gaps.count > 0) /* those that are closed; nothing is lifted more */
+            gaps_soften(&motion->body, shapes, &motion->gaps, motion->G, motion->moved);
         motion_drive_change(motion, shapes, slope, force, motion->none, motion->d0);
         body_at_rest(&motion->body, motion->d0, dx);
+        if (m->gaps.count > 0)
+            gaps_rest_change(&motion->body, &motion->gaps, dx);
         body_observe(&motion->body, shapes, x, motion->z);
         motion_observe_change(motion, shapes, slope, x, dx, motion->dz);
         const Question question = motion_at_rest(motion, now->load);
@@ -68,6 +72,8 @@ void motion_rest_change(Motion *motion, const Inputs *now, const double *x, cons
     }
     motion_drive_change(motion, shapes, slope, force, dforce, motion->d0);
     body_at_rest(&motion->body, motion->d0, dx);
+    if (m->gaps.count > 0)
+        gaps_rest_change(&motion->body, &motion->gaps, dx);
 }
 
 /* Generalised forces of forces from outside, and their change. */
@@ -107,10 +113,16 @@ const char *motion_step_change(Motion *motion, const InputPath *path, const Inpu
     for (double k = 1; k <= parts; k++) {
         path_part(m, path, h, k, parts, &motion->now, &motion->middle, &motion->end);
         path_part(m, change, h, k, parts, &motion->dnow, &motion->dmiddle, &motion->dend);
+        double *begin = motion->gaps.step, *dbegin = motion->gaps.dbegin;
+        gaps_stretch(m, x, begin);
+        gaps_stretch(m, dx, dbegin);
         if (m->contact_sign == 0)
             step_change(motion, c, x, dx);
         else if (!motion_contact_step_change(motion, c, x, dx))
             return MOTION_NO_CONTACT;
+        if (m->gaps.count > 0 &&
+            !gaps_step_change(&motion->body, &motion->gaps, c, begin, dbegin, x, dx))
+            return MOTION_NO_GAPS;
     }
     return NULL;
 }
