@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from railcosim.fmus.native_runtime.rolling import compiled_rolling
 from railcosim.fmus.python_runtime.models import rolling_contact
 from railcosim.fmus.roles import Role
 from railcosim.fmus.stepping_variables import LEAST_SPEED
@@ -31,6 +32,19 @@ from .wiring import force_of
 SENT = [k for k, (face, d) in enumerate(PORTS) if face is WHEEL or d.force == "N.m"]
 """Of the forces at `PORTS`, those that differ: a push is the same on wheel and rail, and a moment
 about each one's own datum."""
+
+
+def numbers(
+    parameters: Parameters, layout: Layout, speed: float
+) -> Callable[[Role], FloatArray]:
+    """What gives a number of each contact, from complete parameters; see `at_ports`."""
+
+    def each(role: Role) -> FloatArray:
+        if role is Role.SPEED:
+            return np.full(layout.contacts, speed)
+        return np.resize(numbers_of(ROLLING[role], parameters, layout), layout.contacts)
+
+    return each
 
 
 def at_ports(
@@ -61,29 +75,37 @@ def at_ports(
             "speed", f"{3.6 * speed:g} km/h", f"must be at least {3.6 * LEAST_SPEED:g} km/h: "
             "standing wheels do not creep, they hold",
         )  # fmt: skip
-
-    def each(role: Role) -> FloatArray:
-        if role is Role.SPEED:
-            return np.full(layout.contacts, speed)
-        return np.resize(numbers_of(ROLLING[role], parameters, layout), layout.contacts)
-
-    return rolling_contact(each, layout, profiles)
+    return rolling_contact(numbers(parameters, layout, speed), layout, profiles)
 
 
 @dataclass(frozen=True)
 class OverRates:
-    """A law at ports as a law of 16 motions: those at `PORTS`, then their rates; forces `SENT`."""
+    """A law at ports as a law of 16 motions: those at `PORTS`, then their rates; 8 forces."""
 
     law: AtPorts
 
     def force(self, motion: FloatArray) -> FloatArray:
         """See `railcosim.master.law.ForceLaw`."""
-        return self.law.force(*np.split(motion, 2, axis=-1))[..., SENT]
+        return self.law.force(*np.split(motion, 2, axis=-1))
 
     def tangent(self, motion: FloatArray) -> FloatArray:
         """See `railcosim.master.law.ForceLaw`."""
-        by = self.law.tangents(*np.split(motion, 2, axis=-1))
-        return np.concatenate(by, axis=-1)[..., SENT, :]
+        return np.concatenate(self.law.tangents(*np.split(motion, 2, axis=-1)), axis=-1)
+
+
+@dataclass(frozen=True)
+class Sent:
+    """Of the forces of a law at `PORTS` those that are `SENT`; a `ForceLaw`."""
+
+    law: ForceLaw
+
+    def force(self, motion: FloatArray) -> FloatArray:
+        """See `railcosim.master.law.ForceLaw`."""
+        return self.law.force(motion)[..., SENT]
+
+    def tangent(self, motion: FloatArray) -> FloatArray:
+        """See `railcosim.master.law.ForceLaw`."""
+        return self.law.tangent(motion)[..., SENT, :]
 
 
 def rolling_law(
@@ -93,7 +115,7 @@ def rolling_law(
     speed: float,
     profiles: Profiled | None = None,
 ) -> Law:
-    """All contacts as a component, see `over_rates`.
+    """All contacts as a component, see `over_rates`: compiled where that can be.
 
     Parameters
     ----------
@@ -103,7 +125,8 @@ def rolling_law(
         Nominal values of the forces, N and N m, by name.
     """
     law = at_ports(parameters, layout, speed, profiles)
-    return over_rates(OverRates(law), layout, nominal)
+    compiled = compiled_rolling(law, numbers(parameters, layout, speed), profiles)
+    return over_rates(Sent(compiled or OverRates(law)), layout, nominal)
 
 
 def over_rates(law: ForceLaw, layout: Layout, nominal: Mapping[str, float]) -> Law:
@@ -115,7 +138,7 @@ def over_rates(law: ForceLaw, layout: Layout, nominal: Mapping[str, float]) -> L
     Parameters
     ----------
     law : ForceLaw
-        Of what `OverRates` knows.
+        Of 16 motions of a contact, those at `PORTS` and then their rates, to forces `SENT`.
     layout : Layout
         Of the wheels.
     nominal : mapping

@@ -11,7 +11,7 @@ from railcosim.master.schemes.nodes import Nodes
 MAX_ITERATIONS = 100  # Newton takes 3 to 10, more where a step is many times too long
 SETTLED = 1e-12  # of the largest force, here or at first: four digits above rounding
 SHORTEST = 1e-4  # of a Newton step, below which shortening it has not helped
-QUICK = 0.03  # of an imbalance: a step that leaves more shows that the law's tangents are stale
+QUICK = 0.03  # of an imbalance: a step that leaves more shows that the inverse is stale
 NOISE = 1e-10  # of the displacements: a smaller change of them says nothing of the compliance
 
 
@@ -21,8 +21,9 @@ class Balance:
     Solves ``force' = project law(start + answers G (force' - force))`` by Newton's method, its
     steps halved until they lead nearer. With the law's force rising with compression, and bodies
     that yield to forces, a held force has one solution; of higher polynomials in steps far too long
-    for the contact this is not certain. Tangents of the law are kept for as long as they lead there
-    quickly, from step to step: of a rolling contact they cost many times what its forces do.
+    for the contact this is not certain. What corrects them is kept for as long as it leads there
+    quickly, from step to step: to find it, tangents of the law and the inverse of a matrix, costs
+    several times what the law's forces do.
 
     Parameters
     ----------
@@ -33,13 +34,14 @@ class Balance:
 
     Attributes
     ----------
-    tangent : array or None
-        Those last used, see `Nodes.gather`; None: to be found.
+    inverse : array or None, shape ((degree + 1) n_forces, the same)
+        Of the derivatives of what forces differ by from the law's, by the forces, where it was last
+        found; None: to be found.
     """
 
     def __init__(self, law: Law, nodes: Nodes) -> None:
         self._law, self._nodes = law, nodes
-        self.tangent: FloatArray | None = None
+        self.inverse: FloatArray | None = None
         self._least = SETTLED * max(v.nominal for v in law.outputs)  # where contacts are open
 
     def solve(self, h: float, G: FloatArray, start: FloatArray, force: FloatArray) -> FloatArray:
@@ -69,14 +71,14 @@ class Balance:
         change, slow = np.zeros_like(force), False
         motion, residual = self._imbalance(h, G, start, force, change)
         for _ in range(MAX_ITERATIONS):
-            fresh = self.tangent is None
+            fresh = self.inverse is None
             correction = self._correction(h, G, motion, residual)
             moved = float(np.abs(correction).max())
             largest = max(*(float(np.abs(f).max()) for f in (force, force + change)), self._least)
             if moved <= SETTLED * largest:
                 return force + change - correction
             if slow or not np.isfinite(moved):
-                self.tangent, fresh = None, True
+                self.inverse, fresh = None, True
                 correction = self._correction(h, G, motion, residual)
             if not np.isfinite(correction).all():
                 break
@@ -90,7 +92,7 @@ class Balance:
                 if fresh:
                     share /= 2
                     continue
-                self.tangent, fresh = None, True
+                self.inverse, fresh = None, True
                 correction = self._correction(h, G, motion, residual)
             slow = not left < QUICK * before
             change, (motion, residual) = further, tried
@@ -103,7 +105,7 @@ class Balance:
         )
 
     def wrong(self, h: float, G: FloatArray, start: FloatArray, force: FloatArray) -> float:
-        """How far forces are from those, N: by the first correction, of kept tangents."""
+        """How far forces are from those, N: by the first correction, of a kept inverse."""
         motion, residual = self._imbalance(h, G, start, force, np.zeros_like(force))
         return float(np.abs(self._correction(h, G, motion, residual)).max())
 
@@ -120,18 +122,22 @@ class Balance:
     def _correction(
         self, h: float, G: FloatArray, motion: FloatArray, residual: FloatArray
     ) -> FloatArray:
-        """By Newton's method, with kept tangents if there are any."""
-        contacts, size = self._nodes.contacts, residual.size
-        if self.tangent is None:
-            self.tangent = self._nodes.gather(self._law.law.tangent(motion), h)
-        by = self.tangent
+        """By Newton's method, with the kept inverse if there is one."""
+        if self.inverse is None:
+            self.inverse = self._inverted(h, G, motion)
+        corrected: FloatArray = self.inverse @ residual.ravel()
+        return corrected.reshape(residual.shape)
+
+    def _inverted(self, h: float, G: FloatArray, motion: FloatArray) -> FloatArray:
+        contacts = self._nodes.contacts
+        by = self._nodes.gather(self._law.law.tangent(motion), h)
+        size = len(by) * len(self._law.outputs)
         # Matrices of the displacements of one contact, many times faster than tensors.
         parts = G.reshape(len(G), contacts, -1, size).swapaxes(0, 1).reshape(contacts, -1, size)
         own = by.transpose(2, 0, 3, 1, 4).reshape(contacts, -1, parts.shape[1])
-        turned = (own @ parts).reshape(contacts, len(residual), -1, size).swapaxes(0, 1)
-        J = np.eye(size) - turned.reshape(size, size)
-        corrected: FloatArray = np.asarray(np.linalg.solve(J, residual.ravel()), dtype=np.float64)
-        return corrected.reshape(residual.shape)
+        turned = (own @ parts).reshape(contacts, len(by), -1, size).swapaxes(0, 1)
+        found: FloatArray = np.linalg.inv(np.eye(size) - turned.reshape(size, size))
+        return found
 
 
 def broyden(G: FloatArray, change: FloatArray, answer: FloatArray, size: float) -> FloatArray:

@@ -83,7 +83,7 @@ class Drift:
         drift = 0.0
         if moved:
             component, its = self._system.components[k], self._system.own_outputs(k).start
-            rates = component.output_rates()
+            rates = component.output_rates(self._moved[own] - its)
             if rates is None:
                 raise ComponentError(
                     f"{component.name} does not know the rates of its outputs, of which the law "

@@ -118,8 +118,8 @@ class _Memory(NamedTuple):
         Lengths of steps (s) and what was found for them, see `Balance`; the latest first.
     drift : array
         At its end, see `Drift`.
-    tangent : array
-        Of the law, see `Balance`.
+    inverse : array
+        See `Balance`.
     """
 
     h: float
@@ -127,7 +127,7 @@ class _Memory(NamedTuple):
     samples: FloatArray
     compliances: tuple[tuple[float, FloatArray], ...]
     drift: FloatArray
-    tangent: FloatArray
+    inverse: FloatArray
 
 
 class InterfaceJacobianStepper:
@@ -159,7 +159,7 @@ class InterfaceJacobianStepper:
     @memory.setter
     def memory(self, memory: Any) -> None:
         self._memory = None if memory is None else _Memory(*memory)
-        self._balance.tangent = None if self._memory is None else self._memory.tangent
+        self._balance.inverse = None if self._memory is None else self._memory.inverse
 
     def step(self, t: float, h: float) -> StepReport:
         """Try, solve, step, and compare; see `Stepper.step`."""
@@ -185,9 +185,9 @@ class InterfaceJacobianStepper:
             residual = wrong / self._scale(force)
         self._tell_rates(h)
         drift = sweep.drift.samples[-1].copy()
-        assert balance.tangent is not None
+        assert balance.inverse is not None
         self._memory = _Memory(
-            h, force, sweep.samples, self._kept(h, G, evaluations), drift, balance.tangent
+            h, force, sweep.samples, self._kept(h, G, evaluations), drift, balance.inverse
         )
         self._system.exchange()
         return StepReport(evaluations + trials, residual, converged=True)
@@ -231,7 +231,7 @@ class InterfaceJacobianStepper:
             return force, None
         ratio = h / memory.h
         if not _same(memory.h, h):  # those of rates are by the step
-            self._balance.tangent = None
+            self._balance.inverse = None
         self._sweep.predict(memory.samples, ratio)
         self._sweep.drift.begin(memory.drift)
         # The mean of the last step, held. Longer polynomials foresee more where all is smooth, and

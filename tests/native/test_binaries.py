@@ -30,12 +30,13 @@ def output(*command):
 
 
 def declared(fmi):
-    """Functions of the standard, from its header."""
+    """Functions of the standard, from its header, and those of the law for masters, from ours."""
     (header,) = [path for path in headers(fmi) if path.name == f"fmi{fmi}Functions.h"]
     text = header.read_text()
     found = set(re.findall(rf"^\s*FMI{fmi}_Export\s+\w+\s+(fmi{fmi}\w+)\s*;", text, re.MULTILINE))
     assert len(found) > 40
-    return found
+    ours = (SOURCES / "rolling_law.h").read_text()
+    return found.union(re.findall(r"^FOR_MASTERS .*?(railcosim_\w+)\(", ours, re.MULTILINE))
 
 
 def test_plain_c_will_do(tiny, tmp_path, compile_driver, start_driver, use):
@@ -77,7 +78,7 @@ def test_no_warnings(fmi, compiler):
     assert told.returncode == 0, told.stderr
 
 
-def test_the_local_binary_exports_fmi_and_nothing_else(fmi):
+def test_the_local_binary_exports_fmi_and_a_law_for_masters(fmi):
     nm = program("nm", "binutils")
     library = build(fmi)[local_platform()]
     lines = output(nm, "--dynamic", "--defined-only", str(library)).splitlines()

@@ -59,6 +59,7 @@ static void find_places(Body *body)
     body->between.place = body->places + n;
     body->middle = body->places + 2 * n;
     body->end = body->places + 3 * n;
+    body->slope.place = body->places + 4 * n;
     for (size_t k = 0; k < n; k++) /* nowhere yet */
         body->shapes.place[k].position = body->between.place[k].position = NAN;
 }
@@ -69,7 +70,7 @@ int body_create(Body *body, const Model *model, Memory *memory)
     body->model = model;
     body->kernels = kernels_for_this_processor();
     lay_out(body, &body->arrays);
-    body->places = memory_take(memory, 4 * model->wheelsets, sizeof *body->places);
+    body->places = memory_take(memory, 5 * model->wheelsets, sizeof *body->places);
     if (body->places == NULL || !arrays_make(&body->arrays, memory))
         return 0;
     lay_out(body, &body->arrays);
@@ -210,19 +211,25 @@ void body_no_motion(const Model *m, const ByParity *z)
         memset(z->of[odd], 0, (m->padded_rows + 1) * sizeof(double));
 }
 
-void body_observe_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
-                        const double *x, const ByParity *z)
+void body_observe_at(const Body *body, const Shapes *shapes, size_t place, const Chunk *chunk,
+                     const double *x, const ByParity *z)
 {
     const Model *m = body->model;
     const double *re = x + chunk->to, *im = re + m->modes;
     double own[BLOCK];
     for (size_t k = 0; k < chunk->padded_rows; k += BLOCK) {
-        const size_t from = body_place(body, chunk, k);
+        const size_t from = place + k * chunk->room;
         gather(chunk, k, z->of[chunk->odd], own);
         body->kernels->observe(chunk->size, chunk->room, shapes->out_re + from,
                                shapes->out_im + from, re, im, own);
         scatter(chunk, k, own, z->of[chunk->odd]);
     }
+}
+
+void body_observe_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
+                        const double *x, const ByParity *z)
+{
+    body_observe_at(body, shapes, body_place(body, chunk, 0), chunk, x, z);
 }
 
 /* What the local modes add to the motion at their contacts. */

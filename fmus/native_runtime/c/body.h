@@ -54,6 +54,8 @@ typedef struct {
 int body_create(Body *body, const Model *model, Memory *memory); /* 0: there is none */
 void body_free(Body *body);
 
+/* Of a track: a position as shapes are for it. */
+double body_rounded(const Model *model, double position);
 /* Shapes at positions (m, any finite: the ring wraps), one a wheelset; kept beside those that
    body_shapes_between gives until it is asked again. */
 const Shapes *body_shapes(Body *body, const double *position);
@@ -62,6 +64,10 @@ const Shapes *body_shapes_between(Body *body, const double *position);
 const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change);
 /* Generalised forces g of forces beyond the preload, one a contact. */
 void body_drive(const Body *body, const Shapes *shapes, const double *force, double *g);
+/* How displacements in x change at the contacts of a track whose wheelsets, at `position`, move by
+   `change`; body->slope then is nobody's. */
+void body_slide(Body *body, const double *position, const double *change, const double *x,
+                double *z);
 /* Displacements at the contacts of the displacements in x (2 modes + rigid). */
 void body_observe(const Body *body, const Shapes *shapes, const double *x, double *z);
 /* The same of a track, and velocities under forces beyond the preload, whose generalised ones are in
@@ -102,9 +108,12 @@ static inline size_t body_place(const Body *body, const Chunk *chunk, size_t row
    `place` of body->between, and at the end. */
 void body_begin_pass(Body *body, const double *middle, const double *end);
 void body_pass(Body *body, const Chunk *chunk, size_t place);
+/* The same, with shapes at the end at the beginning of body->slope: they are not looked at again. */
+void body_pass_by(Body *body, const Chunk *chunk, size_t place);
 /* After all chunks: what is left of both shapes. Whether those in the middle are kept, each chunk in
    its own place. */
 void body_end_pass(Body *body, int kept);
+void body_end_pass_by(Body *body);
 /* Whether shapes of the ring are already where a step ends and, if they are kept, passes. */
 int body_has_passed(const Body *body, int kept);
 /* Whether shapes are the same at the beginning, in the middle (kept) and at the end. */
@@ -129,6 +138,9 @@ void body_drive_rest(const Body *body, const Shapes *shapes, const double *force
 /* Add displacements of a chunk to those of even and odd modes. */
 void body_observe_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
                         const double *x, const ByParity *z);
+/* The same with its shapes at `place`. */
+void body_observe_at(const Body *body, const Shapes *shapes, size_t place, const Chunk *chunk,
+                     const double *x, const ByParity *z);
 /* The same, and of other ones y to v. */
 void body_observe_both(const Body *body, const Shapes *shapes, const Chunk *chunk, const double *x,
                        const double *y, const ByParity *z, const ByParity *v);

@@ -278,7 +278,7 @@ const char *motion_step(Motion *motion, const InputPath *path, double h, const d
             if (!motion_contact_step(motion, c, x, to))
                 return MOTION_NO_CONTACT;
         } else {
-            motion_outside_step(motion, c, x, to);
+            motion_outside_step(motion, c, k == parts, x, to);
         }
         if (m->gaps.count > 0) {
             if (!gaps_step(&motion->body, &motion->gaps, c, x, to))

@@ -129,8 +129,10 @@ void motion_note_seen(Motion *motion, int rates, const double *force);
 
 /* --- steps of a body under forces from outside, in motion_outside.c ---------------------------- */
 
-/* next = state after an internal step between motion->now, middle and end. */
-void motion_outside_step(Motion *motion, const Coefficients *c, const double *x, double *next);
+/* next = state after an internal step between motion->now, middle and end, the last or not of a
+   communication step. */
+void motion_outside_step(Motion *motion, const Coefficients *c, int last, const double *x,
+                         double *next);
 
 /* --- steps of a body with contacts of its own, in motion_contact.c ----------------------------- */
 

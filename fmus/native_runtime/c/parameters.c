@@ -1,7 +1,6 @@
 /* What an instance's parameters make of its body. */
 #include "instance.h"
-
-#include <math.h>
+#include "rolling_law.h"
 
 double instance_parameter(const Instance *i, Role role)
 {
@@ -16,39 +15,21 @@ static double law_value(const Instance *i, Role role, size_t k)
     return i->value[i->model.law[law_number(role) * n + k % n]];
 }
 
-static RollingLaw rolling_law(const Instance *i, size_t k)
+static RollingLaw rolling_law_of(const Instance *i, size_t k)
 {
-    /* The creep coefficients are told at a normal force of so much. */
-    const double root = cbrt(1 / ROLLING_REFERENCE);
     const RollingProfile *profile = &i->model.profile;
+    double number[ROLLING_NUMBERS] = {0};
+    number[NUMBER_SPEED] = instance_parameter(i, ROLE_SPEED);
+    number[NUMBER_AXLE_INERTIA] = law_value(i, ROLE_AXLE_INERTIA, k);
     if (profile->rows > 0) {
-        const RollingLaw of_profile = {
-            .profile = profile, .radius = profile->radius, .half_distance = profile->half_distance,
-            .friction = law_value(i, ROLE_FRICTION, k),
-            .axle_inertia = law_value(i, ROLE_AXLE_INERTIA, k),
-            .speed = instance_parameter(i, ROLE_SPEED)};
-        return of_profile;
+        number[NUMBER_FRICTION] = law_value(i, ROLE_FRICTION, k);
+        return rolling_law(number, profile);
     }
-    const RollingLaw law = {
-        NULL,
-        law_value(i, ROLE_RADIUS, k),
-        law_value(i, ROLE_HALF_DISTANCE, k),
-        law_value(i, ROLE_CONICITY, k),
-        law_value(i, ROLE_HEAD_RADIUS, k),
-        instance_parameter(i, ROLE_TEXTBOOK) != 0,
-        law_value(i, ROLE_HERTZ, k),
-        {law_value(i, ROLE_CREEP_ALONG, k) * root * root,
-         law_value(i, ROLE_CREEP_ACROSS, k) * root * root,
-         law_value(i, ROLE_CREEP_SPIN, k) / ROLLING_REFERENCE,
-         law_value(i, ROLE_CREEP_TURN, k) / ROLLING_REFERENCE * root},
-        law_value(i, ROLE_FRICTION, k),
-        law_value(i, ROLE_FLANGE_STIFFNESS, k),
-        law_value(i, ROLE_FLANGE_CLEARANCE, k),
-        law_value(i, ROLE_FLANGE_DEPTH, k),
-        law_value(i, ROLE_AXLE_INERTIA, k),
-        instance_parameter(i, ROLE_SPEED),
-    };
-    return law;
+    for (int role = ROLE_RADIUS; role <= ROLE_FLANGE_DEPTH; role++)
+        number[role - ROLE_RADIUS] = law_value(i, (Role)role, k);
+    number[NUMBER_HERTZ] = law_value(i, ROLE_HERTZ, k);
+    number[NUMBER_TEXTBOOK] = instance_parameter(i, ROLE_TEXTBOOK);
+    return rolling_law(number, NULL);
 }
 
 void instance_configure(Instance *i)
@@ -59,7 +40,7 @@ void instance_configure(Instance *i)
     law->nonlinear = instance_parameter(i, ROLE_NONLINEAR) != 0;
     for (size_t k = 0; k < wheels; k++)
         if (m->rolls)
-            law->rolling[k] = rolling_law(i, k);
+            law->rolling[k] = rolling_law_of(i, k);
         else
             law->number[k] = law_value(i, law->nonlinear ? ROLE_HERTZ : ROLE_STIFFNESS, k);
     i->motion.internal_step = instance_parameter(i, ROLE_INTERNAL_STEP);

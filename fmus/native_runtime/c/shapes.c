@@ -27,6 +27,8 @@ static Place locate(const Model *m, double position)
     return place;
 }
 
+double body_rounded(const Model *m, double position) { return locate(m, position).position; }
+
 /* Weights of [w_a, w_b, dw_a, dw_b] at the nodes of an element: Hermite's cubic, and its derivative
    along x. No kinks at nodes. */
 static void shape_functions(double xi, double length, double w[4], double dw[4])
@@ -160,22 +162,61 @@ void body_begin_pass(Body *body, const double *middle, const double *end)
     }
 }
 
-void body_pass(Body *body, const Chunk *chunk, size_t place)
+/* Have the table of a chunk where a wheelset ends its step brought near: the processor foresees what
+   stands in a row, and not where the next row begins. */
+static void foresee(const Body *body, const Chunk *chunk, size_t wheelset)
+{
+#ifdef __GNUC__
+    const Model *m = body->model;
+    const size_t node = body->end[wheelset].node, last = node + 1 == m->nodes;
+    const size_t size = NODE_PARTS * chunk->moving * chunk->room;
+    const float *from = model_node(m, chunk, node), *next = model_node(m, chunk, last ? 0 : node + 1);
+    for (size_t k = 0; k < size; k += 64 / sizeof(float)) {
+        __builtin_prefetch(from + k, 0, 2);
+        __builtin_prefetch(next + k, 0, 2);
+    }
+#endif
+}
+
+/* Shapes in the middle, from `place` on among those between, and at the end, from row 0 of `at` on. */
+static void pass(Body *body, const Chunk *chunk, size_t place, const Shapes *to, size_t at)
 {
     const Model *m = body->model;
-    const Shapes *to = &body->shapes;
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
+        const int whole = k + 1 == m->wheelsets;
+        if (!whole || chunk + 1 < m->chunk + m->chunks)
+            foresee(body, chunk + whole, whole ? 0 : k + 1);
         const Place *middle = &body->middle[k], *end = &body->end[k];
         const double *w = body->weights + 8 * k, *v = w + 4;
-        const size_t row = k * chunk->moving, at = body_place(body, chunk, row);
-        double *X_re = body->between.out_re + place + row * chunk->room;
-        double *X_im = body->between.out_im + place + row * chunk->room;
+        const size_t row = k * chunk->moving * chunk->room;
+        double *X_re = body->between.out_re + place + row, *X_im = body->between.out_im + place + row;
+        double *Y_re = to->out_re + at + row, *Y_im = to->out_im + at + row;
         if (same_element(middle, end)) {
-            evaluate_both(body, end, chunk, w, v, X_re, X_im, to->out_re + at, to->out_im + at);
+            evaluate_both(body, end, chunk, w, v, X_re, X_im, Y_re, Y_im);
         } else {
             evaluate(body, middle, chunk, w, X_re, X_im);
-            evaluate(body, end, chunk, v, to->out_re + at, to->out_im + at);
+            evaluate(body, end, chunk, v, Y_re, Y_im);
         }
+    }
+}
+
+void body_pass(Body *body, const Chunk *chunk, size_t place)
+{
+    pass(body, chunk, place, &body->shapes, body_place(body, chunk, 0));
+}
+
+void body_pass_by(Body *body, const Chunk *chunk, size_t place)
+{
+    pass(body, chunk, place, &body->slope, 0);
+}
+
+void body_end_pass_by(Body *body)
+{
+    const Model *m = body->model;
+    for (size_t k = 0; k < m->wheelsets; k++) {
+        arrive(m, &body->slope, k, &body->end[k]);
+        arrive(m, &body->between, k, &body->middle[k]);
+        body->between.place[k].position = NAN; /* chunk upon chunk: nowhere */
     }
 }
 
@@ -210,6 +251,33 @@ int body_stays(const Body *body)
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++)
         stays &= body->middle[k].position == body->end[k].position;
     return stays;
+}
+
+void body_slide(Body *body, const double *position, const double *change, const double *x,
+                double *z)
+{
+    const Model *m = body->model;
+    const ByParity *sums = &body->split[0];
+    const Shapes *slope = &body->slope;
+    body_no_motion(m, sums);
+    for (size_t k = 0; k < m->wheelsets; k++) {
+        double w[4], *dw = body->weights + 8 * k;
+        body->end[k] = locate(m, position[k]);
+        shape_functions(body->end[k].xi, m->element, w, dw);
+        for (int j = 0; j < 4; j++)
+            dw[j] *= change[k];
+        local_shapes(m, k, &body->end[k], &change[k], &body->slope);
+    }
+    for (size_t j = 0; j < m->chunks; j++) { /* one chunk stands where another stood */
+        const Chunk *chunk = &m->chunk[j];
+        for (size_t k = 0; k < m->wheelsets; k++) {
+            const size_t row = k * chunk->moving * chunk->room;
+            evaluate(body, &body->end[k], chunk, body->weights + 8 * k, slope->out_re + row,
+                     slope->out_im + row);
+        }
+        body_observe_at(body, slope, 0, chunk, x, sums);
+    }
+    body_observe_rest(body, slope, x, sums, z);
 }
 
 const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change)
