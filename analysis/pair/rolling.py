@@ -34,9 +34,7 @@ SENT = [k for k, (face, d) in enumerate(PORTS) if face is WHEEL or d.force == "N
 about each one's own datum."""
 
 
-def numbers(
-    parameters: Parameters, layout: Layout, speed: float
-) -> Callable[[Role], FloatArray]:
+def numbers(parameters: Parameters, layout: Layout, speed: float) -> Callable[[Role], FloatArray]:
     """What gives a number of each contact, from complete parameters; see `at_ports`."""
 
     def each(role: Role) -> FloatArray:

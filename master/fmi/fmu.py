@@ -254,7 +254,6 @@ class FmuComponent(LoadedFmu):
             rates[places] = part
         return rates
 
-
     def do_step(self, t: float, h: float) -> None:
         """Go from time `t` to `t + h` (s). Raises ComponentError."""
         self._t.value, self._h.value = t, h

@@ -136,7 +136,8 @@ class Balance:
         parts = G.reshape(len(G), contacts, -1, size).swapaxes(0, 1).reshape(contacts, -1, size)
         own = by.transpose(2, 0, 3, 1, 4).reshape(contacts, -1, parts.shape[1])
         turned = (own @ parts).reshape(contacts, len(by), -1, size).swapaxes(0, 1)
-        found: FloatArray = np.linalg.inv(np.eye(size) - turned.reshape(size, size))
+        J: FloatArray = np.eye(size) - turned.reshape(size, size)
+        found: FloatArray = np.asarray(np.linalg.inv(J), dtype=np.float64)
         return found
 
 

@@ -60,7 +60,9 @@ def test_it_is_the_numpy_law(kind: str, worn: Profiled) -> None:
     slow = OverRates(law)
     for found, wanted in ((fast.force(q), slow.force(q)), (fast.tangent(q), slow.tangent(q))):
         largest = np.abs(wanted).reshape(*q.shape[:2], -1).max(axis=-1)
-        assert (np.abs(found - wanted).reshape(*q.shape[:2], -1).max(axis=-1) <= CLOSE * largest).all()
+        assert (
+            np.abs(found - wanted).reshape(*q.shape[:2], -1).max(axis=-1) <= CLOSE * largest
+        ).all()
     assert (np.abs(slow.force(q)).max(axis=(1, 2)) > 1e3).mean() > 0.9  # N: most are pressed
 
 

@@ -41,7 +41,7 @@ static void lay_out(Body *body, Arrays *arrays)
     /* Of a vehicle the shapes that receive forces. */
     body->receiving = arrays_take(arrays, m->nodes > 0 ? 0 : 2 * all);
     body->spare = arrays_take(arrays, 2 * m->motions * m->width);
-    body->weights = arrays_take(arrays, 8 * m->wheelsets);
+    body->all_weights = arrays_take(arrays, 8 * m->wheelsets * TOGETHER);
     body->flexibility = arrays_take(arrays, 2 * m->modes);
     body->rate = arrays_take(arrays, 2 * m->modes);
     body->turned = arrays_take(arrays, m->seen.rows > 0 ? 2 * m->modes : 0);
@@ -57,9 +57,10 @@ static void find_places(Body *body)
     const size_t n = body->model->wheelsets;
     body->shapes.place = body->places;
     body->between.place = body->places + n;
-    body->middle = body->places + 2 * n;
-    body->end = body->places + 3 * n;
-    body->slope.place = body->places + 4 * n;
+    body->slope.place = body->places + 2 * n;
+    body->middles = body->places + 3 * n;
+    body->ends = body->middles + TOGETHER * n;
+    body_choose_part(body, 0);
     for (size_t k = 0; k < n; k++) /* nowhere yet */
         body->shapes.place[k].position = body->between.place[k].position = NAN;
 }
@@ -70,7 +71,8 @@ int body_create(Body *body, const Model *model, Memory *memory)
     body->model = model;
     body->kernels = kernels_for_this_processor();
     lay_out(body, &body->arrays);
-    body->places = memory_take(memory, 5 * model->wheelsets, sizeof *body->places);
+    body->places = memory_take(memory, (3 + 2 * TOGETHER) * model->wheelsets,
+                               sizeof *body->places);
     if (body->places == NULL || !arrays_make(&body->arrays, memory))
         return 0;
     lay_out(body, &body->arrays);

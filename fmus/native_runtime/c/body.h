@@ -27,6 +27,8 @@ typedef struct {
     Place *place; /* of each wheelset, what they are for */
 } Shapes;
 
+enum { TOGETHER = 16 }; /* so many parts of a step are made of one chunk before the next */
+
 /* One number a row, padded_rows of them, for even modes and for odd ones; and one behind that is
    nobody's. */
 typedef struct {
@@ -39,9 +41,10 @@ typedef struct {
     Shapes shapes, slope;       /* at the last position asked for; and a change of shapes */
     Shapes between;             /* in the middle of a step */
     Place *places;              /* all that follow */
-    Place *middle, *end;        /* of a step that is being made */
+    Place *middle, *end;        /* of a part of a step that is being made */
+    Place *middles, *ends;      /* of all parts that are made together */
     double *receiving;          /* of a vehicle: Shapes.in_re and in_im */
-    double *weights;            /* of the table, in the middle and at the end: (wheelsets, 8) */
+    double *weights, *all_weights; /* of the table, in the middle and at the end: (wheelsets, 8) */
     double *spare;              /* scratch: a row of shapes, real and imaginary, for each direction */
     double *flexibility;        /* -1 / lambda, 2 * modes */
     ByParity split[6];          /* scratch: one number a row */
@@ -107,6 +110,8 @@ static inline size_t body_place(const Body *body, const Chunk *chunk, size_t row
 /* A step of a track to `end` that passes `middle` (m). Then, for each chunk, shapes in the middle, at
    `place` of body->between, and at the end. */
 void body_begin_pass(Body *body, const double *middle, const double *end);
+/* Of parts below TOGETHER that have begun, the one that is passed next. */
+void body_choose_part(Body *body, size_t part);
 void body_pass(Body *body, const Chunk *chunk, size_t place);
 /* The same, with shapes at the end at the beginning of body->slope: they are not looked at again. */
 void body_pass_by(Body *body, const Chunk *chunk, size_t place);

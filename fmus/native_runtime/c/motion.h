@@ -7,6 +7,8 @@
 #include "exponential.h"
 #include "gaps.h"
 
+#include <math.h>
+
 enum { KEPT_STEPS = 8 }; /* step sizes whose coefficients are kept */
 #define MAX_INTERNAL_STEPS 1e7
 
@@ -58,7 +60,14 @@ typedef struct {
     double *through_at;  /* wheelsets for which `through` is */
     double G_of; /* step whose compliances G are, where body->between is; 0: of something else */
     Inputs now, middle, end, dnow, dmiddle, dend;
+<<<<<<< HEAD
     GapWork gaps;
+=======
+    /* Of parts of a step that are made together, in the middle and at the end of each: forces beyond
+       the preload, and those that move even and odd modes. */
+    double *beyond_of[2 * TOGETHER];
+    ByParity split_of[2 * TOGETHER];
+>>>>>>> 6c030cd (Steps of a track chunk by chunk, internal ones together; the spatial pair's cost as a benchmark)
     Arrays arrays;
 } Motion;
 
@@ -115,6 +124,11 @@ void motion_drive(Motion *motion, const Shapes *shapes, const double *force, dou
    now are. */
 int motion_is_driven(const Motion *motion, const double *force);
 void motion_note_driven(Motion *motion, const double *force);
+/* Where the state is after part k of `parts` of a step, that after the last in `next`. */
+static inline double *motion_after(const Motion *motion, double k, double parts, double *next)
+{
+    return fmod(parts - k, 2) == 0 ? next : motion->dx;
+}
 /* Inputs at the beginning, in the middle and at the end of part k of `parts` of a step. */
 void path_part(const Model *model, const InputPath *path, double h, double k, double parts,
                Inputs *begin, Inputs *middle, Inputs *end);
@@ -129,14 +143,13 @@ void motion_note_seen(Motion *motion, int rates, const double *force);
 
 /* --- steps of a body under forces from outside, in motion_outside.c ---------------------------- */
 
-/* next = state after an internal step between motion->now, middle and end, the last or not of a
-   communication step. */
-void motion_outside_step(Motion *motion, const Coefficients *c, int last, const double *x,
-                         double *next);
+/* next = state after a step h in so many parts. */
+void motion_outside_step(Motion *motion, const InputPath *path, double h, double parts,
+                         const double *x, double *next);
 
 /* --- steps of a body with contacts of its own, in motion_contact.c ----------------------------- */
 
-/* The same. 0: no forces found. */
+/* next = state after an internal step between motion->now, middle and end. 0: no forces found. */
 int motion_contact_step(Motion *motion, const Coefficients *c, const double *x, double *next);
 /* The same, and its derivative along dnow, dmiddle, dend and dx; x and dx are moved on. */
 int motion_contact_step_change(Motion *motion, const Coefficients *c, double *x, double *dx);

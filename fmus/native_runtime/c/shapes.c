@@ -150,6 +150,14 @@ const Shapes *body_shapes_between(Body *body, const double *position)
     return shapes_at(body, body->model->nodes > 0 ? &body->between : &body->shapes, position);
 }
 
+void body_choose_part(Body *body, size_t part)
+{
+    const size_t n = body->model->wheelsets;
+    body->middle = body->middles + part * n;
+    body->end = body->ends + part * n;
+    body->weights = body->all_weights + 8 * part * n;
+}
+
 void body_begin_pass(Body *body, const double *middle, const double *end)
 {
     const Model *m = body->model;
@@ -162,30 +170,11 @@ void body_begin_pass(Body *body, const double *middle, const double *end)
     }
 }
 
-/* Have the table of a chunk where a wheelset ends its step brought near: the processor foresees what
-   stands in a row, and not where the next row begins. */
-static void foresee(const Body *body, const Chunk *chunk, size_t wheelset)
-{
-#ifdef __GNUC__
-    const Model *m = body->model;
-    const size_t node = body->end[wheelset].node, last = node + 1 == m->nodes;
-    const size_t size = NODE_PARTS * chunk->moving * chunk->room;
-    const float *from = model_node(m, chunk, node), *next = model_node(m, chunk, last ? 0 : node + 1);
-    for (size_t k = 0; k < size; k += 64 / sizeof(float)) {
-        __builtin_prefetch(from + k, 0, 2);
-        __builtin_prefetch(next + k, 0, 2);
-    }
-#endif
-}
-
 /* Shapes in the middle, from `place` on among those between, and at the end, from row 0 of `at` on. */
 static void pass(Body *body, const Chunk *chunk, size_t place, const Shapes *to, size_t at)
 {
     const Model *m = body->model;
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
-        const int whole = k + 1 == m->wheelsets;
-        if (!whole || chunk + 1 < m->chunk + m->chunks)
-            foresee(body, chunk + whole, whole ? 0 : k + 1);
         const Place *middle = &body->middle[k], *end = &body->end[k];
         const double *w = body->weights + 8 * k, *v = w + 4;
         const size_t row = k * chunk->moving * chunk->room;
