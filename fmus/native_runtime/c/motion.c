@@ -65,16 +65,13 @@ static void lay_out(Motion *motion, const Model *model, Arrays *arrays)
         of_u[k]->position = arrays_take(arrays, inputs_size(model));
         of_u[k]->load = of_u[k]->position == NULL ? NULL : of_u[k]->position + model->wheelsets;
     }
-<<<<<<< HEAD
     gaps_lay_out(&motion->gaps, model, arrays);
-=======
     const size_t together = model->contact_sign == 0 ? 2 * TOGETHER : 0;
     for (size_t k = 0; k < together; k++) {
         motion->beyond_of[k] = arrays_take(arrays, c);
         for (int odd = 0; odd < 2; odd++)
             motion->split_of[k].of[odd] = arrays_take(arrays, model->padded_rows + 1);
     }
->>>>>>> 6c030cd (Steps of a track chunk by chunk, internal ones together; the spatial pair's cost as a benchmark)
     motion->last.given = arrays_take(arrays, loads_of(model));
     motion->through_at = arrays_take(arrays, model->wheelsets);
     motion->driven_at = arrays_take(arrays, model->wheelsets);
@@ -279,30 +276,25 @@ const char *motion_step(Motion *motion, const InputPath *path, double h, const d
     const double parts = motion_internal_steps(motion, still, h);
     if (parts > MAX_INTERNAL_STEPS)
         return MOTION_TOO_MANY;
-    if (m->contact_sign == 0) {
-        motion_outside_step(motion, path, h, parts, x, next);
+    if (m->contact_sign == 0 && m->gaps.count == 0) {
+        motion_outside_step(motion, path, h, 0, parts, parts, x, next);
         return NULL;
     }
     const Coefficients *c = motion_coefficients(motion, h / parts);
     for (double k = 1; k <= parts; k++) {
         double *to = motion_after(motion, k, parts, next);
         path_part(m, path, h, k, parts, &motion->now, &motion->middle, &motion->end);
-<<<<<<< HEAD
         if (m->contact_sign != 0) {
             if (!motion_contact_step(motion, c, x, to))
                 return MOTION_NO_CONTACT;
         } else {
-            motion_outside_step(motion, c, k == parts, x, to);
+            motion_outside_step(motion, path, h, k - 1, k, parts, x, next);
         }
         if (m->gaps.count > 0) {
             if (!gaps_step(&motion->body, &motion->gaps, c, x, to))
                 return MOTION_NO_GAPS;
             motion_forget(motion); /* what was seen is not of the state now */
         }
-=======
-        if (!motion_contact_step(motion, c, x, to))
-            return MOTION_NO_CONTACT;
->>>>>>> 6c030cd (Steps of a track chunk by chunk, internal ones together; the spatial pair's cost as a benchmark)
         x = to;
     }
     return NULL;

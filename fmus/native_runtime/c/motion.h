@@ -60,14 +60,11 @@ typedef struct {
     double *through_at;  /* wheelsets for which `through` is */
     double G_of; /* step whose compliances G are, where body->between is; 0: of something else */
     Inputs now, middle, end, dnow, dmiddle, dend;
-<<<<<<< HEAD
     GapWork gaps;
-=======
     /* Of parts of a step that are made together, in the middle and at the end of each: forces beyond
        the preload, and those that move even and odd modes. */
     double *beyond_of[2 * TOGETHER];
     ByParity split_of[2 * TOGETHER];
->>>>>>> 6c030cd (Steps of a track chunk by chunk, internal ones together; the spatial pair's cost as a benchmark)
     Arrays arrays;
 } Motion;
 
@@ -143,9 +140,10 @@ void motion_note_seen(Motion *motion, int rates, const double *force);
 
 /* --- steps of a body under forces from outside, in motion_outside.c ---------------------------- */
 
-/* next = state after a step h in so many parts. */
-void motion_outside_step(Motion *motion, const InputPath *path, double h, double parts,
-                         const double *x, double *next);
+/* The parts of a step h behind the first `before`, up to `until` of all `parts`: from x to
+   motion_after(until). */
+void motion_outside_step(Motion *motion, const InputPath *path, double h, double before,
+                         double until, double parts, const double *x, double *next);
 
 /* --- steps of a body with contacts of its own, in motion_contact.c ----------------------------- */
 

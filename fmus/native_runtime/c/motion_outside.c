@@ -152,12 +152,12 @@ static void move(Motion *motion, const InputPath *path, double h, Lot *lot)
     lot->before += (double)lot->parts;
 }
 
-void motion_outside_step(Motion *motion, const InputPath *path, double h, double parts,
-                         const double *x, double *next)
+void motion_outside_step(Motion *motion, const InputPath *path, double h, double before,
+                         double until, double parts, const double *x, double *next)
 {
-    Lot lot = {motion_coefficients(motion, h / parts), x, next, 0, parts, 0, 0, {0}};
-    while (lot.before < parts) {
-        lot.parts = (size_t)fmin(TOGETHER, parts - lot.before);
+    Lot lot = {motion_coefficients(motion, h / parts), x, next, before, parts, 0, 0, {0}};
+    while (lot.before < until) {
+        lot.parts = (size_t)fmin(TOGETHER, until - lot.before);
         move(motion, path, h, &lot);
     }
     motion_forget(motion);
