@@ -87,14 +87,14 @@ class Advice:
     growth : float
         Rate (1/s) at which something grows if all is coupled exactly; negative or zero if nothing
         does.
-    about : mapping of str to float
-        What was asked for: ``accuracy``, and of what.
+    about : mapping of str to float or str
+        What was asked for: ``accuracy``, and of what; and doubts.
     """
 
     options: list[Option]
     tried: FloatArray
     growth: float
-    about: Mapping[str, float]
+    about: Mapping[str, Any]
 
     def to_dataset(self) -> xr.Dataset:
         """Columns over the options, cheapest first."""
@@ -102,7 +102,7 @@ class Advice:
 
 
 def cheapest_first(
-    options: Sequence[Option], tried: FloatArray, growth: float, about: Mapping[str, float]
+    options: Sequence[Option], tried: FloatArray, growth: float, about: Mapping[str, Any]
 ) -> Advice:
     """Put options in order; ArgumentError if there are none."""
     if not options:

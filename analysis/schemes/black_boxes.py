@@ -32,6 +32,8 @@ class SystemStability:
         Rate (1/s) at which something grows if all is coupled exactly; 0 if nothing does.
     ways : dict of str to str
         How each component was linearised.
+    doubts : dict of str to str
+        Of those whose Co-Simulation does not step as their linear models move: by how much.
     longest : float
         Up to which steps were searched, s.
     """
@@ -40,6 +42,7 @@ class SystemStability:
     refused: dict[str, str]
     growth: float
     ways: dict[str, str]
+    doubts: dict[str, str]
     longest: float
 
     def to_dataset(self) -> xr.Dataset:
@@ -59,6 +62,7 @@ class SystemStability:
             attrs={
                 "title": "largest stable step", "growth": self.growth, "longest": self.longest,
                 **{f"linearised {name}": way for name, way in self.ways.items()},
+                **{f"doubt of {name}": doubt for name, doubt in self.doubts.items()},
             },
         )  # fmt: skip
 
@@ -113,5 +117,5 @@ def system_stability(
         update(k + 1, len(names))
     return SystemStability(
         limits=limits, refused=refused, growth=boxes.exact, ways=system.ways,
-        longest=boxes.longest,
+        doubts=system.doubts, longest=boxes.longest,
     )  # fmt: skip

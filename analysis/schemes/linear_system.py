@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.sparse import csc_array
 
-from railcosim.master.component import Component, FloatArray, Type
+from railcosim.master.component import Component, ComponentError, FloatArray, Type
 from railcosim.master.connections import Connection, CouplingError
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.fmu import FmuComponent
@@ -20,6 +21,7 @@ from railcosim.master.law import Law
 from railcosim.master.linear.linear_fmu import Pulses, Wanted, best_way
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.linearise import LinearModel
+from railcosim.master.linear.one_step import ALIKE, apart_in_a_step
 from railcosim.master.linear.pulse_response import WHOLE_COLUMNS, PulseResponse
 from railcosim.master.linear.realisation import Realisation, identify
 from railcosim.master.linear.state_space import StateSpace
@@ -37,6 +39,10 @@ LEFT = 1e-3
 """What poles may leave of a response, over its peak: noise of a solver, mostly."""
 
 
+class DoubtWarning(UserWarning):
+    """An FMU does not do what was predicted of it."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class LinearSystem:
     """A system of FMUs, linear where it starts.
@@ -47,12 +53,15 @@ class LinearSystem:
         The FMUs whose outputs come back to them, coupled.
     ways : dict of str to str
         How each of them was linearised.
+    doubts : dict of str to str
+        Of those whose Co-Simulation does not step as their linear models move: by how much.
     duration : float or None
         Of the file's experiment, s; None if it does not say.
     """
 
     boxes: Boxes
     ways: dict[str, str]
+    doubts: dict[str, str]
     duration: float | None
 
     @property
@@ -71,6 +80,8 @@ def linear_system(
     progress: Progress = unheard,
 ) -> LinearSystem:
     """Linearise the FMUs of a system where they start, by Model Exchange, else by pulses.
+
+    What Model Exchange says is held against one step of the FMU's Co-Simulation, which runs.
 
     Parameters
     ----------
@@ -91,6 +102,11 @@ def linear_system(
     ------
     FmuError, CouplingError, ComponentError
         If the file or the law is refused, or an FMU cannot be linearised.
+
+    Warns
+    -----
+    DoubtWarning
+        If an FMU does not step as its linear model moves.
     """
     with open_ssp(path, load=load, law=law) as loaded:
         running = System(loaded.components, loaded.connections)
@@ -104,18 +120,21 @@ def linear_system(
         pulsed = Pulses(amplitude=amplitude, step=step or loaded.step or math.nan, steps=STEPS)
         within = {c.source for c in connections}
         both = [p for p in zip(loaded.fmus, loaded.components, strict=False) if p[0].name in within]
-        models, ways = [], {}
+        models, ways, doubts = [], dict[str, str](), dict[str, str]()
         for k, (fmu, seen) in enumerate(both):
-            model, ways[fmu.name] = _linear(
+            model, ways[fmu.name], doubt = _linear(
                 loaded, fmu, connections, pulsed,
                 lambda a, b, k=k: progress(k + a / b, len(both)),  # type: ignore[misc]
             )  # fmt: skip
+            doubts |= {fmu.name: doubt} if doubt else {}
             models.append(_seen(model, seen, loaded, connections))
         law_there = next((c for c in loaded.components if isinstance(c, Law)), None)
         boxes = Boxes(models, [seen for _, seen in both], connections, law_there)
         stop = loaded.stop
+        for name, doubt in doubts.items():
+            warnings.warn(f"{name}: {doubt}", DoubtWarning, stacklevel=2)
         return LinearSystem(
-            boxes=boxes, ways=ways, duration=stop and stop - (loaded.start or 0.0)
+            boxes=boxes, ways=ways, doubts=doubts, duration=stop and stop - (loaded.start or 0.0)
         )  # fmt: skip
 
 
@@ -199,8 +218,8 @@ def _linear(
     connections: Sequence[Connection],
     pulses: Pulses,
     progress: Progress,
-) -> tuple[StateSpace, str]:
-    """A linear model of an FMU where it starts, of what is connected; and how it was had."""
+) -> tuple[StateSpace, str, str]:
+    """A linear model of an FMU where it starts, of what is connected; how it was had; a doubt."""
     path = fmu.description.path
     if not math.isfinite(pulses.step):
         pulses = replace(pulses, step=fmu.description.default_step or 1e-3)
@@ -217,7 +236,25 @@ def _linear(
         at={v.name: u for v, u in zip(fmu.inputs, fmu.u.tolist(), strict=True) if v.name in fed},
         parameters={n: x for n, x in start.items() if n in parameters and not isinstance(x, str)},  # type: ignore[misc]
     )
-    return state_space_of(way(path, fmu.name, wanted, progress)), way.description
+    model = state_space_of(way(path, fmu.name, wanted, progress))
+    # Pulses are steps of its Co-Simulation.
+    doubt = "" if isinstance(way, Pulses) else _doubt(path, model, wanted, pulses.step)
+    return model, way.description, doubt
+
+
+def _doubt(path: Path, model: StateSpace, wanted: Wanted, step: float) -> str:
+    """What is to be said of steps that are not as the model moves."""
+    try:
+        apart, of = apart_in_a_step(path, model, wanted, step)
+    except (FmuError, ComponentError) as error:
+        return f"whether it steps as its linear model moves could not be tried: {error}"
+    if apart <= ALIKE:
+        return ""
+    return (
+        f"its Co-Simulation does not step as its linear model moves: {of} is off by {apart:.2g} of "
+        "what it should answer (its solver makes few steps or has a loose tolerance, or it is not "
+        "linear); limits and errors predicted may not hold, so try them: railcosim study --system"
+    )
 
 
 def _seen(

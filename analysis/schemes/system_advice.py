@@ -128,7 +128,8 @@ def advise_system(
         option = longest_step(name, None, coupling, accuracy, error, steps)
         options += [option] if option is not None else []
         update(k + 1, len(names))
-    about = {"accuracy": accuracy, "time": duration}
+    doubts = {f"doubt of {name}": doubt for name, doubt in system.doubts.items()}
+    about = {"accuracy": accuracy, "time": duration, **doubts}
     return cheapest_first(options, steps, boxes.exact, about)
 
 

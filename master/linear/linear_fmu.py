@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
@@ -100,28 +101,17 @@ class Pulses:
 
     def __call__(self, path: Path, name: str, wanted: Wanted, progress: Progress) -> LinearForm:
         """Linearise; see `Way`. An FMU that cannot go back begins anew for each record."""
-
-        def begun() -> FmuComponent:
-            fmu = stack.enter_context(FmuComponent.load(path, name=name))
-            fmu.set_parameters(wanted.parameters)
-            fmu.enter_initialization(0.0)
-            fmu.set_inputs(at_start(fmu))
-            fmu.exit_initialization()
-            return fmu
-
-        def at_start(fmu: FmuComponent) -> FloatArray:
-            return np.array([wanted.at.get(v.name, v.start) for v in fmu.inputs])
-
         with ExitStack() as stack:
             fmu = stack.enter_context(FmuComponent.load(path, name=name))
             _check_names(path, wanted, fmu)
             # Asked of one with these parameters; it is left alone.
             fmu.set_parameters(wanted.parameters)
             able = fmu.rollback_fault is None
-            component: Component = begun() if able else BegunAnew(begun)
+            make = partial(begun, stack, path, name, wanted)
+            component: Component = make() if able else BegunAnew(make)
             return linearise(
                 component,
-                at=at_start(fmu),
+                at=at_start(fmu, wanted),
                 amplitude=self.amplitude,
                 step=self.step,
                 steps=self.steps,
@@ -130,6 +120,21 @@ class Pulses:
                 directions=self.directions,
                 progress=progress,
             )
+
+
+def begun(stack: ExitStack, path: Path, name: str, wanted: Wanted) -> FmuComponent:
+    """Give a new instance for Co-Simulation, initialised where `wanted` says; `stack` closes it."""
+    fmu = stack.enter_context(FmuComponent.load(path, name=name))
+    fmu.set_parameters(wanted.parameters)
+    fmu.enter_initialization(0.0)
+    fmu.set_inputs(at_start(fmu, wanted))
+    fmu.exit_initialization()
+    return fmu
+
+
+def at_start(fmu: FmuComponent, wanted: Wanted) -> FloatArray:
+    """All inputs of an instance there."""
+    return np.array([wanted.at.get(v.name, v.start) for v in fmu.inputs])
 
 
 def _check_names(path: Path, wanted: Wanted, fmu: FmuComponent) -> None:

@@ -8,6 +8,7 @@ import pytest
 from railcosim.analysis.schemes.black_boxes import system_stability
 from railcosim.analysis.schemes.boxes import Boxes
 from railcosim.analysis.schemes.catalogue import members
+from railcosim.analysis.schemes.linear_system import DoubtWarning
 from railcosim.analysis.schemes.system_advice import MotionError, advise_system
 from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import cosimulate
@@ -119,6 +120,22 @@ def test_error_of_a_motion_is_that_of_its_numbers() -> None:
     coupling = SimpleNamespace(amplifiers=[SimpleNamespace(at=lambda h: step)])
     error = MotionError(np.array([-a + 0j]), 100.0).of(coupling, h)
     assert error == pytest.approx(np.linalg.norm(euler - exact) / np.linalg.norm(exact), rel=1e-12)
+
+
+def test_steps_that_are_not_as_the_linear_model_moves_are_told(tmp_path) -> None:
+    """Of FMUs whose Co-Simulation makes one step of Euler's rule.
+
+    The left mass gets a speed in such a step, and no way: all of that is missing.
+    """
+    library = mass.compiled(tmp_path, "-DEULER")
+    path, _ = mass.made(library, tmp_path, "right")
+    with pytest.warns(DoubtWarning, match="left: its Co-Simulation does not step as") as told:
+        advice = advise_system(path, 2e-2, time=4.0, schemes=["nepce"])
+    left, right = (str(one.message) for one in told)
+    fastest = np.abs(np.linalg.eigvals([[0.0, 1.0], [-mass.K, -mass.C]])).max()
+    assert f"z after a step of {1 / fastest:.3g} s with f changed is off by 1 of" in left
+    assert right.startswith("right: its Co-Simulation does not step as")
+    assert f"left: {advice.to_dataset().attrs['doubt of left']}" == left
 
 
 def test_advice_that_cannot_be(made) -> None:

@@ -56,10 +56,12 @@ def description(guid, *, exchange=True, back=True):
 </fmiModelDescription>"""
 
 
-def compiled(folder):
+def compiled(folder, *options):
     """The library of all of them."""
     out = folder / f"mass{fmpy.sharedLibraryExtension}"
-    subprocess.run([*c_compiler(), "-O2", "-shared", "-fPIC", "-o", out, SOURCE], check=True)
+    subprocess.run(
+        [*c_compiler(), "-O2", "-shared", "-fPIC", *options, "-o", out, SOURCE], check=True
+    )
     return out
 
 
