@@ -56,7 +56,7 @@ def with_changes(
     reduced : ReducedTrack
         Of the equal ring, vertical; nothing is asked of its observation.
     changes : sequence of LocalChange
-        If not all are of both sides, no mode is its own mirror image.
+        If they are not alike on both sides, no mode is its own mirror image.
     progress : callable
         Told what is being done.
 
@@ -67,11 +67,13 @@ def with_changes(
     """
     if reduced.directions != (Z,) or track.rails_tilt:
         raise ParameterError("single places change in the vertical model only")
-    apart = any(change.sides != SIDES for change in changes)
-    added, closing = _added(track, changes, SIDES if apart else SIDES[1:])
+    apart = not _alike(changes)
+    added, *closing = _added(track, changes, SIDES if apart else SIDES[1:])
+    if not apart:
+        closing.append(_added(track, changes, SIDES[:1])[1])
     if not added:
         return reduce_track(track) if track.sensor else reduced
-    if track.sensor and closing:
+    if track.sensor and any(closing):
         gap = next(change for change in changes if change.gap is not None)
         raise ParameterError(
             f"{gap}: what a gap does near a sensor is not known; leave out sensor {track.sensor[0]}"
@@ -100,7 +102,7 @@ def with_changes(
         partner=np.arange(poles.size),
         parity=np.repeat([1.0, -1.0][: len(found)], [own.size for own, *_ in found]),
         apart=apart,
-        gaps=_gaps(closing, [own[3] for own in found]) if closing else None,
+        gaps=_gaps(closing, [own[3] for own in found]) if any(closing) else None,
         elements=(rows * np.arange(ring)[:, None] + reduced.elements).ravel(),
         table=whole.astype(np.complex64).astype(complex),
         residual_shapes=np.concatenate([residual, residual[:1]]),
@@ -113,18 +115,29 @@ def with_changes(
     return replace(changed, observation=observation_of(modes, told))
 
 
-def _gaps(closing: Closing, stretches: Sequence[ComplexArray]) -> Gaps:
+def _alike(changes: Sequence[LocalChange]) -> bool:
+    """Whether both sides change alike, but for gaps, which the ring's modes do not know."""
+    left, right = (
+        sorted((c.what, c.x, c.left) for c in changes if side in c.sides) for side in SIDES
+    )
+    return left == right
+
+
+def _gaps(closing: Sequence[Closing], stretches: Sequence[ComplexArray]) -> Gaps:
     """Springs that close, by what their places show of all modes.
 
-    Of modes of either parity a place stands for two, left and right.
+    Of modes of either parity a place stands for two: what closes on the right, and on the left. Odd
+    ones have the signs of the left rail in their table, and those of the right one at places.
     """
-    which, k, c, gap = (np.array(values) for values in zip(*closing, strict=True))
+    which, k, c, gap = (
+        np.array(values) for values in zip(*(one for own in closing for one in own), strict=True)
+    )
     rows = [own[which] for own in stretches]
-    if len(rows) == 1:
-        return Gaps(shown=rows[0], stiffness=k, damping=c, gap=gap)
-    even, odd = (np.sqrt(0.5) * own for own in rows)
-    shown = np.concatenate([np.hstack([even, odd]), np.hstack([even, -odd])])
-    return Gaps(shown=shown, stiffness=np.tile(k, 2), damping=np.tile(c, 2), gap=np.tile(gap, 2))
+    if len(rows) > 1:
+        even, odd = (np.sqrt(0.5) * own for own in rows)
+        side = np.repeat([-1.0, 1.0], [len(own) for own in closing])[:, None]
+        rows = [np.hstack([even, side * odd])]
+    return Gaps(shown=rows[0], stiffness=k, damping=c, gap=gap)
 
 
 def _residual(
@@ -164,7 +177,7 @@ def _added(
     """What is added on these sides, and what closes; the other is the same, or its opposite."""
     added: list[tuple[Place, float, float, float]] = []
     springs, closing = [], []
-    for change in changes:
+    for change in sorted(changes, key=lambda c: (c.what, c.x, c.left)):  # alike on either side
         if change.what == MASS:
             more = (0.0, 0.0, masses_at(change))
             its = [side for side in change.sides if side in sides]

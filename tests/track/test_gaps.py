@@ -1,5 +1,6 @@
 """Gaps that close, in time: against the whole ring in finite elements, marched with contact."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -140,6 +141,23 @@ def test_at_rest_it_is_the_equal_ring_less_the_gap(equal, x):
     closing = GAP / (body.gaps.stretch(met_rest(equal, x))[0] / 1.6e5)
     expected = whole * (1.6e5 - closing) + open_ * closing
     assert met.motion(state)[0] == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("left", [1e-3, None])
+def test_gaps_that_differ_from_side_to_side(equal, left):
+    """Rails here know nothing of each other: either is as if both were as it is; or one hangs."""
+    one = LocalChange(what="block", x=SEAT, value=0.0, gap=left, sides=(-1,))
+    other = LocalChange(what="block", x=SEAT, value=1.0, gap=5e-4, sides=(1,))
+    met, force = (
+        with_changes(TRACK, equal, [one, other]).under(LAYOUT).at(np.array([1.8])),
+        np.array([1.6e5, 1.6e5]),
+    )
+    moved = met.motion(met.rest(force))
+    for side, its in enumerate((one, other)):
+        alike = with_changes(TRACK, equal, [replace(its, sides=(-1, 1))]).under(LAYOUT)
+        same = alike.at(np.array([1.8]))
+        assert moved[side] == pytest.approx(same.motion(same.rest(force))[side], rel=1e-9)
+    assert moved[0] > 1.02 * moved[1]
 
 
 def met_rest(equal, x):
