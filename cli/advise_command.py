@@ -32,7 +32,7 @@ from .options import (
 )
 from .parameter_options import FmuOptions
 from .results import PICTURES, Suffixes, keep
-from .stability_command import OF_A_PAIR, in_ms, tell_of_growth
+from .stability_command import OF_A_PAIR, in_ms, tell_of_growing, tell_of_growth
 
 if TYPE_CHECKING:
     from railcosim.analysis.schemes.advised import Advice, Option
@@ -130,7 +130,8 @@ def _of_system(
             path, accuracy, schemes=words, time=duration, law=law, progress=update,
             tell=errors.print,
         )  # fmt: skip
-    _conclude(found, f"over {found.about['time']:g} s", out, plot)
+    tell_of_growing(found.growth)
+    _conclude(found, f"of each of its own motions, over {found.about['time']:g} s", out, plot)
 
 
 def _conclude(found: Advice, where: str, out: Path | None, plot: Path | None) -> None:

@@ -129,16 +129,21 @@ def _of_system(path: Path, law: Path | None, words: list[str], out: Path | None)
         errors.print(f"note: {name}: {why}")
     for name, way in found.ways.items():
         console.print(f"{name}: {way}")
-    if found.growth > 0.0:
-        console.print(
-            f"coupled exactly it grows by exp({found.growth:.3g} t), whatever the step; schemes "
-            "are only asked to add nothing to that"
-        )
+    tell_of_growing(found.growth)
     keep(found.to_dataset(), out)
 
 
 def _in_s(step: float, longest: float) -> str:
     return f"> {longest:.3g}" if math.isinf(step) else f"{step:.4g}" if step > 0.0 else "none"
+
+
+def tell_of_growing(growth: float) -> None:
+    """Say so where a system is not stable even if coupled exactly."""
+    if growth > 0.0:
+        console.print(
+            f"coupled exactly it grows by exp({growth:.3g} t), whatever the step; schemes are only "
+            "asked to add nothing to that"
+        )
 
 
 def tell_of_growth(growth: float, text: str) -> None:

@@ -98,6 +98,8 @@ class _Contact:
         )
         if not self.motion or not self.force:
             raise CouplingError(f"{where}: needs motion and force, such as {{ 'a.z' = 1 }}")
+        if stiffness == damping == 0.0:
+            raise CouplingError(f"{where}: needs a stiffness or a damping, such as stiffness = 1e5")
         if damping and not self.rate:
             raise CouplingError(f"{where}: has a damping, and no rate")
         if self.rate and list(self.rate.values()) != list(self.motion.values()):
@@ -106,6 +108,8 @@ class _Contact:
 
 
 def _tables(path: Path) -> Sequence[Any]:
+    if not path.is_file():
+        raise CouplingError(f"{path}: no such file; give the path of a .toml file")
     try:
         if path.stat().st_size > LARGEST:
             raise CouplingError(f"{path}: has more than {LARGEST / 1e6:g} MB; refused")
@@ -121,7 +125,11 @@ def _tables(path: Path) -> Sequence[Any]:
 def _factors(where: str, table: Any) -> dict[str, float]:
     if not isinstance(table, dict):
         raise CouplingError(f"{where} must be a table of factors, such as {{ 'a.z' = 1 }}")
-    return {str(name): _number(f"{where}, {name}", value) for name, value in table.items()}
+    found = {str(name): _number(f"{where}, {name}", value) for name, value in table.items()}
+    for name, value in found.items():
+        if value == 0.0:
+            raise CouplingError(f"{where}, {name} = 0: must be another number; or leave it out")
+    return found
 
 
 def _number(where: str, value: Any) -> float:

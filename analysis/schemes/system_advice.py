@@ -97,7 +97,7 @@ def advise_system(
     progress : callable
         Told what is done and the total.
     tell : callable, optional
-        Told how much there is to be done, and how long the rest of it takes.
+        Told how each FMU was linearised, how much there is to be done, and how long the rest takes.
     **found
         ``law``, ``step``, ``amplitude`` and ``load`` of `linear_system`.
 
@@ -117,6 +117,8 @@ def advise_system(
     if not 0.0 < duration < math.inf:
         raise ArgumentError("time", duration, "must be > 0 s")
     names, steps = predictable(schemes, known), _steps(boxes.shortest / FINER, boxes.longest)
+    for one, way in system.ways.items():
+        tell(f"{one}: {way}")
     tell(f"{len(names)} searches")
     update = foretold(lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0), tell)
     error, options = MotionError(boxes.poles, duration), []

@@ -167,6 +167,8 @@ def test_growth_if_coupled_exactly_is_that_of_both_masses_together(made) -> None
     ("change", "told"),
     [
         (("stiffness = 50.0", "stiffness = inf"), "contact 1: stiffness = inf: must be a finite"),
+        (("stiffness = 50.0\ndamping = 0.5", ""), "needs a stiffness or a damping"),
+        (('"left.f" = -1', '"left.f" = 0'), "force, left.f = 0: must be another number"),
         (('"left.z"', '"left.y"'), "no Real output 'left.y'"),
         (('"left.f" = -1, ', '"left.f" = -1, "left.z" = 1, '), "no Real input 'left.z'"),
         (("[[contact]]", "[contact]"), "must hold tables"),
