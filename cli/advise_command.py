@@ -104,6 +104,7 @@ def advise(
     quality(irregularity)
     v = speed_of(speed)
     parameters = contact_parameters(contact_stiffness)
+    standing = positions_of(position, given)
     with (
         given.fmus(dimension=dimension) as (vehicle, track),
         progress("predicting errors") as update,
@@ -111,7 +112,7 @@ def advise(
         found = advice(
             vehicle, track, accuracy,
             contact=parameters, schemes=words, speed=v, irregularity=irregularity,
-            position=positions_of(position, given), progress=update, tell=errors.print,
+            position=standing, progress=update, tell=errors.print,
         )  # fmt: skip
     tell_of_growth(found.growth, contact_stiffness)
     _conclude(found, f"at contact stiffness {contact_stiffness}", out, plot)

@@ -94,13 +94,14 @@ def stability(
     predictable(words)
     v = speed_of(speed)
     parameters = [contact_parameters(text) for text in texts]
+    standing = positions_of(position, given)
     with (
         given.fmus(dimension=dimension) as (vehicle, track),
         progress("predicting") as update,
     ):
         table = predicted(
             vehicle, track, parameters, words, update,
-            position=positions_of(position, given), speed=v, tell=errors.print,
+            position=standing, speed=v, tell=errors.print,
         )  # fmt: skip
     console.print(_table(table.limits, texts))
     if any(_closed(limit) for row in table.limits.values() for limit in row):
