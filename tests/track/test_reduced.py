@@ -16,6 +16,7 @@ from scipy.sparse.linalg import splu
 
 from railcosim.mechanics.ports import Layout
 from railcosim.reference.ring import build_ring
+from railcosim.track.along import rows_along
 from railcosim.track.cell import EVEN, ODD, build_cell
 from railcosim.track.parameters import Fastening, Mesh, Rail, Slab, Track
 from railcosim.track.receptance import Point, direct_receptance
@@ -231,3 +232,17 @@ def test_poles_of_a_rail_on_soft_springs_in_closed_form():
     assert found.size == 16  # waves 0 to 15, of 1.33 m, below 1 kHz
     # Second order of the elements, 2e-3 for a wave of 1.25 m; 0.1 rad/s by which poles are told.
     assert found == pytest.approx(expected, rel=2e-3, abs=0.1)
+
+
+def test_slopes_of_what_has_kinks_at_railseats():
+    """Parabolas from seat to seat, whose slopes differences know exactly."""
+    track = Track(mesh=Mesh(cells=4, elements_per_bay=4))
+    spacing, rows = track.fastening.spacing, rows_along(track)
+    node, share = rows.places
+    behind = np.mod(rows.nodes[node] + share * rows.nodes[1] - spacing / 2, spacing)
+    slopes = rows.with_slopes((behind * (spacing - behind))[:, None] + 0j)[:, 1, 0]
+    between = np.minimum(behind, spacing - behind) > 1e-6
+    assert slopes[between] == pytest.approx(spacing - 2 * behind[between], rel=1e-9, abs=1e-12)
+    seats = (np.flatnonzero(np.diff(rows.node) == 0) + 1) * rows.parts
+    assert slopes[seats] == pytest.approx(np.full(seats.size, spacing), rel=1e-9)
+    assert slopes[seats - rows.parts] == pytest.approx(np.full(seats.size, -spacing), rel=1e-9)
