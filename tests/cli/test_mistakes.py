@@ -148,7 +148,7 @@ MISTAKES = {
     f"{RUN} {PAIR} --scheme gauss-seidel --first me": "--first me: must be vehicle or track",
     f"{SSP} --first vehicle": "--first vehicle: jacobi has no first",
     f"{SSP} --scheme gauss-seidel --first me": "no component 'me'; there are vehicle, track",
-    f"{SSP} --scheme interface-jacobian": "--scheme interface-jacobian: solves the contact of our",
+    f"{SSP} --scheme interface-jacobian": "--scheme interface-jacobian: solves a law in the master",
     "run --out r.nc Plant.ssp --step 0.1 --time 1 --scheme picard": "a cannot go back",
     f"{FRF} --input wheelset[0].force_z": "excitation wheelset[0].force_z: must be irregularity_z",
     f"{FRF} --input wheelset[5].force_z": "or one of wheelset[1] to wheelset[4] with .force_z",
