@@ -116,8 +116,8 @@ class _Memory(NamedTuple):
         See `Sweep`.
     compliances : tuple of (float, array)
         Lengths of steps (s) and what was found for them, see `Balance`; the latest first.
-    drift : array
-        At its end, see `Drift`.
+    carried : array
+        Over it, see `Drift`.
     inverse : array
         See `Balance`.
     """
@@ -126,7 +126,7 @@ class _Memory(NamedTuple):
     force: FloatArray
     samples: FloatArray
     compliances: tuple[tuple[float, FloatArray], ...]
-    drift: FloatArray
+    carried: FloatArray
     inverse: FloatArray
 
 
@@ -184,10 +184,10 @@ class InterfaceJacobianStepper:
             wrong = balance.wrong(h, G, self._start(h, given, found), force)
             residual = wrong / self._scale(force)
         self._tell_rates(h)
-        drift = sweep.drift.samples[-1].copy()
+        carried = sweep.drift.carried[-1].copy()
         assert balance.inverse is not None
         self._memory = _Memory(
-            h, force, sweep.samples, self._kept(h, G, evaluations), drift, balance.inverse
+            h, force, sweep.samples, self._kept(h, G, evaluations), carried, balance.inverse
         )
         self._system.exchange()
         return StepReport(evaluations + trials, residual, converged=True)
@@ -202,13 +202,14 @@ class InterfaceJacobianStepper:
 
     def _start(self, h: float, given: FloatArray, found: FloatArray) -> FloatArray:
         """Motions of the law at the nodes, as they were found."""
-        return given + self._sweep.nodes.answer(found, h) + self._sweep.drift.at_nodes()
+        return given + self._sweep.nodes.answer(found, h) + self._sweep.drift.at_nodes(h)
 
     def _tell_rates(self, h: float) -> None:
         """Let the law know the rates at the end of a step; see `Law.tell`."""
         drift, before = self._sweep.drift, self._memory
         if drift.inputs.size:
-            past, ratio = (None, 1.0) if before is None else (before.samples[0], before.h / h)
+            past = None if before is None else (before.samples[0], before.carried)
+            ratio = 1.0 if before is None else before.h / h
             self._law.tell(drift.inputs, drift.end_rates(past, ratio, h, self._sweep.samples))
 
     def _give_up(self, residual: float) -> str:
@@ -225,7 +226,6 @@ class InterfaceJacobianStepper:
         memory, variant = self._memory, self._scheme.variant
         if memory is None:
             self._sweep.predict(None, 1.0)
-            self._sweep.drift.begin(None)
             force = np.zeros((variant.degree + 1, len(self._law.outputs)))
             force[0] = self._law.y
             return force, None
@@ -233,7 +233,6 @@ class InterfaceJacobianStepper:
         if not _same(memory.h, h):  # those of rates are by the step
             self._balance.inverse = None
         self._sweep.predict(memory.samples, ratio)
-        self._sweep.drift.begin(memory.drift)
         # The mean of the last step, held. Longer polynomials foresee more where all is smooth, and
         # far too much where it is not: after a blow, or in steps too long for the contact.
         force = np.zeros_like(memory.force)

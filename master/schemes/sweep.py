@@ -137,6 +137,7 @@ class Sweep:
         self._law, self._n_forces = law, len(component.outputs)
         self.drift = Drift(system, law, [rider.k for rider in self._riders], self.nodes)
         self.samples: FloatArray = np.zeros((len(self._tau), n))
+        self._beginnings: dict[int, tuple[FloatArray, FloatArray]] = {}
 
     def predict(self, before: FloatArray | None, ratio: float) -> None:
         """Fill the samples for a step: the last step's continued, or what is now.
@@ -149,6 +150,7 @@ class Sweep:
             Length of this step in last ones.
         """
         now = self._system.outputs
+        self._beginnings.clear()
         if before is None:
             self.samples = np.repeat(now[None], len(self._tau), axis=0)
         else:
@@ -250,9 +252,13 @@ class Sweep:
         """Take one component through its sub-steps."""
         system = self._system
         own = system.own_outputs(rider.k)
-        u = system.gather(rider.k)
+        u = system.components[rider.k].u
+        u[:] = system.gather(rider.k)  # back from where the last sweep has led
+        u = u.copy()
         found = paths((0.0, *self._variant.points), self._variant.degree, rider.degree)
         fed = self.samples[:, rider.sources]
+        asked = self.drift.of(rider.k).any() and system.reacts(rider.k)
+        moved = bool(asked and (fed != fed[0]).any())
         for j, (of_force, of_samples) in enumerate(found):
             begin, end = self._tau[j : j + 2]
             taylor = np.zeros((rider.degree + 1, len(u)))
@@ -263,12 +269,35 @@ class Sweep:
             taylor[0, rider.fed] += fed[0]
             taylor[0, rider.jumping], taylor[1:, rider.jumping] = u[rider.jumping], 0.0
             taylor[1:] /= h ** np.arange(1, rider.degree + 1)[:, None]
+            ahead = self._ahead(rider, j, fed[j + 1]) if moved else None
             system.step_along(rider.k, t + begin * h, (end - begin) * h, taylor)
             if system.reacts(rider.k):
                 system.write_inputs(rider.k)
             system.refresh(rider.k)
             self.samples[j + 1, own] = system.outputs[own]
-            self.drift.note(rider.k, j + 1, moved=bool((fed != fed[0]).any()))
+            behind = self._met(rider, fed[j]) if moved else None
+            self.drift.note(rider.k, j + 1, self.samples, ahead, behind)
+
+    def _ahead(self, rider: _Rider, j: int, fed: FloatArray) -> FloatArray:
+        """What is met before part `j` of a step where its end is; at the beginning asked once."""
+        known = None if j else self._beginnings.get(rider.k)
+        if known is None or (known[0] != fed).any():
+            known = fed.copy(), self._met(rider, fed)
+            if not j:
+                self._beginnings[rider.k] = known
+        return known[1]
+
+    def _met(self, rider: _Rider, fed: FloatArray) -> FloatArray:
+        """Displacements that a component shows in its present state, met elsewhere; then back."""
+        system, own = self._system, self._system.own_outputs(rider.k)
+        u, y = system.components[rider.k].u, system.outputs[own].copy()
+        back, u[rider.fed] = u.copy(), fed
+        system.write_inputs(rider.k)
+        system.refresh(rider.k)
+        shown = self.drift.shown(rider.k)
+        u[:], system.outputs[own] = back, y
+        system.write_inputs(rider.k)
+        return shown
 
     def _rates(self) -> FloatArray:
         """Rates of the motions that the law takes from the components, now."""

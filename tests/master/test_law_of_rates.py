@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from railcosim.master.component import ComponentError, Variable
+from railcosim.master.component import Variable
 from railcosim.master.connections import CouplingError, connect_by_name
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.law import Law
@@ -192,14 +192,15 @@ class Silent(LinearComponent):
         return None
 
 
-def test_who_does_not_know_is_refused_where_it_moves() -> None:
-    """And only there."""
+def test_who_does_not_know_its_rates_is_asked_what_it_shows() -> None:
+    """What moves along is found from displacements: the same as of a body that knows its rates."""
     law = SpringAndDashpot()
-    still = Signal("place", [Variable(name="place")], lambda t: [0.0])
-    run(joined(law, still, under=body(0.4, Silent)), interface_jacobian(), 0.1)
-    moving = Signal("place", [Variable(name="place")], lambda t: [t])
-    with pytest.raises(ComponentError, match="does not know the rates"):
-        run(joined(law, moving, under=body(0.4, Silent)), interface_jacobian(), 0.1)
+    found = []
+    for kind in (LinearComponent, Silent):
+        moving = Signal("place", [Variable(name="place")], lambda t: [t])
+        _, y, _ = run(joined(law, moving, under=body(0.4, kind)), interface_jacobian(), 0.1)
+        found.append(y["force"])
+    np.testing.assert_array_equal(*found)
 
 
 def test_a_run_goes_on_from_what_it_remembers() -> None:

@@ -21,10 +21,8 @@ from railcosim.mechanics.contact.geometry import RIGHT
 from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.parameters import ArgumentError
-from railcosim.track.along import PARTS
 from railcosim.track.irregularity import Profile, synthesise
 from railcosim.track.parameters import Mesh, Track
-from railcosim.vehicle.multibody import build_multibody
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.rolling import geometry_of
 
@@ -210,11 +208,8 @@ def test_what_cannot_be(spatial, tmp_path) -> None:
 def test_who_owns_the_contact_does_not_matter(spatial) -> None:
     """A track's own law, native, against the master's: the same motions, and forces aside.
 
-    A rail's rate steps where a wheel passes a railseat, whose damper turns round, and by less where
-    the table of the local flexibility bends. The master knows the rate at the end of a step from
-    displacements at the ends of the last two, so while such a place is among these its law tells a
-    force that is off by up to twice what it steps by, 52 N here whatever the step (6 N with shapes
-    that have no kinks). What acts is the mean of a step and right, as motions show.
+    Everywhere, also where a wheel passes a railseat. A displacement met there has a kink along the
+    rail, and what of its change is no motion of the material must be known exactly over a step.
     """
     profile, stop, fine = shifted(3.0, begin=0.2, over=1.5), 0.02, 5e-5
     heads = [name.replace("force_y", "rail_y") for name in ASIDE]
@@ -235,24 +230,20 @@ def test_who_owns_the_contact_does_not_matter(spatial) -> None:
         return np.array(points)[:: round(2e-4 / step)][50:].reshape(51, 3, len(ASIDE))
 
     master = run("Track", interface_jacobian(), fine, "contact", {})
-    ahead = build_multibody(Vehicle()).wheelset_x
-    rolled = SPEED * 2e-4 * np.arange(50, 101)
-    places = TINY.fastening.spacing / TINY.mesh.elements_per_bay / PARTS  # railseats among them
-    behind = np.tile((ahead - ahead[-1] + rolled[:, None]) % places, 2)
-    smooth = behind > 2 * SPEED * fine + 1e-9
     swing = np.ptp(master, axis=0).max(axis=-1)
-    assert smooth.mean() > 0.9
     assert swing[0] > 150.0
-    off = []
+    off, worst = [], []
     for step in (2e-4, 1e-4):
         own = run("TrackWithContact", jacobi(degree=1), step, "track", {"internal_step": step})
         wrong = (own - master) ** 2
-        force = np.sqrt(wrong[:, 0][smooth].mean())
-        off.append([force, *np.sqrt(wrong[:, 1:].mean(axis=(0, 2)))] / swing)
+        off.append(np.sqrt(wrong.mean(axis=(0, 2))) / swing)
+        worst.append(np.sqrt(wrong[:, 0].max()) / swing[0])
     coarse, fine_off = np.array(off)
-    # Measured 1.7e-2 and 6e-3 of a force's swing, of its own error and half a newton of the
-    # master's; motions, everywhere, 6e-3 and 1.4e-3, a quarter by half the step.
+    # Measured 1.9e-2 and 6e-3 of a force's swing, of the track's own error and the master's;
+    # motions 6e-3 and 1.4e-3, a quarter by half the step. Worst 10 and 4 %, at railseats; 30 % if
+    # what is carried along is taken for a line over a step.
     assert coarse[0] < 0.025
+    assert worst[1] < 0.06
     assert (coarse[1:] < 0.01).all()
     assert fine_off[0] < 0.5 * coarse[0]
     assert (fine_off[1:] < 0.35 * coarse[1:]).all()
@@ -261,16 +252,21 @@ def test_who_owns_the_contact_does_not_matter(spatial) -> None:
 # 15 s of steps.
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("owner", "scheme", "steps", "bonded"),
+    ("owner", "scheme", "steps", "bonded", "least"),
     [
-        (Owner.MASTER, interface_jacobian(), (1e-3, 5e-4, 2.5e-4), 8),
-        (Owner.TRACK, jacobi(degree=1), (2e-4, 1e-4, 5e-5), 5),
-        (Owner.VEHICLE, iqn_ils(degree=1), (2e-4, 1e-4, 5e-5), 3),
+        # Measured 1.7 and 2.1, 2.7 with shapes without kinks at railseats: 60 to 15 mm a step.
+        (Owner.MASTER, interface_jacobian(), (1e-3, 5e-4, 2.5e-4), 8, 1.5),
+        # Measured 4.0 here, 4.2 and 4.1, 4.4 and 3.3: of second order.
+        (Owner.MASTER, interface_jacobian(), (2e-4, 1e-4), 8, 3.0),
+        (Owner.TRACK, jacobi(degree=1), (2e-4, 1e-4, 5e-5), 5, 3.0),
+        (Owner.VEHICLE, iqn_ils(degree=1), (2e-4, 1e-4, 5e-5), 3, 3.0),
     ],
 )
-def test_energy_created_vanishes_with_the_step(spatial, owner, scheme, steps, bonded) -> None:
+def test_energy_created_vanishes_with_the_step(
+    spatial, owner, scheme, steps, bonded, least
+) -> None:
     """Over rails out of line, all forces and moments at wheels: what is created or lost falls by
-    the step at least, at every length used, whoever owns the contact."""
+    the step at least, by its square where it is short, whoever owns the contact."""
     profile, created = shifted(4.0, begin=0.2, over=1.5), []
     for step in steps:
         journey = Journey(speed=SPEED, held=False, profile=profile)
@@ -281,6 +277,4 @@ def test_energy_created_vanishes_with_the_step(spatial, owner, scheme, steps, bo
             list(meter.watch(cosimulate(pair.system, scheme, step, 0.04)))
         created.append(np.abs(meter.to_dataset()["energy_residual"].values).max())
     for coarse, fine in itertools.pairwise(created):
-        # Measured 1.7 at 0.5 ms (2.7 with shapes rounded off at railseats): kinks are of first
-        # order.
-        assert coarse / fine > 1.5
+        assert coarse / fine > least
