@@ -233,13 +233,27 @@ def _linear(
     wanted = Wanted(
         inputs=inputs,
         outputs=[v.name for v in fmu.outputs if v.name in asked],
-        at={v.name: u for v, u in zip(fmu.inputs, fmu.u.tolist(), strict=True) if v.name in fed},
+        at=_where(fmu),
         parameters={n: x for n, x in start.items() if n in parameters and not isinstance(x, str)},  # type: ignore[misc]
     )
-    model = state_space_of(way(path, fmu.name, wanted, progress))
+    try:
+        model = state_space_of(way(path, fmu.name, wanted, progress))
+    except ComponentError as error:
+        if not isinstance(way, Pulses):
+            raise
+        raise ComponentError(
+            f"{error} (pulses of {pulses.amplitude:g} of nominal values, {STEPS} steps of "
+            f"{pulses.step:g} s; from Python amplitude=, step= of system_stability, advise_system)"
+        ) from error
     # Pulses are steps of its Co-Simulation.
     doubt = "" if isinstance(way, Pulses) else _doubt(path, model, wanted, pulses.step)
     return model, way.description, doubt
+
+
+def _where(fmu: LoadedFmu) -> dict[str, float]:
+    """Real inputs as they are, also those that the file alone gives a value."""
+    values = zip(fmu.inputs, fmu.u.tolist(), strict=True)
+    return {v.name: u for v, u in values if v.type is Type.REAL}
 
 
 def _doubt(path: Path, model: StateSpace, wanted: Wanted, step: float) -> str:

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from railcosim.analysis.schemes import linear_system
 from railcosim.analysis.schemes.black_boxes import system_stability
 from railcosim.analysis.schemes.boxes import Boxes
 from railcosim.analysis.schemes.catalogue import members
@@ -14,6 +15,7 @@ from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.law_file import read_law
+from railcosim.master.linear import linear_fmu
 from railcosim.master.ssp import initialise, open_ssp
 from railcosim.master.system import System
 from railcosim.parameters import ArgumentError
@@ -120,6 +122,23 @@ def test_error_of_a_motion_is_that_of_its_numbers() -> None:
     coupling = SimpleNamespace(amplifiers=[SimpleNamespace(at=lambda h: step)])
     error = MotionError(np.array([-a + 0j]), 100.0).of(coupling, h)
     assert error == pytest.approx(np.linalg.norm(euler - exact) / np.linalg.norm(exact), rel=1e-12)
+
+
+def test_inputs_that_nobody_feeds_are_as_the_file_says(library, tmp_path, monkeypatch) -> None:
+    """An FMU is linear about where it runs: place from the other one, speed from the file."""
+    ends = "alone", "owner"
+    path = mass.system(library, tmp_path, ends, [*mass.WIRES[::2]], right={"vz": 0.25})
+    asked = {}
+
+    def way(path, name, wanted, progress):
+        asked[name] = wanted
+        return linear_fmu.DIFFERENCES(path, name, wanted, progress)
+
+    way.description = "told"
+    monkeypatch.setattr(linear_system, "best_way", lambda path, pulses: way)
+    system_stability(path, ["jacobi-constant"])
+    assert asked["right"].at == {"z": 1.0, "vz": 0.25}
+    assert list(asked["right"].inputs) == ["z"]
 
 
 def test_steps_that_are_not_as_the_linear_model_moves_are_told(tmp_path) -> None:

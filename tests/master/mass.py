@@ -72,22 +72,23 @@ def fmu(library, path, guid, **able):
     return path
 
 
-def part(name, guid, x=0.0):
-    """A component that starts displaced by `x`, m."""
+def part(name, guid, **starts):
+    """A component that starts as said, such as displaced by `x`, m."""
     ins, outs = ENDS[guid]
     ends = "".join(
         f'<ssd:Connector name="{n}" kind="{kind}"><ssc:Real/></ssd:Connector>'
         for kind, known in (("input", ins), ("output", outs)) for n in known
     )  # fmt: skip
+    given = "".join(real(n, x) for n, x in starts.items())
     return (
         f'<ssd:Component name="{name}" source="resources/{guid}.fmu">'
-        f"<ssd:Connectors>{ends}</ssd:Connectors>{values(real('x', x))}</ssd:Component>"
+        f"<ssd:Connectors>{ends}</ssd:Connectors>{values(given)}</ssd:Component>"
     )
 
 
-def system(library, folder, kinds, wires, **able):
-    """An SSP of two masses, ``left``, which is displaced by 1 m, and ``right``."""
-    parts = part("left", kinds[0], 1.0) + part("right", kinds[1])
+def system(library, folder, kinds, wires, *, right=None, **able):
+    """An SSP of two masses, ``left``, which is displaced by 1 m, and ``right`` (its starts)."""
+    parts = part("left", kinds[0], x=1.0) + part("right", kinds[1], **(right or {"x": 0.0}))
     links = "".join(connection(a, b) for a, b in wires)
     links = f"<ssd:Connections>{links}</ssd:Connections>" if links else ""
     files = {
