@@ -257,9 +257,11 @@ def transition_receptance(
              "frequency": ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})},
             about,
         )  # fmt: skip
-    at = {"at": f"{along[0]:g} m along the track", **about}
-    title = {"title": ", ".join(at.values())}
-    return _dataset(frequency, found[0], "m/N", {**title, **at, "position": float(along[0])})
+    where = f"{along[0]:g} m along the track"
+    rails = "both rails" if both_rails else "one rail"
+    title = f"rail down, load down at {where}, {rails}, {about['track']}"
+    about |= {"title": title, "at": where}
+    return _dataset(frequency, found[0], "m/N", {**about, "position": float(along[0])})
 
 
 def line_of(track: Track, name: str, then: Sequence[str]) -> Line:

@@ -242,7 +242,7 @@ def _linear(
         if not isinstance(way, Pulses):
             raise
         raise ComponentError(
-            f"{error} (pulses of {pulses.amplitude:g} of nominal values, {STEPS} steps of "
+            f"{error} (pulses of {pulses.amplitude!r} of nominal values, {STEPS} steps of "
             f"{pulses.step:g} s; from Python amplitude=, step= of system_stability, advise_system)"
         ) from error
     # Pulses are steps of its Co-Simulation.
