@@ -70,7 +70,7 @@ def with_changes(
     apart = not _alike(changes)
     added, *closing = _added(track, changes, SIDES if apart else SIDES[1:])
     if not apart:
-        closing.append(_added(track, changes, SIDES[:1])[1])
+        closing.insert(0, _added(track, changes, SIDES[:1])[1])
     if not added:
         return reduce_track(track) if track.sensor else reduced
     if track.sensor and any(closing):
@@ -126,7 +126,7 @@ def _alike(changes: Sequence[LocalChange]) -> bool:
 def _gaps(closing: Sequence[Closing], stretches: Sequence[ComplexArray]) -> Gaps:
     """Springs that close, by what their places show of all modes.
 
-    Of modes of either parity a place stands for two: what closes on the right, and on the left. Odd
+    Of modes of either parity a place stands for two: what closes on the left, and on the right. Odd
     ones have the signs of the left rail in their table, and those of the right one at places.
     """
     which, k, c, gap = (
@@ -135,7 +135,7 @@ def _gaps(closing: Sequence[Closing], stretches: Sequence[ComplexArray]) -> Gaps
     rows = [own[which] for own in stretches]
     if len(rows) > 1:
         even, odd = (np.sqrt(0.5) * own for own in rows)
-        side = np.repeat([-1.0, 1.0], [len(own) for own in closing])[:, None]
+        side = np.repeat([1.0, -1.0], [len(own) for own in closing])[:, None]
         rows = [np.hstack([even, side * odd])]
     return Gaps(shown=rows[0], stiffness=k, damping=c, gap=gap)
 
