@@ -238,13 +238,8 @@ class Component(ABC):
         """
         return None
 
-    def output_rates(self, wanted: NDArray[np.intp] | None = None) -> FloatArray | None:
+    def output_rates(self) -> FloatArray | None:
         """Rates of the outputs at the end of the last step, per s.
-
-        Parameters
-        ----------
-        wanted : array of int, optional
-            Which outputs' are asked for; those of others may be any numbers. All if not given.
 
         Returns
         -------

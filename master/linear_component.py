@@ -108,9 +108,8 @@ class LinearComponent(Component):
         matrix: FloatArray = self.C @ G[:, : len(self.inputs)] + self.D
         return matrix
 
-    def output_rates(self, wanted: NDArray[np.intp] | None = None) -> FloatArray:
+    def output_rates(self) -> FloatArray:
         """Rates of the outputs at the end of the last step; see `Component`."""
-        del wanted  # all cost as much
         u, rate = self._end
         rates: FloatArray = self.C @ (self.A @ self.x + self.B @ u) + self.D @ rate
         return rates

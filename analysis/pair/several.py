@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from railcosim.master import plain
@@ -253,9 +252,8 @@ class SeveralVehicles(LoadedFmu):
         known = [part for part in found if part is not None]
         return None if len(known) < len(found) else block_diag(*known)
 
-    def output_rates(self, wanted: NDArray[np.intp] | None = None) -> FloatArray | None:
+    def output_rates(self) -> FloatArray | None:
         """See `Component`."""
-        del wanted  # few of a vehicle's outputs are alone
         found = [fmu.output_rates() for fmu in self.fmus]
         known = [part for part in found if part is not None]
         return None if len(known) < len(found) else np.concatenate(known)

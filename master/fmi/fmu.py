@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from enum import Enum
 from pathlib import Path
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from railcosim.master.component import ComponentError, FloatArray, Hold
 from railcosim.master.fmi.archive import FmuError, unpack
@@ -59,7 +58,6 @@ class FmuComponent(LoadedFmu):
         self._calls = CALLS[description.fmi](name, description, folder)
         self._phase = _Phase.INSTANTIATED
         self._parameters: dict[str, Scalar] = {}
-        self._rated: dict[bytes | None, list[_Rated]] = {}  # by what is wanted
         # The hot path reads nothing that is not its own.
         self._t, self._h, self._asks = self._calls.t, self._calls.h, self._calls.asks
         self._do_step = PreparedCall(self._check_phase, (_Phase.RUNNING,))  # too early
@@ -237,21 +235,15 @@ class FmuComponent(LoadedFmu):
                 matrix[first + k] = change
             first += size
 
-    def output_rates(self, wanted: NDArray[np.intp] | None = None) -> FloatArray | None:
-        """Rates of the outputs at the end of the last step; see `Component`.
-
-        An FMU may find few of them far faster than all.
-        """
+    def output_rates(self) -> FloatArray | None:
+        """Rates of the outputs at the end of the last step; see `Component`."""
         if not self.description.has_output_rates:
             return None
         rates = np.zeros(self.y.size)
-        key = None if wanted is None else wanted.tobytes()
-        if key not in self._rated:
-            self._rated[key] = list(_rated(self.description.passed_out, wanted))
-        for references, places in self._rated[key]:
-            part = np.empty(places.size)
-            self._calls.get_output_rates(references, part)
-            rates[places] = part
+        for some in _reals(self.description.passed_out):
+            part = np.empty(some.count)
+            self._calls.get_output_rates(some.references, part)
+            rates[some.part] = part
         return rates
 
     def do_step(self, t: float, h: float) -> None:
@@ -346,24 +338,6 @@ class FmuComponent(LoadedFmu):
         self._calls.check_open()
         if not self._calls.owns(state):
             raise FmuError(f"{self.name}: this snapshot belongs to another FMU")
-
-
-_Rated = tuple[tuple[int, ...], NDArray[np.intp]]
-"""References of outputs, and where their values stand."""
-
-
-def _rated(passed: tuple[Passed, ...], wanted: NDArray[np.intp] | None) -> Iterator[_Rated]:
-    """Outputs that have rates, those of which any is wanted."""
-    for some in _reals(passed):
-        ends = some.first + np.cumsum(some.sizes)
-        parts = [
-            (reference, np.arange(end - size, end))
-            for reference, size, end in zip(some.references, some.sizes, ends, strict=True)
-            if wanted is None or np.isin(np.arange(end - size, end), wanted).any()
-        ]
-        if parts:
-            references, places = zip(*parts, strict=True)
-            yield references, np.concatenate(places)
 
 
 def _reals(passed: tuple[Passed, ...]) -> list[Passed]:

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from railcosim.master.component import ComponentError, FloatArray, Hold, RunEnded
 from railcosim.master.fmi.archive import FmuError, unpack
@@ -158,9 +157,8 @@ class IsolatedComponent(LoadedFmu):
         # Transposed as from an FMU in this process: sums over it then have the same bits.
         return self._floats(n * m, "step_derivative").reshape(m, n).T
 
-    def output_rates(self, wanted: NDArray[np.intp] | None = None) -> FloatArray | None:
+    def output_rates(self) -> FloatArray | None:
         """Rates of the outputs at the end of the last step; see `Component`."""
-        del wanted
         if not self.description.has_output_rates:
             return None
         return self._floats(self.y.size, "output_rates")

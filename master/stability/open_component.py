@@ -85,9 +85,8 @@ class Open(Component):
         """Put the motion, and what goes straight through, into `y`."""
         self.y[:] = self._moving(is_rate=False) + self._D @ self._inputs
 
-    def output_rates(self, wanted: NDArray[np.intp] | None = None) -> FloatArray | None:
+    def output_rates(self) -> FloatArray | None:
         """Rates of the outputs at the present time; see `Component`."""
-        del wanted
         if self.model is None:
             return None
         rates: FloatArray = self._moving(is_rate=True) + self._D @ self._derivatives[0]

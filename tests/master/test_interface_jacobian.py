@@ -341,7 +341,7 @@ class Untold(LinearComponent):
     def step_derivative(self):
         return None
 
-    def output_rates(self, wanted=None):
+    def output_rates(self):
         return None
 
 

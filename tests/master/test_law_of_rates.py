@@ -188,7 +188,7 @@ def test_what_moves_along_is_no_rate(variant) -> None:
 class Silent(LinearComponent):
     """Does not know its rates."""
 
-    def output_rates(self, wanted=None):
+    def output_rates(self):
         return None
 
 

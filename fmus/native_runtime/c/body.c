@@ -213,25 +213,19 @@ void body_no_motion(const Model *m, const ByParity *z)
         memset(z->of[odd], 0, (m->padded_rows + 1) * sizeof(double));
 }
 
-void body_observe_at(const Body *body, const Shapes *shapes, size_t place, const Chunk *chunk,
-                     const double *x, const ByParity *z)
+void body_observe_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
+                        const double *x, const ByParity *z)
 {
     const Model *m = body->model;
     const double *re = x + chunk->to, *im = re + m->modes;
     double own[BLOCK];
     for (size_t k = 0; k < chunk->padded_rows; k += BLOCK) {
-        const size_t from = place + k * chunk->room;
+        const size_t from = body_place(body, chunk, k);
         gather(chunk, k, z->of[chunk->odd], own);
         body->kernels->observe(chunk->size, chunk->room, shapes->out_re + from,
                                shapes->out_im + from, re, im, own);
         scatter(chunk, k, own, z->of[chunk->odd]);
     }
-}
-
-void body_observe_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
-                        const double *x, const ByParity *z)
-{
-    body_observe_at(body, shapes, body_place(body, chunk, 0), chunk, x, z);
 }
 
 /* What the local modes add to the motion at their contacts. */

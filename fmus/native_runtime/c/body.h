@@ -67,10 +67,6 @@ const Shapes *body_shapes_between(Body *body, const double *position);
 const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change);
 /* Generalised forces g of forces beyond the preload, one a contact. */
 void body_drive(const Body *body, const Shapes *shapes, const double *force, double *g);
-/* How displacements in x change at the contacts of a track whose wheelsets, at `position`, move by
-   `change`; body->slope then is nobody's. */
-void body_slide(Body *body, const double *position, const double *change, const double *x,
-                double *z);
 /* Displacements at the contacts of the displacements in x (2 modes + rigid). */
 void body_observe(const Body *body, const Shapes *shapes, const double *x, double *z);
 /* The same of a track, and velocities under forces beyond the preload, whose generalised ones are in
@@ -143,9 +139,6 @@ void body_drive_rest(const Body *body, const Shapes *shapes, const double *force
 /* Add displacements of a chunk to those of even and odd modes. */
 void body_observe_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk,
                         const double *x, const ByParity *z);
-/* The same with its shapes at `place`. */
-void body_observe_at(const Body *body, const Shapes *shapes, size_t place, const Chunk *chunk,
-                     const double *x, const ByParity *z);
 /* The same, and of other ones y to v. */
 void body_observe_both(const Body *body, const Shapes *shapes, const Chunk *chunk, const double *x,
                        const double *y, const ByParity *z, const ByParity *v);

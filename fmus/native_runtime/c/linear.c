@@ -235,32 +235,6 @@ Status instance_directional(Instance *i, const uint32_t *unknowns, size_t n_unkn
     return OK;
 }
 
-/* Whether these are displacements of a track's contacts under forces from outside, and no more. */
-static int only_displaced(const Instance *i, const uint32_t *refs, size_t n)
-{
-    const Model *m = &i->model;
-    int only = m->nodes > 0 && m->contact_sign == 0;
-    for (size_t k = 0; k < n && only; k++) {
-        const uint32_t place = instance_place(i, refs[k]);
-        only = place < m->variables && m->variable[place].role == ROLE_OUT_CONTACT_Z;
-    }
-    return only;
-}
-
-/* Their rates: those of the material, which are known, and what is added by moving along it. */
-static int displaced_slopes(Instance *i, const uint32_t *refs, size_t n, double *slopes)
-{
-    Motion *motion = &i->motion;
-    if (!motion_see(motion, &i->now, i->x, i->force, i->z, i->vz))
-        return 0;
-    body_slide(&motion->body, i->now.position, i->change.position, i->x, i->z);
-    for (size_t k = 0; k < n; k++) {
-        const size_t place = i->model.variable[instance_place(i, refs[k])].index;
-        slopes[k] = i->vz[place] + i->z[place];
-    }
-    return 1;
-}
-
 Status instance_output_slopes(Instance *i, const uint32_t *refs, size_t n, double *slopes)
 {
     if (check_unknowns(i, refs, n) != OK || instance_settle(i) != OK)
@@ -269,8 +243,6 @@ Status instance_output_slopes(Instance *i, const uint32_t *refs, size_t n, doubl
         i->plan[0][k] = i->path[1][k] + i->clock->step * i->path[2][k];
     instance_inputs(i, i->u_end, &i->now);
     instance_inputs(i, i->plan[0], &i->change);
-    if (only_displaced(i, refs, n) && displaced_slopes(i, refs, n, slopes))
-        return OK;
     motion_rate(&i->motion, &i->now, i->x, i->dx);
     const Direction d = {i->u_end, 1, 0, 0, i->dx};
     outputs_change(i, &d, refs, n, slopes);

@@ -242,33 +242,6 @@ int body_stays(const Body *body)
     return stays;
 }
 
-void body_slide(Body *body, const double *position, const double *change, const double *x,
-                double *z)
-{
-    const Model *m = body->model;
-    const ByParity *sums = &body->split[0];
-    const Shapes *slope = &body->slope;
-    body_no_motion(m, sums);
-    for (size_t k = 0; k < m->wheelsets; k++) {
-        double w[4], *dw = body->weights + 8 * k;
-        body->end[k] = locate(m, position[k]);
-        shape_functions(body->end[k].xi, m->element, w, dw);
-        for (int j = 0; j < 4; j++)
-            dw[j] *= change[k];
-        local_shapes(m, k, &body->end[k], &change[k], &body->slope);
-    }
-    for (size_t j = 0; j < m->chunks; j++) { /* one chunk stands where another stood */
-        const Chunk *chunk = &m->chunk[j];
-        for (size_t k = 0; k < m->wheelsets; k++) {
-            const size_t row = k * chunk->moving * chunk->room;
-            evaluate(body, &body->end[k], chunk, body->weights + 8 * k, slope->out_re + row,
-                     slope->out_im + row);
-        }
-        body_observe_at(body, slope, 0, chunk, x, sums);
-    }
-    body_observe_rest(body, slope, x, sums, z);
-}
-
 const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change)
 {
     const Model *m = body->model;
