@@ -398,7 +398,14 @@ def test_outputs_and_derivatives_depend_on_states_as_declared(subject, tmp_path)
         positions = {u for u in unknowns if u.endswith("position")}
         found |= {(u, name) for u in set(unknowns) - positions if unknowns[u] != 0}
         names.add(name)
-    assert found == as_pairs(told, names)
+    # What nothing damps decays by rounding, or not at all: that lies with a machine's eigenvalues.
+    undamped = {
+        (f"der({name})", name)
+        for k, pole in enumerate(machine.model.body.poles, 1)
+        for name in (f"mode.re[{k}]", f"mode.im[{k}]")
+        if pole.real == 0
+    }
+    assert found == as_pairs(told, names) - undamped
 
 
 @each
