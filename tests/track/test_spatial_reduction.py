@@ -72,7 +72,7 @@ def test_default_track_to_1500_hz():
     """The promise: 5e-3 of the driving point, at that frequency, wherever the wheel is."""
     track = Track()
     body, frequency = reduce_track(track, SPATIAL).under(ONE), np.arange(60.0, 1501, 120)
-    for x in (SEAT, SEAT + 0.0003, SEAT + 0.01, SEAT + 0.04, QUARTER, 3.01, MIDSPAN):
+    for x in (SEAT, SEAT + 0.0003, SEAT + 0.013, SEAT + 0.04, QUARTER, 3.01, MIDSPAN):
         # Of z (measured 5.3e-3) half is the mesh: here it has a node under the wheel in each cell.
         own = errors(track, body, frequency, x)[:, :3, :3]
         assert own[:, 1:, 1:].max() < 5e-3
