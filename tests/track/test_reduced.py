@@ -86,7 +86,7 @@ def test_between_nodes_to_1500_hz(offset):
     body, x = short_ring(), 2.8125 + offset
     omega = 2 * np.pi * np.array([100.0, 500.0, 960.0, 1080.0, 1260.0, 1440.0, 1500.0])
     found = modal_receptance(body, omega, x + np.array([0.0, 5.0, 10.0, 15.0]))[:, 0]
-    # Measured 3.4e-3. With a shape's kink at the railseat rounded off and the residual straight
+    # Measured 3.7e-3. With a shape's kink at the railseat rounded off and the residual straight
     # from node to node 8e-3 beside it, with the kink alone 5e-3; with the elements' own
     # interpolation 4e-2.
     assert relative_error(found, ring_driving_point(track, omega, x)) < 4e-3
