@@ -79,7 +79,7 @@ class Rows:
         behind = (np.flatnonzero(np.diff(self.node) == 0) + 1) * self.parts
         for first, last in zip(behind, np.roll(behind, -1) - self.parts, strict=True):
             bay = np.arange(first, last + 1 + total * (last < first)) % total
-            of_spline = smoothed(bay.size - 1, np.arange(bay.size), 1) / step
+            of_spline = smoothed(bay.size - 1, np.arange(float(bay.size)), 1) / step
             # Term by term: the same bits whichever other directions there are.
             slopes[bay] = sum(map(np.multiply.outer, of_spline.T, values[bay]))
         slopes[-1] = slopes[0]
