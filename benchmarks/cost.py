@@ -81,7 +81,7 @@ class Hollow:
     def inside(self, *fmus: Any) -> Iterator[None]:
         """Make the FMUs hollow: what is left of the cost of a step is all but theirs."""
         libraries = []
-        for instance in (fmu._instance for fmu in fmus):
+        for instance in (fmu._calls for fmu in fmus):
             libraries.append((instance._library, instance._library._dll))
             instance._library._dll = self
             for name in instance._functions:

@@ -59,7 +59,8 @@ def save_study_picture(table: xr.Dataset, path: Path) -> None:
                 if row % 2 == 0:
                     axes.set_title(f"contact {contact} in the {owner}")
                     _triangles(axes, part, low)
-            grid[row][0].set_ylabel("relative error")
+            compared = table.attrs.get("compared", "the contact forces").removeprefix("the ")
+            grid[row][0].set_ylabel(f"relative error of {compared}")
         ordered = [name for name in looks if name in entries]
         figure.legend(
             [entries[name] for name in ordered], ordered, loc="outside right upper", fontsize=8

@@ -90,7 +90,7 @@ def test_fmu_that_declares_no_dependencies(exported, tmp_path) -> None:
             new.writestr(entry, content)
     told = linear_model(exported.folder / "Vehicle.fmu")
     found = linear_model(silent)
-    assert found.A.nnz == 28 * 28 > told.A.nnz
+    assert found.A.nnz == found.A.shape[0] ** 2 > told.A.nnz
     np.testing.assert_array_equal(found.A.toarray(), told.A.toarray())
     np.testing.assert_array_equal(found.C, told.C)
     omega = SCRIPT.OMEGA[::40]

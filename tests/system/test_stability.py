@@ -117,7 +117,8 @@ def test_a_window_below_longer_stable_steps_is_found_and_runs_grow_in_it(exporte
     k_H, scheme = 8e9, members()["interface-jacobian-radau-2"].scheme
     coupling = Coupling(SprungPair(parts, Owner.MASTER, k_H), scheme)
     (window,) = coupling.limit(longest=2.8e-4).windows  # s
-    assert window.begin < window.fast < 1.001 * window.begin
+    # Growth is fast at once: within what an edge is known to.
+    assert window.begin <= window.fast < 1.001 * window.begin
     assert window.end < 1.03 * window.begin  # steps a few per cent apart would jump over it
     inside, outside = 0.5 * (window.begin + window.end), 1.01 * window.end
     disturbance = Disturbance()
