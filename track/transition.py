@@ -260,14 +260,12 @@ class _Ends:
 
 def stretch_of(cell: ComplexArray, count: int) -> ComplexArray:
     """Stiffness of so many equal cells between their ends, (n_omega, 2 d, 2 d)."""
-    found, doubled = None, cell
-    while True:
-        if count & 1:
-            found = doubled if found is None else _joined(found, doubled)
-        count >>= 1
-        if not count:
-            return doubled if found is None else found
-        doubled = _joined(doubled, doubled)
+    stretch = cell
+    for bit in f"{count:b}"[1:]:
+        stretch = _joined(stretch, stretch)
+        if bit == "1":
+            stretch = _joined(stretch, cell)
+    return stretch
 
 
 def _joined(one: ComplexArray, other: ComplexArray) -> ComplexArray:
