@@ -210,7 +210,7 @@ def moving(fmu, k, h, speed=60.0):
     return values
 
 
-STEPS_OF_INPUTS = {"position": 1e-4, "force_z": 1e3}
+STEPS_OF_INPUTS = {"position": 5e-5, "force_z": 1e3}
 
 
 def alike(fmu, found, difference, what, tolerance=2e-5):
