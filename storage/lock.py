@@ -53,23 +53,40 @@ def held(target: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
-def take(path: Path, *, new: bool = True) -> int | None:
-    """Lock a file, made if it is not there and may be `new`; None if another holds it.
+def take(path: Path) -> int | None:
+    """Lock a file, made if it is not there; None if another holds it.
+
+    Where the file system has no locks, nothing is held.
 
     Returns
     -------
     int
         A descriptor: closing it frees the lock.
     """
+    return _take(path, os.O_CREAT, without_locks=True)
+
+
+def take_left(path: Path) -> int | None:
+    """Lock a file that is there; None if another holds it, or nobody can know.
+
+    Raises
+    ------
+    FileNotFoundError
+    """
+    return _take(path, 0, without_locks=False)
+
+
+def _take(path: Path, flags: int, *, without_locks: bool) -> int | None:
     while True:
-        descriptor = os.open(path, os.O_RDWR | _NO_LINKS | (os.O_CREAT if new else 0), 0o644)
+        descriptor = os.open(path, os.O_RDWR | _NO_LINKS | flags, 0o644)
         try:
             _lock(descriptor)
-        except (BlockingIOError, PermissionError):
+        except OSError as error:
+            is_held = isinstance(error, (BlockingIOError, PermissionError))
+            if without_locks and not is_held:  # no locks here
+                return descriptor
             os.close(descriptor)
             return None
-        except OSError:  # no locks here
-            return descriptor
         with suppress(FileNotFoundError):
             if os.path.samestat(os.fstat(descriptor), path.stat()):
                 return descriptor

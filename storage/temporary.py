@@ -8,7 +8,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from railcosim.storage.lock import take
+from railcosim.storage.lock import take, take_left
 
 _PREFIX = "railcosim_"
 _LOCK = "lock"
@@ -55,7 +55,7 @@ def _sweep(parent: Path) -> None:
         try:
             if folder.is_symlink() or not _is_ours(folder):
                 continue
-            descriptor = take(folder / _LOCK, new=False)
+            descriptor = take_left(folder / _LOCK)
         except OSError:
             continue
         if descriptor is not None:

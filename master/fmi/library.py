@@ -40,6 +40,12 @@ def library_of(file: Path, binaries: Path, identifier: str) -> Path:
             f"{file}: its model description calls the library {library.name}, but in it there is "
             f"{', '.join(others)}; the two must agree: correct modelIdentifier or the file's name"
         )
+    unpacked = binaries.parent.parent
+    if not (unpacked / "modelDescription.xml").is_file():  # it was read a moment ago
+        raise FmuError(
+            f"{file}: what was unpacked into {unpacked} has been removed by something; set the "
+            "environment variable TMPDIR to a folder that nothing cleans"
+        )
     found = sorted(p.name for p in binaries.parent.glob("*") if p.is_dir() and any(p.iterdir()))
     raise FmuError(
         f"{file}: no binary for {binaries.name}, only for {', '.join(found) or 'nothing'}; "

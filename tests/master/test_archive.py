@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from railcosim.master.component import Hold, Type
-from railcosim.master.fmi import archive
+from railcosim.master.fmi import archive, fmu
 from railcosim.master.fmi.archive import FmuError, description_of, unpack
 from railcosim.master.fmi.description import read_description
 from railcosim.master.fmi.fmu import FmuComponent
@@ -274,6 +274,13 @@ def test_missing_binary_leaves_nothing_behind(make, own_tempdir):
     with pytest.raises(FmuError, match=r"no binary for .*, only for amiga;"):
         FmuComponent.load(make(("binaries/amiga/contact.so", "x")))
     assert list(own_tempdir.glob("railcosim_*/fmu_*")) == []
+
+
+def test_who_cleans_the_temporary_folder_is_suspected(make, monkeypatch):
+    """What was unpacked is gone before its library is loaded: nothing is wrong with the FMU."""
+    monkeypatch.setattr(fmu, "tell_layers", lambda path, folder: shutil.rmtree(folder))
+    with pytest.raises(FmuError, match=r"has been removed by something; set .* TMPDIR"):
+        FmuComponent.load(make())
 
 
 def test_broken_binary_leaves_the_working_directory(make):

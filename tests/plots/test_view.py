@@ -178,13 +178,16 @@ def test_a_browser_plays_it(tmp_path) -> None:
     }
     document.getElementById("pace").value = "1";
     document.getElementById("play").click();
-    setTimeout(() => {
+    // However slowly it is drawn: the button says when the run has been played.
+    const waiting = setInterval(() => {
+      if (document.getElementById("play").textContent !== "play") return;
+      clearInterval(waiting);
       note();
       document.body.dataset.went = went.join(" ");
       document.body.dataset.colours = String(colours);
       document.body.dataset.labels = labels.join(", ");
       document.body.dataset.title = document.title;
-    }, 3000);
+    }, 100);
     </script></body>"""
     page.write_text(page.read_text().replace("</body>", probe))
     dom, complaints = browser.render(page)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import tempfile
 
 import pytest
 
+from railcosim.storage import lock
 from railcosim.storage.temporary import scratch
 
 JOB = """
@@ -56,6 +58,20 @@ def test_swept_after_kill(tmp_path):
     end(living)
     end(third)
     assert names(tmp_path) == set()
+
+
+def test_where_nothing_can_be_locked_nothing_is_swept(tmp_path, monkeypatch):
+    """Some file systems have no locks: a living process's folder looks like a dead one's."""
+    living, of_the_living = start(tmp_path)
+
+    def refuse(descriptor):
+        raise OSError(errno.ENOLCK, "no locks available")
+
+    monkeypatch.setattr(lock, "_lock", refuse)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    ours = scratch()
+    assert names(tmp_path) == {of_the_living, str(ours)}
+    end(living)
 
 
 def test_not_ours(tmp_path, monkeypatch):
