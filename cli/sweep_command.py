@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence, Set
+from collections.abc import Iterable, Sequence, Set
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,6 +17,8 @@ from .results import PICTURES, Suffixes, folder_of, keep
 from .sweep_point import blanks_in, filled, measured, options_of
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from railcosim.analysis.joined import Value
 
 NETCDF = Suffixes("--out", (".nc",))
@@ -112,6 +114,7 @@ def sweep(
         except NoDaskError as error:
             raise UsageError(str(error)) from error
     if found.dataset is not None:
+        _tell_units(found.dataset, axes)
         chart = partial(sweep_chart, axes=list(axes), shown=show, title=f"sweep of {command}")
         size = " x ".join(f"{len(values)} {key}" for key, values in axes.items())
         drawn = show is None or show in found.dataset.data_vars
@@ -148,6 +151,18 @@ def _axes(command: str, texts: Sequence[str], known: Set[str]) -> dict[str, list
             raise UsageError(f"--set {text}: {key} is given twice; give all its values at once")
         axes[key] = _values(text, values)
     return axes
+
+
+def _tell_units(swept: xr.Dataset, axes: Iterable[str]) -> None:
+    """Units of axes that are numbers of the built-in vehicle or track; of others none is known."""
+    from railcosim.parameters.change import keys_of, unit_of
+    from railcosim.track.parameters import Track
+    from railcosim.vehicle.parameters import Vehicle
+
+    for parameters in (Vehicle(), Track()):
+        for key in {*axes} & {*keys_of(parameters)}:
+            if unit := unit_of(parameters, key):
+                swept[key].attrs["units"] = unit
 
 
 def _value(word: str) -> Value:

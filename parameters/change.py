@@ -101,6 +101,12 @@ def value_at(parameters: object, key: str) -> Value:
     return next(iter(values))
 
 
+def unit_of(parameters: object, key: str) -> str:
+    """Unit of the number that a key names, empty of a pure one."""
+    unit = quantity_of(_key(parameters, key).declared).unit
+    return "" if unit == "1" else unit
+
+
 def limits_of(parameters: object, key: str) -> tuple[float, float]:
     """Between what the number that a key names may be; infinite where nothing bounds it."""
     about = quantity_of(_key(parameters, key).declared)

@@ -84,7 +84,9 @@ def _named(values: xr.DataArray, dim: str | None, k: int) -> str:
     if dim is None:
         return str(values.name)
     value = values[dim].values[k]
-    return f"{dim} = {value:g}" if values[dim].dtype.kind in "if" else f"{dim} {value}"
+    if values[dim].dtype.kind not in "if":
+        return f"{dim} {value}"
+    return f"{dim} = {value:g} {values[dim].attrs.get('units', '')}".rstrip()
 
 
 def _label(swept: xr.Dataset, name: str) -> str:

@@ -67,6 +67,7 @@ def test_goes_on_after_a_kill_here_and_then_on_a_scheduler(tmp_path):
     H = found["receptance"]
     assert H.dims == ("fastening.stiffness", "position", "frequency")
     assert np.isfinite(H).all()
+    assert found["fastening.stiffness"].attrs == {"units": "N/m"}
     # And each is what the library gives, with a track made by hand.
     omega, at = 2 * np.pi * H["frequency"].values, [Point(x=2.8125)]  # a seat is like the others
     for k in (3e7, 6e7):
