@@ -181,14 +181,14 @@ def test_picture(tmp_path):
         [np.nan, 4 * 2**0.5, 6 * 2**0.5], nan_ok=True
     )
     assert chart.rows[0][0].y_label == "|H| (m/N)"
-    found["stiffness"].attrs["units"] = "N/m"
-    with_units = sweep_chart(found, list(AXES), "H").rows[0][0].curves
-    assert [c.name for c in with_units] == [f"stiffness = {x} N/m" for x in (2, 4)]
     plain = sweep_chart(found, list(AXES), "n").rows[0][0]
     assert (plain.x_label, [c.name for c in plain.curves]) == (
         "stiffness",
         ["kind soft", "kind stiff"],
     )
+    found["stiffness"].attrs["units"] = "N/m"
+    with_units = sweep_chart(found, list(AXES), "H").rows[0][0].curves
+    assert [c.name for c in with_units] == [f"stiffness = {x} N/m" for x in (2, 4)]
 
 
 def test_axes_of_the_command_line():
