@@ -3,10 +3,13 @@
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 200 }; /* Newton takes 3 or 4 */
+enum { MAX_ITERATIONS = 200 }; /* 3 or 4 are enough */
 enum { APART = 10 };           /* iterations in which groups are solved for by themselves */
 static const double RELATIVE_TOLERANCE = 1e-12; /* four digits above rounding */
 static const double ROUNDING = 1e-14;           /* nothing is left of a change */
+/* Of the last change (at first of the forces): where one is larger, derivatives are found anew. With
+   old ones each is about a thousandth of the last, as is what groups do to each other. */
+static const double FAST = 1e-2;
 static const double SMALLEST_PART = 1e-3; /* of a change that is made where all of it leads away */
 
 /* What is asked of a law at an instant: by q or by v. */
@@ -15,10 +18,10 @@ static void at_an_instant(const Question *question, size_t k, const double *q, c
 {
     const ContactLaw *law = question->law;
     Contact contact;
-    contact_at(law, k, q, v, question->given + k * law->given, &contact);
-    for (size_t i = law->first; i < law->first + law->own; i++) {
+    contact_at(law, k, q, v, question->given + k * law->given, tangent != NULL, &contact);
+    memcpy(force, contact.force + law->first, law->own * sizeof(double));
+    for (size_t i = law->first; tangent != NULL && i < law->first + law->own; i++) {
         const double *by = (by_rates ? contact.by_v[i] : contact.by_q[i]) + law->first;
-        *force++ = contact.force[i];
         memcpy(tangent, by, law->own * sizeof(double));
         tangent += law->own;
     }
@@ -55,12 +58,14 @@ static void move(const Question *question, const double *G, const double *free, 
                                            x + part * n);
 }
 
-/* Forces that the law answers to x, and their derivatives, one contact after the other. */
+/* Forces that the law answers to x, and (NULL: not asked for) their derivatives, one contact after the
+   other. */
 static void ask_all(const Question *question, const double *x, double *found, double *tangents)
 {
     const size_t own = question->law->own, n = question->n, parts = question->parts;
+    const size_t each = tangents == NULL ? 0 : parts * own * parts * own;
     double at[2 * MOST_OWN], force[2 * MOST_OWN];
-    for (size_t port = 0; port < n; port += own, tangents += parts * own * parts * own) {
+    for (size_t port = 0; port < n; port += own, tangents += each) {
         const size_t first = question->port == NULL ? port : question->port[port];
         for (size_t part = 0; part < parts; part++)
             memcpy(at + part * own, x + part * n + port, own * sizeof(double));
@@ -107,28 +112,63 @@ static void soften(const Question *question, const double *G, size_t m, const si
         A[i * all + i] += 1;
 }
 
+/* Factors of the matrices of groups of so many wheelsets, one behind the other. */
+typedef struct {
+    size_t together;
+    size_t *row; /* by which elimination went, one number for each unknown */
+    double *A, *scratch;
+} Groups;
+
+static size_t groups_of(const Question *question, size_t together)
+{
+    return (question->law->left + together - 1) / together;
+}
+
+static Groups groups_in(const Question *question, double *work)
+{
+    const size_t all = question->parts * question->n;
+    const Groups groups = {0, (size_t *)work, work + (2 + question->parts * question->law->own) * all,
+                           work + all};
+    return groups;
+}
+
+static int factor_groups(const Question *question, size_t together, const double *G,
+                         const double *tangents, Groups *groups)
+{
+    size_t port[MOST_PORTS_OF_ALL], *row = groups->row;
+    double *A = groups->A;
+    groups->together = together;
+    for (size_t group = 0; group < groups_of(question, together); group++) {
+        const size_t m = members(question, together, group, port), all = question->parts * m;
+        soften(question, G, m, port, tangents, groups->scratch, A);
+        if (!question->kernels->factor(all, A, row))
+            return 0;
+        A += all * all;
+        row += all;
+    }
+    return 1;
+}
+
 /* Solve for changes, group by group: what groups do to each other is left to the next iteration. */
-static int solve_groups(const Question *question, size_t together, const double *G,
-                        const double *tangents, double *change, double *work)
+static void solve_groups(const Question *question, const Groups *groups, double *change)
 {
     const size_t n = question->n, parts = question->parts;
-    const size_t groups = (question->law->left + together - 1) / together;
     size_t port[MOST_PORTS_OF_ALL];
-    for (size_t group = 0; group < groups; group++) {
-        const size_t m = members(question, together, group, port);
-        double *own = work, *rows = own + parts * m;
-        double *A = rows + parts * question->law->own * parts * m;
+    const size_t *row = groups->row;
+    const double *A = groups->A;
+    double *own = groups->scratch;
+    for (size_t group = 0; group < groups_of(question, groups->together); group++) {
+        const size_t m = members(question, groups->together, group, port), all = parts * m;
         for (size_t part = 0; part < parts; part++)
             for (size_t k = 0; k < m; k++)
                 own[part * m + k] = change[part * n + port[k]];
-        soften(question, G, m, port, tangents, rows, A);
-        if (!question->kernels->solve(parts * m, A, own))
-            return 0;
+        question->kernels->substitute(all, A, row, own);
         for (size_t part = 0; part < parts; part++)
             for (size_t k = 0; k < m; k++)
                 change[part * n + port[k]] = own[part * m + k];
+        A += all * all;
+        row += all;
     }
-    return 1;
 }
 
 /* Root of the sum of squares of what forces lack. */
@@ -154,21 +194,31 @@ static double advance(size_t n, double part, const double *before, const double 
     return largest;
 }
 
+static double largest_of(size_t n, const double *x)
+{
+    double largest = 0;
+    for (size_t k = 0; k < n; k++)
+        largest = fmax(largest, fabs(x[k]));
+    return largest;
+}
+
 int balance(const Question *question, const double *G, const double *free, double *force, double *x,
             double *work)
 {
     const size_t n = question->n, all = question->parts * n;
     double *change = work, *before = change + all, *found = before + all, *tangents = found + all;
-    double *rest = tangents + all * question->parts * question->law->own;
+    Groups groups = groups_in(question, tangents + all * question->parts * question->law->own);
     double part = 1, wrong = INFINITY, last = 0;
+    int anew = 1; /* whether derivatives are found */
     for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
         move(question, G, free, force, x);
-        ask_all(question, x, found, tangents);
+        ask_all(question, x, found, anew ? tangents : NULL);
         const double lacks = lacking(all, found, force);
         if (iteration == 0 && isnan(lacks))
             return 0;
         if (!(lacks <= wrong) && part >= SMALLEST_PART) { /* all of the change led away */
             part /= 2;
+            anew = 1;
             advance(all, part, before, change, force);
             continue;
         }
@@ -178,14 +228,14 @@ int balance(const Question *question, const double *G, const double *free, doubl
         for (size_t k = 0; k < all; k++)
             change[k] = found[k] - force[k];
         const size_t together = iteration < APART ? question->together : question->law->left;
-        if (!solve_groups(question, together, G, tangents, change, rest))
+        if (anew && !factor_groups(question, together, G, tangents, &groups))
             return 0;
+        solve_groups(question, &groups, change);
         const double largest = advance(all, part, before, change, force);
-        double size = 0;
-        for (size_t k = 0; k < all; k++)
-            size = fmax(size, fabs(change[k]));
+        const double size = largest_of(all, change);
         /* The next change would be smaller again by as much at least as this one is than the last. */
         const double next = size < last ? size * (size / last) : size;
+        anew = iteration + 1 >= APART || !(size <= FAST * (iteration > 0 ? last : largest));
         last = size;
         if (size <= RELATIVE_TOLERANCE * largest || next <= ROUNDING * largest) {
             move(question, G, free, force, x);
@@ -202,7 +252,10 @@ int balance_change(const Question *question, const double *G, const double *x, d
 {
     const size_t all = question->parts * question->n;
     double *found = work, *tangents = found + all;
-    double *rest = tangents + all * question->parts * question->law->own;
+    Groups groups = groups_in(question, tangents + all * question->parts * question->law->own);
     ask_all(question, x, found, tangents);
-    return solve_groups(question, question->law->left, G, tangents, dforce, rest);
+    if (!factor_groups(question, question->law->left, G, tangents, &groups))
+        return 0;
+    solve_groups(question, &groups, dforce);
+    return 1;
 }

@@ -36,13 +36,13 @@ static void meet(const ContactLaw *law, const double *q, const double *v, const 
 }
 
 void contact_at(const ContactLaw *law, size_t k, const double *q, const double *v,
-                const double *given, Contact *contact)
+                const double *given, int changes, Contact *contact)
 {
     double motion[MOST_MOTIONS], rate[MOST_MOTIONS];
     meet(law, q, v, given, motion, rate);
     if (law->of_rates) {
         rolling_force(&law->rolling[k], k < law->left ? -1 : 1, motion, rate, contact->force,
-                      contact->by_q, contact->by_v);
+                      changes ? contact->by_q : NULL, changes ? contact->by_v : NULL);
         return;
     }
     const double d = motion[0], number = law->number[k], root = d > 0 ? sqrt(d) : 0;
@@ -102,6 +102,24 @@ static void pass(const ContactLaw *law, size_t k, const Way *way, const Node *no
                    node->value[2] * way->given[2][k * g + i];
 }
 
+/* Add part of what a contact's forces change by at a node to the derivatives by motions on average and
+   at the end, (own, 2 own). */
+static void add_changes(const ContactLaw *law, const Way *way, const Node *node, double part,
+                        const Contact *contact, double *tangent)
+{
+    const size_t own = law->own;
+    for (size_t at = 0; at < 2; at++) {
+        const double value = part * node->value[1 + at], rate = part * node->rate[1 + at] / way->h;
+        for (size_t i = 0; i < own; i++) {
+            const double *by_q = contact->by_q[law->first + i] + law->first;
+            const double *by_v = contact->by_v[law->first + i] + law->first;
+            double *row = tangent + (2 * i + at) * own;
+            for (size_t l = 0; l < own; l++)
+                row[l] += value * by_q[l] + rate * by_v[l];
+        }
+    }
+}
+
 void contact_over_step(const ContactLaw *law, size_t k, const Way *way, const double *x,
                        double *force, double *tangent)
 {
@@ -109,23 +127,19 @@ void contact_over_step(const ContactLaw *law, size_t k, const Way *way, const do
     double q[MOST_OWN], v[MOST_OWN], given[2 * MOST_MOTIONS];
     Contact contact;
     memset(force, 0, wide * sizeof(double));
-    memset(tangent, 0, wide * wide * sizeof(double));
+    if (tangent != NULL)
+        memset(tangent, 0, wide * wide * sizeof(double));
     for (int j = 0; j < 3; j++) {
         const Node *node = &NODE[j];
         const double part[2] = {node->weight, 3 * node->odd * node->weight};
         pass(law, k, way, node, x, q, v, given);
-        contact_at(law, k, q, v, given, &contact);
-        for (size_t p = 0; p < 2; p++)
-            for (size_t i = 0; i < own; i++) {
-                const double *by_q = contact.by_q[law->first + i] + law->first;
-                const double *by_v = contact.by_v[law->first + i] + law->first;
-                double *row = tangent + (p * own + i) * wide;
+        contact_at(law, k, q, v, given, tangent != NULL, &contact);
+        for (size_t p = 0; p < 2; p++) {
+            for (size_t i = 0; i < own; i++)
                 force[p * own + i] += part[p] * contact.force[law->first + i];
-                for (size_t at = 0; at < 2; at++)
-                    for (size_t l = 0; l < own; l++)
-                        row[at * own + l] += part[p] * (node->value[1 + at] * by_q[l] +
-                                                        node->rate[1 + at] / way->h * by_v[l]);
-            }
+            if (tangent != NULL)
+                add_changes(law, way, node, part[p], &contact, tangent + p * own * wide);
+        }
     }
 }
 
@@ -140,7 +154,7 @@ void contact_over_step_change(const ContactLaw *law, size_t k, const Way *way, c
         const Node *node = &NODE[j];
         pass(law, k, way, node, x, q, v, given);
         pass(law, k, change, node, dx, dq, dv, dgiven);
-        contact_at(law, k, q, v, given, &contact);
+        contact_at(law, k, q, v, given, 1, &contact);
         contact_change(law, &contact, dq, dv, dgiven, found);
         for (size_t i = 0; i < law->own; i++) {
             dforce[i] += node->weight * found[law->first + i];

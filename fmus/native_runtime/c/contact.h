@@ -31,9 +31,10 @@ typedef struct {
     double by_q[MOST_MOTIONS][MOST_MOTIONS], by_v[MOST_MOTIONS][MOST_MOTIONS];
 } Contact;
 
-/* Contact k, where its body's ports move by q, at rates v; and how its forces change. */
+/* Contact k, where its body's ports move by q, at rates v; and, if `changes` are asked for, how its
+   forces change. */
 void contact_at(const ContactLaw *law, size_t k, const double *q, const double *v,
-                const double *given, Contact *contact);
+                const double *given, int changes, Contact *contact);
 void contact_change(const ContactLaw *law, const Contact *contact, const double *dq,
                     const double *dv, const double *dgiven, double dforce[MOST_MOTIONS]);
 
@@ -46,8 +47,8 @@ typedef struct {
 } Way;
 
 /* Means and slopes [mean, slope][own] of the lines that are nearest to the forces of contact k along
-   the parabola of its motions, by these on average and at the end [average, end][own]; and their
-   derivatives, (2 own, 2 own). Rates are the parabola's own. */
+   the parabola of its motions, by these on average and at the end [average, end][own]; and (NULL: not
+   asked for) their derivatives, (2 own, 2 own). Rates are the parabola's own. */
 void contact_over_step(const ContactLaw *law, size_t k, const Way *way, const double *x,
                        double *force, double *tangent);
 /* Their changes along one of the way and dx. */

@@ -17,6 +17,7 @@ void gaps_lay_out(GapWork *work, const Model *m, Arrays *arrays)
         *each[k] = arrays_take(arrays, n);
     for (size_t k = 0; k < sizeof square / sizeof *square; k++)
         *square[k] = arrays_take(arrays, n * n);
+    work->row = (size_t *)arrays_take(arrays, n);
     work->weight = arrays_take(arrays, n > 0 ? 2 * m->modes : 0);
     work->R = arrays_take(arrays, n * m->contacts);
     work->part = arrays_take(arrays, n * (m->contacts + 1));
@@ -98,13 +99,22 @@ static double find_off(size_t n, const double *G, GapWork *work)
     return largest;
 }
 
+/* x of A x = b, in place. */
+static int eliminate(const Body *body, size_t n, GapWork *work, double *b)
+{
+    if (!body->kernels->factor(n, work->A, work->row))
+        return 0;
+    body->kernels->substitute(n, work->A, work->row, b);
+    return 1;
+}
+
 /* x of (1 + G slope) x = b, in place. */
 static int solve(const Body *body, size_t n, const double *G, GapWork *work, double *b)
 {
     for (size_t k = 0; k < n; k++)
         for (size_t j = 0; j < n; j++)
             work->A[k * n + j] = (k == j) + G[k * n + j] * work->slope[j];
-    return body->kernels->solve(n, work->A, b);
+    return eliminate(body, n, work, b);
 }
 
 /* Forces that agree with the stretches they leave of work->free. */
@@ -245,7 +255,7 @@ static void of_closed(const Body *body, GapWork *work, double *b)
                 (k == j) * (closed ? 1 / body->model->gaps.stiffness[k] : 1) +
                 (closed && work->closed[j] != 0 ? work->S[k * n + j] : 0);
     }
-    body->kernels->solve(n, work->A, b);
+    eliminate(body, n, work, b);
 }
 
 void gaps_soften(const Body *body, const Shapes *shapes, GapWork *work, double *G, double *lifted)

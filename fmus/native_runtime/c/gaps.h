@@ -9,6 +9,7 @@
 typedef struct {
     double *begin, *end, *force, *slope, *off, *step, *free, *dbegin, *dforce;
     double *G, *S, *A;  /* stretches by forces over a step, at rest; what is solved */
+    size_t *row;        /* by which elimination went */
     double *weight;     /* of modes, over a step: 2 * modes */
     double *R, *part;   /* motions of contacts by forces at rest, (gaps, contacts); and parts of it */
     double *closed;     /* at rest: 1 or 0 */

@@ -30,7 +30,8 @@ typedef float FourFloats VECTOR(float, 4);
 #define KERNELS(each, sums)                                                                       \
     {evaluate_both_##each, drive_##each, drive_both_##each, observe_##sums, look_##sums,          \
      respond_##sums, add_##each, advance_##each, advance_both_##each, add_line_##each,            \
-     add_product_##sums, take_product_##sums, solve_##sums, finite_##sums}
+     add_product_##sums, take_product_##sums, factor_##sums, substitute_##sums,                      \
+     finite_##sums}
 
 #define NAME(kernel) kernel##_plain
 #define TARGET

@@ -66,9 +66,12 @@ typedef struct {
     /* C -= A B: A is (rows, k), B (k, n). */
     void (*take_product)(size_t rows, size_t k, size_t n, const double *restrict A,
                          const double *restrict B, double *restrict C);
-    /* Solve A x = b of n unknowns in place (x in b) by elimination with pivoting; 0: singular or not
-       finite. */
-    int (*solve)(size_t n, double *restrict A, double *restrict b);
+    /* Factors of A, (n, n), in its place, by elimination with pivoting: step k took row[k]. 0: A is
+       singular or not finite. */
+    int (*factor)(size_t n, double *restrict A, size_t *restrict row);
+    /* x of A x = b, in place of b, by these. */
+    void (*substitute)(size_t n, const double *restrict A, const size_t *restrict row,
+                       double *restrict b);
     /* 0 if all x are finite; else no number. */
     double (*finite)(size_t n, const double *x);
 } Kernels;

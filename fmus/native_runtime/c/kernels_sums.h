@@ -150,9 +150,8 @@ TARGET static void NAME(take_product)(size_t rows, size_t k, size_t n, const dou
     }
 }
 
-/* Row i less its part of row k, of columns behind k. */
-TARGET static void NAME(eliminate)(size_t n, size_t k, size_t i, double *restrict A,
-                                   double *restrict b)
+/* Row i less its part of row k, which stays in its place, of columns behind k. */
+TARGET static void NAME(eliminate)(size_t n, size_t k, size_t i, double *restrict A)
 {
     const double *restrict from = A + k * n;
     double *restrict to = A + i * n;
@@ -162,7 +161,7 @@ TARGET static void NAME(eliminate)(size_t n, size_t k, size_t i, double *restric
         PUT(to, j) = AT(to, j) - factor * AT(from, j);
     for (; j < n; j++)
         to[j] -= factor * from[j];
-    b[i] -= factor * b[k];
+    to[k] = factor;
 }
 
 static void NAME(swap)(double *restrict a, double *restrict b)
@@ -172,7 +171,7 @@ static void NAME(swap)(double *restrict a, double *restrict b)
     *b = kept;
 }
 
-TARGET static int NAME(solve)(size_t n, double *restrict A, double *restrict b)
+TARGET static int NAME(factor)(size_t n, double *restrict A, size_t *restrict row)
 {
     for (size_t k = 0; k < n; k++) {
         size_t best = k;
@@ -182,19 +181,29 @@ TARGET static int NAME(solve)(size_t n, double *restrict A, double *restrict b)
         const double pivot = A[best * n + k];
         if (pivot == 0 || !isfinite(pivot))
             return 0;
-        for (size_t j = k; j < n && best != k; j++)
+        row[k] = best;
+        for (size_t j = 0; j < n && best != k; j++)
             NAME(swap)(A + k * n + j, A + best * n + j);
-        if (best != k)
-            NAME(swap)(b + k, b + best);
         for (size_t i = k + 1; i < n; i++)
-            NAME(eliminate)(n, k, i, A, b);
+            NAME(eliminate)(n, k, i, A);
     }
+    return 1;
+}
+
+TARGET static void NAME(substitute)(size_t n, const double *restrict A,
+                                    const size_t *restrict row, double *restrict b)
+{
+    for (size_t k = 0; k < n; k++)
+        if (row[k] != k)
+            NAME(swap)(b + k, b + row[k]);
+    for (size_t k = 0; k < n; k++)
+        for (size_t i = k + 1; i < n; i++)
+            b[i] -= A[i * n + k] * b[k];
     for (size_t k = n; k-- > 0;) {
         for (size_t j = k + 1; j < n; j++)
             b[k] -= A[k * n + j] * b[j];
         b[k] /= A[k * n + k];
     }
-    return 1;
 }
 
 TARGET static double NAME(finite)(size_t n, const double *x)

@@ -61,7 +61,7 @@ static int agree(Motion *motion, const double *given, double *force, double *v)
     memcpy(v, free, m->contacts * sizeof(double)); /* a vehicle's do not jump */
     for (size_t k = 0; k < wheels_of(motion); k++) {
         Contact contact;
-        contact_at(law, k, z + k * law->own, v + k * law->own, given + k * law->given, &contact);
+        contact_at(law, k, z + k * law->own, v + k * law->own, given + k * law->given, 0, &contact);
         memcpy(force + k * law->own, contact.force + law->first, law->own * sizeof(double));
     }
     return motion->body.kernels->finite(m->contacts, force) == 0;
@@ -114,7 +114,7 @@ int motion_forces(Motion *motion, const Inputs *now, const double *x, double *fo
 double motion_pressed(const Motion *motion, size_t k, const double *z, const double *load)
 {
     Contact contact;
-    contact_at(&motion->law, k, z + k, NULL, load + k, &contact);
+    contact_at(&motion->law, k, z + k, NULL, load + k, 0, &contact);
     return contact.force[0];
 }
 
@@ -126,7 +126,7 @@ void motion_on_other(const Motion *motion, const Inputs *now, const double *z, c
     Contact contact;
     for (size_t k = 0; k < wheels; k++) {
         contact_at(law, k, z + k * law->own, vz + k * law->own, now->load + k * law->given,
-                   &contact);
+                   0, &contact);
         memcpy(force + k * law->other, contact.force + law->beyond, law->other * sizeof(double));
     }
 }
@@ -141,7 +141,7 @@ static void change(const Motion *motion, size_t count, size_t first, const Input
     Contact contact;
     for (size_t k = 0; k < wheels_of(motion); k++) {
         const size_t port = k * law->own, given = k * law->given;
-        contact_at(law, k, z + port, vz + port, now->load + given, &contact);
+        contact_at(law, k, z + port, vz + port, now->load + given, 1, &contact);
         contact_change(law, &contact, dz + port, dvz + port, along->load + given, found);
         memcpy(dforce + k * count, found + first, count * sizeof(double));
     }
