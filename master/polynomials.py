@@ -87,3 +87,10 @@ def _derivatives(x: float, n: int, orders: int, length: float) -> FloatArray:
 def continued(tau: tuple[float, ...], ratio: float) -> FloatArray:
     """Values at `tau` of a step by those at `tau` of the step before, 1 / ratio as long."""
     return lagrange(np.array(tau), 1 + ratio * np.array(tau))
+
+
+@lru_cache(maxsize=64)
+def end_slopes(tau: tuple[float, ...]) -> FloatArray:
+    """Slope at 1 by values at `tau`."""
+    slopes: FloatArray = lagrange(np.array(tau), np.ones(1), 1)[0]
+    return slopes

@@ -73,6 +73,15 @@ class Signal(Component):
         """Go to time `t + h` (s)."""
         self._time = t + h
 
+    def through(self, t: float, ends: FloatArray) -> FloatArray:
+        """Evaluate the function at many times; see `Component`."""
+        if not self._vectorised:
+            return super().through(t, ends)
+        self._time = float(ends[-1])
+        found: FloatArray = np.asarray(self._function(ends), dtype=np.float64)
+        self.y[...] = found[-1]
+        return found
+
     def save_state(self) -> float:
         """Give the time: all the state there is."""
         return self._time

@@ -245,7 +245,7 @@ class System:
         follow(port.component, taylor[1:], t, h)
         port.fresh = False
         if self.on_step is not None:
-            self.on_step(k, t, h, taylor)
+            self.on_step(k, t, h, taylor.copy())
 
     def describe_inputs(self) -> dict[str, str]:
         """Tell how the inputs of each component that has some go on over a step."""

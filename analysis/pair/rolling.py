@@ -99,7 +99,7 @@ class Sent:
 
     def force(self, motion: FloatArray) -> FloatArray:
         """See `railcosim.master.law.ForceLaw`."""
-        return self.law.force(motion)[..., SENT]
+        return self.law.force(motion).take(SENT, axis=-1)
 
     def tangent(self, motion: FloatArray) -> FloatArray:
         """See `railcosim.master.law.ForceLaw`."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from railcosim.master.component import ComponentError, FloatArray
@@ -68,25 +70,24 @@ class Balance:
         ComponentError
             If there is none, or Newton's method does not find it.
         """
-        change, slow = np.zeros_like(force), False
-        motion, residual = self._imbalance(h, G, start, force, change)
+        change, slow, sought = np.zeros_like(force), False, _largest(force)
+        motion, residual = start, self._left(start, force)
         for _ in range(MAX_ITERATIONS):
             fresh = self.inverse is None
             correction = self._correction(h, G, motion, residual)
-            moved = float(np.abs(correction).max())
-            largest = max(*(float(np.abs(f).max()) for f in (force, force + change)), self._least)
-            if moved <= SETTLED * largest:
+            moved = _largest(correction)
+            if moved <= SETTLED * max(sought, _largest(force + change), self._least):
                 return force + change - correction
-            if slow or not np.isfinite(moved):
+            if slow or not math.isfinite(moved):
                 self.inverse, fresh = None, True
                 correction = self._correction(h, G, motion, residual)
-            if not np.isfinite(correction).all():
-                break
-            share, before = 1.0, float(np.linalg.norm(residual))
+                if not np.isfinite(correction).all():
+                    break
+            share, before = 1.0, _norm(residual)
             while True:
                 further = change - share * correction
                 tried = self._imbalance(h, G, start, force, further)
-                left = float(np.linalg.norm(tried[1]))
+                left = _norm(tried[1])
                 if left < before or share < SHORTEST:
                     break
                 if fresh:
@@ -106,18 +107,21 @@ class Balance:
 
     def wrong(self, h: float, G: FloatArray, start: FloatArray, force: FloatArray) -> float:
         """How far forces are from those, N: by the first correction, of a kept inverse."""
-        motion, residual = self._imbalance(h, G, start, force, np.zeros_like(force))
-        return float(np.abs(self._correction(h, G, motion, residual)).max())
+        return _largest(self._correction(h, G, start, self._left(start, force)))
 
     def _imbalance(
         self, h: float, G: FloatArray, start: FloatArray, force: FloatArray, change: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Motions at the nodes, and what changed forces differ by from the law's."""
-        nodes = self._nodes
         answer = (G.reshape(-1, change.size) @ change.ravel()).reshape(len(G), -1)
-        motion = start + nodes.answer(answer, h)
+        motion = start + self._nodes.answer(answer, h)
+        return motion, self._left(motion, force + change)
+
+    def _left(self, motion: FloatArray, force: FloatArray) -> FloatArray:
+        """What forces differ by from the law's."""
         forces = self._law.law.force(motion).reshape(len(motion), -1)
-        return motion, force + change - nodes.variant.project @ forces
+        differ: FloatArray = force - self._nodes.variant.project @ forces
+        return differ
 
     def _correction(
         self, h: float, G: FloatArray, motion: FloatArray, residual: FloatArray
@@ -166,6 +170,15 @@ def broyden(G: FloatArray, change: FloatArray, answer: FloatArray, size: float) 
     """
     if float(np.abs(answer).max()) <= NOISE * size:
         return G
-    wrong = answer - np.tensordot(G, change, 2)
-    updated: FloatArray = G + np.multiply.outer(wrong, change / (change**2).sum())
+    told = (G.reshape(-1, change.size) @ change.ravel()).reshape(answer.shape)
+    updated: FloatArray = G + np.multiply.outer(answer - told, change / (change**2).sum())
     return updated
+
+
+def _largest(values: FloatArray) -> float:
+    return float(np.abs(values).max())
+
+
+def _norm(values: FloatArray) -> float:
+    flat = values.ravel()
+    return math.sqrt(flat @ flat)

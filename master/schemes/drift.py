@@ -12,13 +12,15 @@ of a step is off by up to half of that, which stiff creep makes a force of.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
-from numpy.typing import NDArray
 
 from railcosim.master.component import FloatArray
 from railcosim.master.law import IndexArray, Law
-from railcosim.master.polynomials import lagrange
+from railcosim.master.polynomials import end_slopes, lagrange
 from railcosim.master.schemes.nodes import Nodes
+from railcosim.master.schemes.rider import Rider
 from railcosim.master.system import System
 
 
@@ -31,8 +33,8 @@ class Drift:
         Whose components.
     law : int
         Index of the law among them.
-    stepped : sequence of int
-        Indices of the components that are stepped under forces.
+    riders : sequence of Rider
+        The components that are stepped under forces.
     nodes : Nodes
         Of the law.
 
@@ -42,73 +44,36 @@ class Drift:
         Inputs of the law that are rates told by those components.
     carried : array, shape (n_points + 1, n)
         By how much more their displacements have changed since the beginning of a step, there and
-        at its points.
+        at its points; riders write it.
     """
 
-    def __init__(self, system: System, law: int, stepped: list[int], nodes: Nodes) -> None:
+    def __init__(self, system: System, law: int, riders: Sequence[Rider], nodes: Nodes) -> None:
         self._system, self._nodes = system, nodes
         component = system.components[law]
         assert isinstance(component, Law)
         sources, n = system.sources(law), len(system.outputs)
-        feeders = [-1] * n
-        for k in stepped:
-            feeders[system.own_outputs(k)] = [k] * len(system.components[k].outputs)
-        fed_by = np.array([feeders[s] if s < n else -1 for s in sources])
+        feeders = np.full(n, -1)
+        for j, rider in enumerate(riders):
+            feeders[rider.own] = j
+        fed_by = np.where(sources < n, feeders[np.minimum(sources, n - 1)], -1)
         known = fed_by[component.rates] >= 0
         self.inputs: IndexArray = component.rates[known]
-        self._feeders = fed_by[self.inputs]
-        self._moved = sources[component.displacements[known]]
-        self._adds: FloatArray = component.S[:, self.inputs]
-        self._tau = np.array([0.0, *nodes.variant.points])
-        self._slopes = lagrange(self._tau, nodes.variant.nodes, 1)
-        self.carried: FloatArray = np.zeros((len(self._tau), len(self.inputs)))
-
-    def of(self, k: int) -> NDArray[np.bool_]:
-        """Which of the inputs component `k` tells."""
-        told: NDArray[np.bool_] = self._feeders == k
-        return told
-
-    def shown(self, k: int) -> FloatArray:
-        """Displacements that component `k` shows now."""
-        displaced: FloatArray = self._system.outputs[self._moved[self.of(k)]]
-        return displaced
-
-    def note(
-        self,
-        k: int,
-        point: int,
-        samples: FloatArray,
-        ahead: FloatArray | None,
-        behind: FloatArray | None,
-    ) -> None:
-        """Take note of component `k` where it has got to.
-
-        Parameters
-        ----------
-        k : int
-            The component.
-        point : int
-            Of the step, from 1; 0 is its beginning.
-        samples : array, shape (n_points + 1, n_outputs)
-            All outputs, there and at the points.
-        ahead, behind : array or None
-            Displacements in the state at the last point, met where it is met at this one; and in
-            that at this point, met where it was at the last one. None: it is met where it was.
-        """
-        own = self.of(k)
-        if ahead is None or behind is None:
-            self.carried[point, own] = 0.0
-            return
-        last, now = samples[point - 1 : point + 1, self._moved[own]]
-        more = (ahead - last + now - behind) / 2
-        self.carried[point, own] = self.carried[point - 1, own] + more
+        self._moved: IndexArray = sources[component.displacements[known]]
+        for j, rider in enumerate(riders):
+            if j in fed_by[self.inputs]:
+                rider.show()
+        self._adds: FloatArray = component.S[:, self.inputs].T
+        self._tau = (0.0, *nodes.variant.points)
+        self._slopes = lagrange(np.array(self._tau), nodes.variant.nodes, 1)[:, 1:]
+        self.carried: FloatArray = np.zeros((len(self._tau), n))
 
     def at_nodes(self, h: float) -> FloatArray | float:
         """What it adds to the motions of the law, shape (n_nodes, n_contacts, m)."""
-        if not self.inputs.size or not self.carried.any():
+        carried = self.carried[1:, self._moved]
+        if not carried.any():
             return 0.0
-        added: FloatArray = self._slopes @ self.carried @ self._adds.T / h
-        return -added.reshape(len(added), self._nodes.contacts, -1)
+        added: FloatArray = self._slopes @ (carried @ self._adds / -h)
+        return added.reshape(len(added), self._nodes.contacts, -1)
 
     def end_rates(
         self,
@@ -122,8 +87,8 @@ class Drift:
         Parameters
         ----------
         past : (array, array) or None
-            All outputs at the beginning of the last step, shape (n_outputs,); and what was carried
-            over it, shape (n,).
+            All outputs at the beginning of the last step, and what was carried over it, each of
+            shape (n_outputs,).
         ratio : float
             Length of the last step in these.
         h : float
@@ -136,11 +101,11 @@ class Drift:
         array, shape (n,)
             Of the inputs, with one order more than the step alone would give.
         """
-        tau, values = self._tau, now[:, self._moved] - self.carried
+        tau, values = self._tau, now - self.carried
         if past is not None:
             outputs, carried = past
-            tau = np.array([-ratio, *tau])
-            values = np.concatenate([(outputs[self._moved] + carried)[None], values])
-        weights = lagrange(tau, np.ones(1), 1)[0] / h
-        rates: FloatArray = weights @ (values - values[-1])
+            tau = (-ratio, *tau)
+            values = np.concatenate([(outputs + carried)[None], values])
+        values = values[:, self._moved]
+        rates: FloatArray = end_slopes(tau) / h @ (values - values[-1])
         return rates

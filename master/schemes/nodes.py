@@ -9,6 +9,7 @@ rail's does, is never asked for.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -73,6 +74,17 @@ class Nodes:
         m = len(self.places) + len(self.rates)
         return (np.arange(self.contacts)[:, None] * m + self.places).ravel()
 
+    @cached_property
+    def _arranged(self) -> IndexArray:
+        """Where displacements at the nodes, then their rates, have each motion of the law."""
+        nodes, d = len(self.variant.nodes), len(self.places)
+        at = np.empty(len(self.places) + len(self.rates), dtype=np.intp)
+        at[self.places] = np.arange(d)
+        at[self.rates] = self.whose + nodes * self.contacts * d
+        first = d * np.arange(nodes * self.contacts).reshape(nodes, self.contacts, 1)
+        arranged: IndexArray = first + at
+        return arranged
+
     def begin(self, sampled: FloatArray, h: float) -> FloatArray:
         """What the beginning of a step of `h` (s) adds to the motions; see `answer`."""
         return self._along(self.variant.begin, self.variant.begin_slopes, sampled, h)
@@ -121,14 +133,11 @@ class Nodes:
     def _along(
         self, weights: FloatArray, slopes: FloatArray, sampled: FloatArray, h: float
     ) -> FloatArray:
-        displaced = (weights @ sampled).reshape(len(weights), self.contacts, -1)
+        displaced = weights @ sampled
         if not self.rates.size:
-            return displaced
-        moving = ((slopes / h) @ sampled).reshape(displaced.shape)
-        found: FloatArray = np.empty((*displaced.shape[:2], len(self.places) + len(self.rates)))
-        found[..., self.places] = displaced
-        found[..., self.rates] = moving[..., self.whose]
-        return found
+            return displaced.reshape(len(weights), self.contacts, -1)
+        both = np.stack([displaced, (slopes / h) @ sampled])
+        return both.take(self._arranged, mode="clip")  # which checks no index again
 
 
 def _both(project: FloatArray, weights: FloatArray) -> FloatArray:

@@ -62,6 +62,17 @@ def test_a_signal_is_asked_for_many_times_at_once(stop):
     assert results[0] == results[1]
 
 
+@pytest.mark.parametrize("vectorised", [False, True])
+def test_a_signal_is_taken_through_many_times_at_once(vectorised):
+    """To the values of one after the other, and is then at the last."""
+    signal = Signal(
+        "s", [Variable(name="y")], lambda t: np.sin(t)[..., None], vectorised=vectorised
+    )
+    ends = np.array([0.1, 0.25, 0.7])
+    np.testing.assert_array_equal(signal.through(0.0, ends), np.sin(ends)[:, None])
+    assert signal.y[0] == signal.get_outputs()[0] == np.sin(0.7)
+
+
 def test_what_a_signal_cannot_foresee_ends_the_run_when_it_comes():
     def until_one(t):
         if np.max(t) > 1.0:
