@@ -30,8 +30,8 @@ ROOT = Path(__file__).parent
 sys.modules["railcosim"] = ModuleType("railcosim")
 sys.modules["railcosim"].__path__ = [str(ROOT)]
 
-from railcosim.fmus.native_runtime.compilers import NAMES  # noqa: E402
-from railcosim.fmus.native_runtime.platforms import (  # noqa: E402
+from railcosim.compiling.compilers import NAMES  # noqa: E402
+from railcosim.compiling.platforms import (  # noqa: E402
     Platform,
     UnknownPlatform,
     local_platform,
@@ -101,12 +101,18 @@ class BuildPy(build_py):
     def run(self) -> None:
         """Do it. In an editable installation nothing is compiled: its sources may change."""
         super().run()
-        folder = Path(self.build_lib, "railcosim", "fmus", "native_runtime", "compiled")
-        shutil.rmtree(folder, ignore_errors=True)  # what an earlier build has left
+        whole = Path(self.build_lib, "railcosim")
+        runtime = whole / "fmus" / "native_runtime" / "compiled"
+        batch = whole / "master" / "batch" / "compiled"
+        for folder in (runtime, batch):
+            shutil.rmtree(folder, ignore_errors=True)  # what an earlier build has left
         if not self.platforms or self.editable_mode:
             return
         # Here, since it needs what only such a build has.
         from railcosim.fmus.native_runtime.compile import compile_for_wheel  # noqa: PLC0415
+        from railcosim.master.batch import library  # noqa: PLC0415
 
-        folder.mkdir(parents=True)
-        compile_for_wheel(self.platforms, folder)
+        for folder in (runtime, batch):
+            folder.mkdir(parents=True)
+        compile_for_wheel(self.platforms, runtime)
+        library.compile_for_wheel(self.platforms, batch)

@@ -29,9 +29,9 @@ from rich.table import Table
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.response.frequency import coupled
 from railcosim.analysis.response.models import linear_models
+from railcosim.compiling.compilers import compiler_for
+from railcosim.compiling.platforms import local_platform
 from railcosim.fmus.export import WITH_STATES, export
-from railcosim.fmus.native_runtime.compilers import compiler_for
-from railcosim.fmus.native_runtime.platforms import local_platform
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.recording import Recorder
 from railcosim.master.schemes import Scheme

@@ -36,9 +36,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from railcosim.fmus.native_runtime.compile import FLAGS
-from railcosim.fmus.native_runtime.compilers import compiler_for
-from railcosim.fmus.native_runtime.platforms import local_platform
+from railcosim.compiling.compilers import FLAGS, compiler_for
+from railcosim.compiling.platforms import local_platform
 
 HERE = Path(__file__).with_name("overhead")
 TURNS, STEPS = 400, 250

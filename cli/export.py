@@ -169,8 +169,8 @@ def runtime_of(
     name: RuntimeName, fmi: int, platforms: str | None, *, model_exchange: bool = False
 ) -> Runtime:
     """The runtime that options ask for."""
+    from railcosim.compiling.platforms import platforms_named
     from railcosim.fmus.export import NativeRuntime, PythonRuntime
-    from railcosim.fmus.native_runtime.platforms import platforms_named
 
     if fmi not in {2, 3}:
         raise UsageError(f"--fmi {fmi}: must be 2 or 3")

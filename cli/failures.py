@@ -5,8 +5,8 @@ Loaded when something has gone wrong: it knows modules of all kinds.
 
 from __future__ import annotations
 
+from railcosim.compiling.platforms import UnknownPlatform
 from railcosim.fmus.native_runtime.compile import CacheRefused, CompilationFailed, CompilerMissing
-from railcosim.fmus.native_runtime.platforms import UnknownPlatform
 from railcosim.master.checkpoint import CheckpointError
 from railcosim.master.component import ComponentError, RunEnded
 from railcosim.master.connections import CouplingError

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+from railcosim.compiling.platforms import Platform, platforms_named
 from railcosim.storage.archive import write_archive
 
 from .content import Content, profiles_json
@@ -18,7 +19,6 @@ from .description.extras import extras
 from .description.kind import KINDS
 from .description.structure import states_of
 from .native_runtime.compile import build, headers, sources
-from .native_runtime.platforms import Platform, platforms_named
 from .native_runtime.resource import resource
 from .native_runtime.universal import universal
 from .roles import PROFILES, Role

@@ -6,12 +6,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.master import plain
+from railcosim.master.batch.call import Call, Span
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
@@ -95,6 +96,14 @@ class RunEnded(Exception):  # noqa: N818 (it is no error)
     """A component ends the run, as it may; says which, and when."""
 
 
+class Prepared(NamedTuple):
+    """Calls of a component that a system makes in every step; see the methods of these names."""
+
+    write: Call
+    read: Call
+    step: Call
+
+
 class Component(ABC):
     """A dynamic system that is stepped from outside.
 
@@ -151,6 +160,14 @@ class Component(ABC):
     def bind(self, u: FloatArray, y: FloatArray) -> None:
         """Exchange values through these contiguous arrays from now on, shaped as `u` and `y`."""
         self.u, self.y = u, y
+
+    def prepared(self, span: Span) -> Prepared:
+        """`write_inputs`, `read_outputs`, `do_step` over `span`; of the arrays bound now."""
+
+        def step() -> None:
+            self.do_step(span.begin.value, span.length.value)
+
+        return Prepared(Call(self.write_inputs), Call(self.read_outputs), Call(step))
 
     @abstractmethod
     def write_inputs(self) -> None:

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.master.component import Component, FloatArray, Variable
+from railcosim.master.batch.batch import Batch
+from railcosim.master.batch.call import By, Call, Row, Span
+from railcosim.master.component import Component, FloatArray, Prepared, Variable
 from railcosim.master.connections import (
     Connection,
     CouplingError,
@@ -21,6 +23,9 @@ from railcosim.master.continuation import NAMES, Continuation, Held, continuatio
 from railcosim.master.exchange import exchange_plan
 from railcosim.master.suggest import suggest
 from railcosim.master.texts import TextWires
+
+OnStep = Callable[[int, float, float, FloatArray], None]
+"""Told of a step; see `System`."""
 
 
 @dataclass(slots=True)
@@ -42,8 +47,8 @@ class _Port:
     """Whether an output that feeds somebody depends at once on a connected input."""
     continuation: Continuation
     """How its inputs go on over a step."""
-    fresh: bool = False
-    """Whether the buffer holds the outputs for the present time and inputs."""
+    calls: Prepared
+    """Its own."""
 
     @property
     def depends(self) -> NDArray[np.bool_]:
@@ -93,8 +98,9 @@ class System:
         check_connections(self.components, self.connections)
         self.variables: tuple[Variable, ...] = tuple(v for c in components for v in c.outputs)
         self.names = tuple(f"{c.name}.{v.name}" for c in components for v in c.outputs)
-        self._ports = _make_ports(self.components, self.connections)
-        self.on_step: Callable[[int, float, float, FloatArray], None] | None = None
+        self._span = Span()
+        self._ports = _make_ports(self.components, self.connections, self._span)
+        self._on_step: OnStep | None = None
         # Behind the outputs stand the start values of all inputs: an input that nothing feeds
         # takes its value from there, so that one gather serves all inputs of a component.
         starts = [v.start for c in components for v in c.inputs]
@@ -105,7 +111,8 @@ class System:
         self._sources = np.concatenate([port.sources for port in self._ports])
         for port in self._ports:
             port.component.bind(self._inputs[port.inputs], self._buffer[port.outputs])
-        plan = exchange_plan(
+            port.calls = port.component.prepared(self._span)
+        self._plan = plan = exchange_plan(
             [(p.outputs, p.sources, p.depends, p.component.states_dependence) for p in self._ports],
             self.names,
         )
@@ -116,20 +123,28 @@ class System:
                 "exchanged: if there is such a dependence, they come one step late",
                 stacklevel=2,
             )
-        # What is done at every point is looked up once.
-        self._take = self._buffer.take
-        self._visits = [
-            (port, needs_inputs, port.component.read_outputs)
-            for port, needs_inputs in ((self._ports[k], needs) for k, needs in plan.visits)
-        ]
-        self._late = [self.components[k].write_inputs for k in plan.late]
+        # Of which components the buffer may not hold the outputs for the present time and inputs:
+        # a bit each, since what is to be exchanged goes by all of them.
+        self._all = (1 << len(self._ports)) - 1
+        self._stale = self._all
+        self._steps: dict[tuple[int, ...], tuple[Batch, int]] = {}
+        self._exchanges: dict[int, tuple[Batch, int, int]] = {}
+
+    @property
+    def on_step(self) -> OnStep | None:
+        """See the class."""
+        return self._on_step
+
+    @on_step.setter
+    def on_step(self, told: OnStep | None) -> None:
+        self._on_step = told
+        self._steps.clear()
 
     # --- the exchange --------------------------------------------------------------------------
 
     def begin(self, t: float) -> None:
         """Make everything consistent at `t` (s), and forget what was before it."""
-        for port in self._ports:
-            port.fresh = False
+        self._stale = self._all
         self.exchange()
         for port in self._ports:
             port.continuation.begin(t)
@@ -139,22 +154,46 @@ class System:
 
         Outputs are read after the inputs they depend on directly have been set.
         """
-        # Written out, for this is where a master spends its time: see `refresh`, `write_inputs`.
-        # "clip" only because the default of `take` checks every index again; all are in range.
-        for port, needs_inputs, read in self._visits:
-            if needs_inputs:
-                self._take(port.sources, None, port.component.u, "clip")
-                port.component.write_inputs()
-                port.fresh = False
-            if not port.fresh:
-                read()
-                port.fresh = True
-        if self._late:  # the others have been given what they will have
-            self._take(self._sources, None, self._inputs, "clip")
-            for write in self._late:
-                write()  # no output depends at once on what is new here
+        found = self._exchanges.get(self._stale)
+        if found is None:
+            found = self._exchanges[self._stale] = self._exchange_of(self._stale)
+        batch, self._stale, after = found
+        batch.run()
+        self._stale = after
         if self._texts is not None:
             self._texts.pass_on()
+
+    def _exchange_of(self, stale: int) -> tuple[Batch, int, int]:
+        """What is to be done where so much is stale; what is until it is done, and after it."""
+        calls, until = [], stale
+        for k, needs_inputs in self._plan.visits:
+            port, bit = self._ports[k], 1 << k
+            if needs_inputs:
+                calls += [self._gathering(port.sources, port.component.u), port.calls.write]
+                stale |= bit
+                until |= bit
+            if stale & bit:
+                calls.append(port.calls.read)
+                stale &= ~bit
+        if self._plan.late:  # the others have been given what they will have
+            calls.append(self._gathering(self._sources, self._inputs))
+            # No output depends at once on what is new here.
+            calls += [self._ports[k].calls.write for k in self._plan.late]
+        return Batch(calls), until, stale
+
+    def _gathering(self, sources: NDArray[np.intp], u: FloatArray) -> Call:
+        """Put the present values of sources into inputs."""
+
+        def gather() -> None:
+            # "clip" only because the default checks every index again; all are in range.
+            self._buffer.take(sources, None, u, "clip")
+
+        places = np.ascontiguousarray(sources, dtype=np.int64)
+        row = Row(
+            kind=By.GATHER, places=places.ctypes.data, count=places.size,
+            values=u.ctypes.data, from_=self._buffer.ctypes.data,
+        )  # fmt: skip
+        return Call(gather, row=row, keeps=places)
 
     def write_inputs(self, k: int) -> None:
         """Set the inputs of component `k` to what its `u` holds: after a step, where they got to.
@@ -163,16 +202,15 @@ class System:
         its beginning, or outputs that depend on inputs at once are of first order only.
         """
         port = self._ports[k]
-        port.component.write_inputs()
+        port.calls.write.make()
         if port.reacts:
-            port.fresh = False
+            self._stale |= 1 << k
 
     def refresh(self, k: int) -> None:
         """Read the outputs of component `k`, if they may have changed."""
-        port = self._ports[k]
-        if not port.fresh:
-            port.component.read_outputs()
-            port.fresh = True
+        if self._stale & 1 << k:
+            self._ports[k].calls.read.make()
+            self._stale &= ~(1 << k)
 
     def gather(self, k: int) -> FloatArray:
         """Give the present values of the sources of component `k`, shape (n_inputs,)."""
@@ -199,6 +237,7 @@ class System:
         """
         port = self._ports[k]
         port.continuation = continuation(port.component, degree, at_end=at_end)
+        self._steps.clear()
         able = port.continuation.degree
         if able == degree:
             return None
@@ -208,24 +247,45 @@ class System:
             f"{able + 1} in the step."
         )
 
-    def step(self, some: Iterable[int], t: float, h: float) -> None:
+    def step(self, some: tuple[int, ...], t: float, h: float) -> None:
         """Take components from `t` to `t + h` (s), their inputs going on from those they have."""
-        for k in some:
-            port = self._ports[k]
-            port.continuation.extrapolate(t, h)
-            if port.reacts:
-                port.continuation.go_on(h)
-            port.fresh = False
-            if self.on_step is not None:
-                self.on_step(k, t, h, port.continuation.path(t))
+        found = self._steps.get(some)
+        if found is None:
+            found = self._steps[some] = self._steps_of(some)
+        batch, bits = found
+        self._span.begin.value, self._span.length.value = t, h
+        self._stale |= bits
+        batch.run()
+
+    def _steps_of(self, some: tuple[int, ...]) -> tuple[Batch, int]:
+        """What steps them, and their bits."""
+        bits = sum(1 << k for k in some)
+        alone = self._on_step is None  # and where inputs are held, an FMU's step is all there is
+        return Batch([
+            self._ports[k].calls.step
+            if alone and not self._ports[k].continuation.degree
+            else Call(self._extrapolate, (k,))
+            for k in some
+        ]), bits  # fmt: skip
+
+    def _extrapolate(self, k: int) -> None:
+        """Step one component, and all that goes with it."""
+        port, t, h = self._ports[k], self._span.begin.value, self._span.length.value
+        port.continuation.extrapolate(t, h)
+        if port.reacts:
+            port.continuation.go_on(h)
+        self._tell(k, t, h)
+
+    def _tell(self, k: int, t: float, h: float) -> None:
+        """Tell who wants to know of a step along the component's own polynomial."""
+        if self._on_step is not None:
+            self._on_step(k, t, h, self._ports[k].continuation.path(t))
 
     def step_towards(self, k: int, t: float, h: float, u: FloatArray) -> None:
         """Take component `k` from `t` to `t + h` (s), its inputs being `u` at the end."""
-        port = self._ports[k]
-        port.continuation.interpolate(t, h, u)
-        port.fresh = False
-        if self.on_step is not None:
-            self.on_step(k, t, h, port.continuation.path(t))
+        self._stale |= 1 << k
+        self._ports[k].continuation.interpolate(t, h, u)
+        self._tell(k, t, h)
 
     def step_along(self, k: int, t: float, h: float, taylor: FloatArray) -> None:
         """Take component `k` from `t` to `t + h` (s) along a given polynomial.
@@ -242,10 +302,10 @@ class System:
         port = self._ports[k]
         port.component.u[:] = taylor[0]
         port.component.write_inputs()
+        self._stale |= 1 << k
         follow(port.component, taylor[1:], t, h)
-        port.fresh = False
-        if self.on_step is not None:
-            self.on_step(k, t, h, taylor.copy())
+        if self._on_step is not None:
+            self._on_step(k, t, h, taylor.copy())
 
     def describe_inputs(self) -> dict[str, str]:
         """Tell how the inputs of each component that has some go on over a step."""
@@ -306,17 +366,23 @@ class System:
         """Snapshot of all components and of the values exchanged."""
         return (
             [port.component.save_state() for port in self._ports],
-            [(port.component.u.copy(), port.continuation.past, port.fresh) for port in self._ports],
+            [
+                (port.component.u.copy(), port.continuation.past, not self._stale >> k & 1)
+                for k, port in enumerate(self._ports)
+            ],
             self.outputs.copy(),
         )
 
     def restore_state(self, state: Any) -> None:
         """Go back to a snapshot, which stays usable."""
         components, values, outputs = state
-        for port, snapshot, (u, past, fresh) in zip(self._ports, components, values, strict=True):
-            port.component.restore_state(snapshot)
+        self._stale = 0
+        for k, port in enumerate(self._ports):
+            u, past, fresh = values[k]
+            port.component.restore_state(components[k])
             port.component.u[:] = u
-            port.continuation.past, port.fresh = past, fresh
+            port.continuation.past = past
+            self._stale |= (not fresh) << k
         self.outputs[:] = outputs
 
     def serialize_state(self, state: Any) -> Any:
@@ -350,7 +416,7 @@ def _is_finite(values: Any, n: int) -> bool:
 
 
 def _make_ports(
-    components: tuple[Component, ...], connections: tuple[Connection, ...]
+    components: tuple[Component, ...], connections: tuple[Connection, ...], span: Span
 ) -> tuple[_Port, ...]:
     """Index arrays of every component."""
     n_outputs = sum(len(c.outputs) for c in components)
@@ -384,6 +450,7 @@ def _make_ports(
                 ),
                 feeders=frozenset(feeders),
                 continuation=Held(component),
+                calls=component.prepared(span),
                 reacts=bool(component.feedthrough[feeds[own]][:, sources < n_outputs].any()),
             )
         )

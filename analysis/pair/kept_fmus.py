@@ -18,7 +18,7 @@ from tempfile import TemporaryDirectory, mkdtemp
 from time import time
 from typing import Any
 
-from railcosim.fmus.native_runtime.kept import CacheRefused, cache, digest
+from railcosim.compiling.kept import CacheRefused, cache, digest
 from railcosim.parameters import UnusualWarning
 from railcosim.storage.archive import digest_of
 from railcosim.storage.temporary import scratch

@@ -14,20 +14,22 @@ from pathlib import Path
 
 import fmpy
 
+from railcosim.compiling.compilers import (
+    FLAGS,
+    Compiler,
+    CompilerMissing,
+    compiler_for,
+    is_own_choice,
+    zig,
+)
+from railcosim.compiling.kept import CacheRefused, cache, digest, find, keep
+from railcosim.compiling.platforms import Platform, local_platform
 from railcosim.storage.temporary import scratch
-
-from .compilers import Compiler, CompilerMissing, compiler_for, is_own_choice, zig
-from .kept import CacheRefused, cache, digest, find, keep
-from .platforms import Platform, local_platform
 
 __all__ = ["CacheRefused", "CompilationFailed", "CompilerMissing", "build", "headers", "sources"]
 
 SOURCES = Path(__file__).parent / "c"
 COMPILED = "compiled"  # folder beside the sources: libraries that an installed railcosim brings
-# No -ffast-math: the order of sums is ours, and a repeated step gives the same bits. No
-# contraction: processors and compilers differ in what they fuse. Without it Linux, Windows and ARM
-# have the same bits but where libm differs; with it a step is a twentieth cheaper.
-FLAGS = ("-std=c99", "-O3", "-ffp-contract=off", "-fvisibility=hidden", "-fPIC", "-shared", "-s")
 LINES = 8  # of a compiler's complaints that we pass on
 
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from railcosim.compiling.platforms import UnknownPlatform
 from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.contact.at_ports import PORTS, AtPorts
 from railcosim.mechanics.contact.profiled import NUMBERS, Profiled
@@ -21,7 +22,6 @@ from railcosim.mechanics.contact.profiles import COLUMNS
 
 from ..roles import Role
 from .compile import CacheRefused, CompilationFailed, CompilerMissing, build
-from .platforms import UnknownPlatform
 
 NUMBERS_OF_CONES = (
     *(Role(k) for k in range(Role.RADIUS, Role.FLANGE_DEPTH + 1)), Role.HERTZ, Role.TEXTBOOK,

@@ -10,12 +10,13 @@ import shutil
 import weakref
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, ClassVar, NamedTuple, NoReturn
 
 import numpy as np
 
+from railcosim.master.batch.call import By, Call, Span, StepCall
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.description import FmuDescription
@@ -23,7 +24,7 @@ from railcosim.master.fmi.fmu_log import FmuLog, status_name
 from railcosim.master.fmi.fmu_parameters import Setting
 from railcosim.master.fmi.kinds import Kind, Passed
 from railcosim.master.fmi.library import Library, Signature, library_of
-from railcosim.master.fmi.prepared import FmuState, PreparedCall, StateNames, memory_of
+from railcosim.master.fmi.prepared import FmuState, StateNames, memory_of
 
 WARNING, DISCARD, _FATAL = 1, 2, 4
 MODEL_EXCHANGE, CO_SIMULATION = 0, 1
@@ -55,17 +56,12 @@ class Calls(ABC):
 
     Attributes
     ----------
-    time : float
-        Time (s) quoted in errors.
     is_open : bool
         Whether calls are possible.
-    t, h : c_double
-        Beginning and length of the next step, s.
+    step : StepCall
+        A step over its `span`, for ever the same object; to be made after `prepare_step`.
     is_final : bool
         Whether nobody will go back to before it.
-    asks : object
-        Its `value` is not zero after a step if there is more to it than its status:
-        `after_step` is for that.
 
     Raises
     ------
@@ -89,12 +85,10 @@ class Calls(ABC):
         # PythonFMU's loader reads this file, whatever tool the FMU claims to come from.
         is_python = (folder / "resources" / "slavemodule.txt").is_file()
         self.log = FmuLog(is_format=not is_python)
-        self.time = 0.0
         self.is_open = True
-        self.t, self.h = ctypes.c_double(), ctypes.c_double()
+        self.step = StepCall(self.check_open, see_to=self.after_step)
         self.is_final = True
-        self.asks: Any = SimpleNamespace(value=0)
-        self._prepared: dict[str, PreparedCall] = {}
+        self._prepared: weakref.WeakSet[Call] = weakref.WeakSet()
         self._name = name
         self._description = description
         self._states: weakref.WeakSet[FmuState] = weakref.WeakSet()
@@ -149,16 +143,16 @@ class Calls(ABC):
         """Say that the run is over."""
 
     @abstractmethod
-    def passing(self, way: str, passed: Passed, values: Any) -> PreparedCall:
+    def passing(self, way: str, passed: Passed, values: Any) -> Call:
         """Bind a call that sets or gets (``Set``, ``Get``) to an array's memory."""
 
     @abstractmethod
-    def prepare_step(self) -> PreparedCall:
-        """Bind the step to `t`, `h` and `is_final`."""
+    def prepare_step(self) -> None:
+        """Bind the step to its span and to `is_final`."""
 
     @abstractmethod
     def after_step(self, status: int) -> None:
-        """See to the end of a step whose status is worse than a warning, or that `asks`.
+        """See to the end of a step that has more to it than that it was made.
 
         Raises
         ------
@@ -237,10 +231,7 @@ class Calls(ABC):
         """Set or get once, values as floating-point numbers."""
         own = np.zeros(passed.count, dtype=np.dtype(passed.c_type))
         own[...] = values if way == "Set" else own
-        call = self.unkept(way, passed, memory_of(own, passed.c_type))
-        status = call.function(*call.arguments)
-        if status > WARNING:
-            self.refuse(call.name, status)
+        self.passing(way, passed, memory_of(own, passed.c_type)).make()
         if way == "Get":
             values[...] = own
 
@@ -288,37 +279,62 @@ class Calls(ABC):
         if status > WARNING:
             self.refuse(function, status)
 
-    def prepare(self, function: str, *arguments: Any) -> PreparedCall:
+    def prepare(
+        self, function: str, *arguments: Any, kind: By = By.PYTHON, **row: int | None
+    ) -> Call:
         """Bind a call that is made often to its arguments after the instance, which are C objects.
-
-        To look a function up and to convert arguments costs several times what the call does.
 
         Returns
         -------
-        PreparedCall
-            ``call.function(*call.arguments)`` gives the FMU's status; give one worse than WARNING
-            to `refuse`. Once the instance is closed, it raises FmuError. It is the only one of its
-            function: one prepared before must not be used any more.
+        Call
+            For as long as it is kept. Once the instance is closed, it raises FmuError.
         """
+        call = Call(self.check_open, see_to=partial(self._see_to, function))
+        self._bind(call, function, *arguments, kind=kind, **row)
+        return call
+
+    def _bind(
+        self, call: Call, function: str, *arguments: Any, kind: By, **row: int | None
+    ) -> None:
+        """Make a call one of the FMU's functions, for Python and for C, which sees the row."""
         self.check_open()
-        instance = ctypes.c_void_p.from_param(self._component)
         try:
             found = self._library.bare(function)
         except AttributeError:
             raise self._missing(function) from None
-        return self._keep(PreparedCall(found, (instance, *arguments), function))
+        instance = ctypes.c_void_p.from_param(self._component)
+        call.become(found, instance, *arguments)
+        call.name = function
+        row |= {
+            "function": ctypes.cast(found, ctypes.c_void_p).value,  # type: ignore[arg-type]
+            "instance": self._component,
+        }
+        for name, value in row.items():
+            setattr(call.row, name, value)
+        call.row.kind = kind
+        self._prepared.add(call)
 
-    def unkept(self, way: str, passed: Passed, values: Any) -> PreparedCall:
-        """As `passing`, beside the one in use; for as long as the instance is open."""
-        kept = dict(self._prepared)
-        call = self.passing(way, passed, values)
-        self._prepared = kept
-        return call
+    def _see_to(self, function: str, status: int) -> None:
+        """After a call that gave another status than that all is well."""
+        if status > WARNING:
+            self.refuse(function, status)
 
-    def _keep(self, call: PreparedCall) -> PreparedCall:
-        """Remember a prepared call, which is none once the instance is closed."""
-        self._prepared[call.name] = call
-        return call
+    @property
+    def time(self) -> float:
+        """Where the FMU is, s."""
+        time: float = self.step.row.time
+        return time
+
+    @time.setter
+    def time(self, time: float) -> None:
+        self.step.row.time = time
+
+    def share(self, span: Span) -> None:
+        """Make steps over this span from now on."""
+        is_bound = self.step in self._prepared
+        self.step.span = span
+        if is_bound:
+            self.prepare_step()
 
     def _function(self, name: str) -> Callable[..., int]:
         """A function of the library."""
@@ -378,8 +394,8 @@ class Calls(ABC):
     def _close(self) -> None:
         """Let no further call through."""
         self.is_open = False
-        for call in self._prepared.values():
-            call.function, call.arguments = self._raise_closed, ()
+        for call in [*self._prepared, self.step]:
+            call.become(self._raise_closed)
 
     def _abandon(self) -> None:
         """Let go after a fatal status: FMI forbids any further call, even to free."""

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from railcosim.master.batch.call import Call
 from railcosim.master.component import ComponentError, FloatArray, Type, Variable
 from railcosim.master.fmi.kinds import EXACT, Passed, range_of
-from railcosim.master.fmi.prepared import PreparedCall, memory_of
+from railcosim.master.fmi.prepared import memory_of
 
-Prepare = Callable[[str, Passed, Any], PreparedCall]
+Prepare = Callable[[str, Passed, Any], Call]
 """Binds a call that sets or gets to an array's memory."""
 
 
@@ -24,7 +25,7 @@ class Counted:
         Which they are.
     values : array, shape (n,)
         What a system sees of them.
-    call : PreparedCall
+    call : Call
         Passes `own`.
     own : array, shape (n,)
         What the FMU sees.
@@ -36,7 +37,7 @@ class Counted:
     """
 
     def __init__(
-        self, variables: Sequence[Variable], values: FloatArray, call: PreparedCall, own: Any
+        self, variables: Sequence[Variable], values: FloatArray, call: Call, own: Any
     ) -> None:
         self.call = call
         self._variables, self._values, self._own = variables, values, own

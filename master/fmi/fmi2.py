@@ -12,6 +12,7 @@ import fmpy
 import fmpy.fmi2
 import numpy as np
 
+from railcosim.master.batch.call import By, Call
 from railcosim.master.component import FloatArray, RunEnded
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.calls import DISCARD, WARNING, Calls, Updated
@@ -19,7 +20,6 @@ from railcosim.master.fmi.fmu_parameters import Setting
 from railcosim.master.fmi.kinds import Kind, Passed
 from railcosim.master.fmi.library import POINTER, Signature
 from railcosim.master.fmi.prepared import (
-    PreparedCall,
     StateNames,
     memory_of,
     orders_of,
@@ -135,13 +135,18 @@ class Fmi2Calls(Calls):
 
     # --- values --------------------------------------------------------------------------------
 
-    def passing(self, way: str, passed: Passed, values: Any) -> PreparedCall:
+    def passing(self, way: str, passed: Passed, values: Any) -> Call:
         """Bind a call that sets or gets to an array's memory."""
+        references = references_of(passed.references)
         return self.prepare(
             f"fmi2{way}{passed.function}",
-            ctypes.byref(references_of(passed.references)),
+            ctypes.byref(references),
             ctypes.c_size_t.from_param(passed.count),
             ctypes.byref(values),
+            kind=By.PASS2,
+            places=ctypes.addressof(references),
+            count=passed.count,
+            values=ctypes.addressof(values),
         )
 
     def input_derivatives(
@@ -164,9 +169,7 @@ class Fmi2Calls(Calls):
             order = len(derivatives)
             known[:order] = derivatives
             number.value = order * n
-            status = call.function(*call.arguments)
-            if status > WARNING:
-                self.refuse(call.name, status)
+            call.make()
 
         return give
 
@@ -195,12 +198,17 @@ class Fmi2Calls(Calls):
 
     # --- steps ---------------------------------------------------------------------------------
 
-    def prepare_step(self) -> PreparedCall:
+    def prepare_step(self) -> None:
         """Bind the step to its numbers."""
-        return self.prepare("fmi2DoStep", self.t, self.h, ctypes.c_int.from_param(self.is_final))
+        span, is_final = self.step.span, ctypes.c_int.from_param(self.is_final)
+        self._bind(
+            self.step, "fmi2DoStep", span.begin, span.length, is_final,
+            kind=By.STEP2, is_final=self.is_final, span=span.address,
+        )  # fmt: skip
 
     def after_step(self, status: int) -> None:
         """Wait for a step that goes on by itself; raise for one that was not made."""
+        self.time = self.step.span.begin.value
         nap = 1e-5
         while status == _PENDING:
             time.sleep(nap)

@@ -12,6 +12,7 @@ import fmpy
 import fmpy.fmi3
 import numpy as np
 
+from railcosim.master.batch.call import By, Call
 from railcosim.master.component import ComponentError, FloatArray, RunEnded
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.calls import CO_SIMULATION, DISCARD, WARNING, Calls, Updated
@@ -22,7 +23,6 @@ from railcosim.master.fmi.fmu_log import fmi3_logger
 from railcosim.master.fmi.fmu_parameters import Setting
 from railcosim.master.fmi.kinds import Kind, Passed
 from railcosim.master.fmi.prepared import (
-    PreparedCall,
     StateNames,
     memory_of,
     orders_of,
@@ -57,9 +57,9 @@ class Fmi3Calls(Calls):
         """Make the instance, with its logging on; None if it will not be made."""
         d = self._description
         self._flags = (ctypes.c_bool * 4)()  # event, end, early return, inputs given derivatives
-        self.asks = ctypes.c_uint32.from_buffer(self._flags)
+        self.step.asks = ctypes.c_uint32.from_buffer(self._flags)
         self._last = ctypes.c_double()
-        self._step: PreparedCall | None = None
+        self._piece_begin, self._piece_length = ctypes.c_double(), ctypes.c_double()
         self._events = Events(self, d) if d.clocks and kind == CO_SIMULATION else None
         self._interpolation = Interpolation(self) if d.can_interpolate_inputs else None
         known = (self._name, d.guid, str(resources) + os.sep)
@@ -164,17 +164,23 @@ class Fmi3Calls(Calls):
 
     # --- values --------------------------------------------------------------------------------
 
-    def passing(self, way: str, passed: Passed, values: Any) -> PreparedCall:
+    def passing(self, way: str, passed: Passed, values: Any) -> Call:
         """Bind a call that sets or gets to an array's memory."""
+        references = references_of(passed.references)
         call = self.prepare(
             f"fmi3{way}{passed.function}",
-            ctypes.byref(references_of(passed.references)),
+            ctypes.byref(references),
             ctypes.c_size_t.from_param(len(passed.references)),
             ctypes.byref(values),
             ctypes.c_size_t.from_param(passed.count),
+            kind=By.PASS3,
+            places=ctypes.addressof(references),
+            count=len(passed.references),
+            values=ctypes.addressof(values),
+            size=passed.count,
         )
         if way == "Set" and self._events is not None and passed.jumps:
-            return self._keep(self._events.around(call))
+            return self._events.around(call)
         return call
 
     def input_derivatives(
@@ -232,24 +238,27 @@ class Fmi3Calls(Calls):
 
     # --- steps ---------------------------------------------------------------------------------
 
-    def prepare_step(self) -> PreparedCall:
+    def prepare_step(self) -> None:
         """Bind the step to its numbers."""
         event, end, early = (ctypes.byref(self._flags, k) for k in range(3))
         answers = (event, end, early, ctypes.byref(self._last))
-        is_final = ctypes.c_bool.from_param(self.is_final)
-        call = self.prepare("fmi3DoStep", self.t, self.h, is_final, *answers)
-        self._piece = PreparedCall(call.function, call.arguments, call.name)
+        is_final, span = ctypes.c_bool.from_param(self.is_final), self.step.span
+        begin, length = self._piece_begin, self._piece_length
+        self._piece = self.prepare("fmi3DoStep", begin, length, is_final, *answers)
+        self._bind(
+            self.step, "fmi3DoStep", span.begin, span.length, is_final, *answers,
+            kind=By.STEP3, is_final=self.is_final, span=span.address,
+            flags=ctypes.addressof(self._flags), last=ctypes.addressof(self._last),
+        )  # fmt: skip
         if self._events is not None:
-            call.function, call.arguments = self._in_events, ()
-        self._whole = PreparedCall(call.function, call.arguments, call.name)
-        self._step = call
-        return call
+            self.step.become(self._in_events)
 
     def after_step(self, status: int) -> None:
         """Go on where an FMU returned early; end the run if it wants that."""
+        begin = self.time = self.step.span.begin.value
         if status > WARNING:
             self._refuse_step(status)
-        begin, end = self.t.value, self.t.value + self.h.value
+        end = begin + self.step.span.length.value
         try:
             if self._interpolation is not None:
                 self._interpolation.begin = begin
@@ -271,13 +280,12 @@ class Fmi3Calls(Calls):
             if now < end:
                 self._end_run()
             # What was reached is a result; the next step is the one that will not be made.
-            assert self._step is not None
-            self._step.function, self._step.arguments = self._end_run, ()
+            self.step.become(self._end_run)
 
     def go(self, now: float, goal: float) -> float:
         """Step from `now` towards `goal` (s); where that ended."""
-        self.t.value, self.h.value = now, goal - now
-        status = self._piece.function(*self._piece.arguments)
+        self._piece_begin.value, self._piece_length.value = now, goal - now
+        status = self._piece.function(*self._piece.arguments) or 0
         if status > WARNING:
             self._refuse_step(status)
         return self._reached(now, goal)
@@ -298,12 +306,12 @@ class Fmi3Calls(Calls):
     def _in_events(self) -> int:
         """A step of an FMU with clocks."""
         assert self._events is not None
-        begin = self.t.value
-        end = begin + self.h.value
+        begin = self.step.span.begin.value
+        end = begin + self.step.span.length.value
         if self._interpolation is not None:  # inputs go along from here, not from the last event
             self._interpolation.begin = begin
         now = self._events.step(begin, end, _PIECES)
-        self.t.value, self.h.value, self._last.value = begin, end - begin, now
+        self._last.value = now
         self._flags[2] = now < end
         return 0
 
@@ -342,8 +350,8 @@ class Fmi3Calls(Calls):
             self.time, *ticks = beside
             self._events.ticks = tuple(ticks)
         self._flags[1] = False
-        if self._step is not None:  # if it was at its end, it is no more
-            self._step.function, self._step.arguments = self._whole.function, self._whole.arguments
+        if self.step in self._prepared:  # if it was at its end, it is no more
+            self.prepare_step()
 
     # --- events and Model Exchange -------------------------------------------------------------
 

@@ -7,10 +7,11 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from railcosim.master.batch.call import Call
 from railcosim.master.component import ComponentError
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.calls import EVENT_ITERATIONS, WARNING
-from railcosim.master.fmi.prepared import PreparedCall, references_of
+from railcosim.master.fmi.prepared import references_of
 
 if TYPE_CHECKING:
     from railcosim.master.fmi.description import FmuDescription
@@ -106,19 +107,19 @@ class Events:
                 self._event(now + slack)
         return now
 
-    def around(self, call: PreparedCall) -> PreparedCall:
+    def around(self, call: Call) -> Call:
         """A call that sets what may change at events only, in event mode."""
 
         def in_event_mode() -> int:
             if not self._is_initialised:
-                return int(call.function(*call.arguments))
+                return call.function(*call.arguments) or 0
             self._enter()
-            status = int(call.function(*call.arguments))
+            status = call.function(*call.arguments) or 0
             if status <= WARNING:
                 self._iterate(self._calls.time)
             return status
 
-        return PreparedCall(in_event_mode, (), call.name)
+        return Call(in_event_mode, (), call.name, call.see_to)
 
     def let(self, action: Callable[[], None]) -> None:
         """Do in event mode what is allowed at events only; before the steps as it is."""

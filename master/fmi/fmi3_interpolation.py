@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from railcosim.master.batch.call import Call
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.fmi.calls import WARNING, Calls
 from railcosim.master.fmi.fmu_log import status_name
 from railcosim.master.fmi.kinds import Passed
-from railcosim.master.fmi.prepared import PreparedCall, memory_of
+from railcosim.master.fmi.prepared import memory_of
 
 
 class Interpolation:
@@ -40,14 +41,14 @@ class Interpolation:
         self._derivatives: FloatArray = np.empty((0, 0))
         self._order = 0
         self._values: FloatArray = np.empty(0)
-        self._set: PreparedCall | None = None
+        self._set: Call | None = None
         self._failure = ""
 
     def bind(self, passed: Passed, u: FloatArray, highest: int) -> Callable[[FloatArray], None]:
         """Take the values of the beginning from `u`; what takes their derivatives."""
         self._u, self._values = u, np.empty(passed.count)
         self._derivatives = np.zeros((highest, passed.count))
-        self._set = self._calls.unkept("Set", passed, memory_of(self._values))
+        self._set = self._calls.passing("Set", passed, memory_of(self._values))
 
         def give(derivatives: FloatArray) -> None:
             self._order = len(derivatives)
@@ -83,7 +84,7 @@ class Interpolation:
             return_time[0] = 0.0
         if not wants_inputs or self._set is None or not self._order:
             return
-        dt = time - (self._calls.t.value if self.begin is None else self.begin)
+        dt = time - (self._calls.step.span.begin.value if self.begin is None else self.begin)
         values = self._values
         values[...] = self._derivatives[self._order - 1]
         for k in range(self._order - 1, 0, -1):  # Horner's rule
@@ -91,7 +92,7 @@ class Interpolation:
             values += self._derivatives[k - 1]
         values *= dt
         values += self._u
-        status = self._set.function(*self._set.arguments)
+        status = self._set.function(*self._set.arguments) or 0
         if status > WARNING:
             self._failure = (
                 f"{self._calls._name}: {self._set.name} within a step, at t = {time:.9g} s, gave "

@@ -11,9 +11,9 @@ from typing import Self
 
 import numpy as np
 
-from railcosim.master.component import ComponentError, FloatArray, Hold
+from railcosim.master.batch.call import Call, Span
+from railcosim.master.component import ComponentError, FloatArray, Hold, Prepared
 from railcosim.master.fmi.archive import FmuError, unpack
-from railcosim.master.fmi.calls import WARNING
 from railcosim.master.fmi.counted import counted
 from railcosim.master.fmi.description import (
     HOLD_PARAMETER,
@@ -25,7 +25,7 @@ from railcosim.master.fmi.fmu_parameters import Scalar, Setting, setting_of
 from railcosim.master.fmi.kinds import Passed
 from railcosim.master.fmi.layers import tell_layers
 from railcosim.master.fmi.loaded_fmu import LoadedFmu
-from railcosim.master.fmi.prepared import FmuState, PreparedCall, memory_of
+from railcosim.master.fmi.prepared import FmuState, memory_of
 from railcosim.master.fmi.rollback import rollback_fault
 from railcosim.master.fmi.versions import CALLS
 
@@ -58,9 +58,8 @@ class FmuComponent(LoadedFmu):
         self._calls = CALLS[description.fmi](name, description, folder)
         self._phase = _Phase.INSTANTIATED
         self._parameters: dict[str, Scalar] = {}
-        # The hot path reads nothing that is not its own.
-        self._t, self._h, self._asks = self._calls.t, self._calls.h, self._calls.asks
-        self._do_step = PreparedCall(self._check_phase, (_Phase.RUNNING,))  # too early
+        self._do_step = self._calls.step
+        self._do_step.become(self._check_phase, _Phase.RUNNING)  # too early
         self.bind(self.u, self.y)
 
     @classmethod
@@ -154,7 +153,7 @@ class FmuComponent(LoadedFmu):
         self._check_phase(_Phase.INITIALISING)
         self._calls.exit_initialization()
         self._phase = _Phase.RUNNING
-        self._do_step = self._calls.prepare_step()
+        self._calls.prepare_step()
 
     def close(self) -> None:
         """Free the instance, its snapshots, its library and its folder. Harmless to repeat."""
@@ -181,27 +180,28 @@ class FmuComponent(LoadedFmu):
             highest = self.max_input_derivative
             self._derivatives = self._calls.input_derivatives(some, u[some.part], highest)
 
+    def prepared(self, span: Span) -> Prepared:
+        """Bare calls of the FMU's functions, if nothing is to be converted; see `Component`."""
+        self._calls.share(span)
+        return Prepared(
+            Call(self.write_inputs) if self._set_counted else self._set_real,
+            Call(self.read_outputs) if self._get_counted else self._get_real,
+            self._do_step,
+        )
+
     def write_inputs(self) -> None:
         """Make `u` the inputs at the present time."""
-        call = self._set_real
-        status = call.function(*call.arguments)
-        if status > WARNING:
-            self._calls.refuse(call.name, status)
-        if self._set_counted:
-            for some in self._set_counted:
-                some.to_own()
-                self._call(some.call)
+        self._set_real.make()
+        for some in self._set_counted:
+            some.to_own()
+            some.call.make()
 
     def read_outputs(self) -> None:
         """Put the outputs at the present time, for the inputs last written, into `y`."""
-        call = self._get_real
-        status = call.function(*call.arguments)
-        if status > WARNING:
-            self._calls.refuse(call.name, status)
-        if self._get_counted:
-            for some in self._get_counted:
-                self._call(some.call)
-                some.to_values()
+        self._get_real.make()
+        for some in self._get_counted:
+            some.call.make()
+            some.to_values()
 
     def set_input_derivatives(self, derivatives: FloatArray) -> None:
         """Give derivatives of the inputs for the next step; see `Component`."""
@@ -248,13 +248,9 @@ class FmuComponent(LoadedFmu):
 
     def do_step(self, t: float, h: float) -> None:
         """Go from time `t` to `t + h` (s). Raises ComponentError."""
-        self._t.value, self._h.value = t, h
-        call = self._do_step
-        status = call.function(*call.arguments)
-        if status > WARNING or self._asks.value:
-            self._calls.time = t
-            self._calls.after_step(status)
-        self._calls.time = t + h
+        step = self._do_step
+        step.span.begin.value, step.span.length.value = t, h
+        step.make()
 
     def get_text(self, name: str) -> bytes:
         """What an output of `texts_out` is now."""
@@ -281,7 +277,7 @@ class FmuComponent(LoadedFmu):
         """Be told that steps may be taken back from now on; see `Component`."""
         self._calls.is_final = False
         if self._phase is _Phase.RUNNING:
-            self._do_step = self._calls.prepare_step()
+            self._calls.prepare_step()
 
     def save_state(self) -> FmuState:
         """Take a snapshot of everything that decides the future; freed when you drop it."""
@@ -304,18 +300,12 @@ class FmuComponent(LoadedFmu):
         self._check_able(self.description.can_serialize_state, "canSerializeFMUstate")
         return self._calls.deserialize_state(data)
 
-    def _shared(self, way: str, passed: tuple[Passed, ...], values: FloatArray) -> PreparedCall:
+    def _shared(self, way: str, passed: tuple[Passed, ...], values: FloatArray) -> Call:
         """Bind the call that passes those values that the FMU sees in their place."""
         for some in passed:
             if some.is_shared:
                 return self._calls.passing(way, some, memory_of(values[some.part]))
-        return PreparedCall(int, ())  # no call, and OK
-
-    def _call(self, call: PreparedCall) -> None:
-        """Make a prepared call that is not on the path of Reals."""
-        status = call.function(*call.arguments)
-        if status > WARNING:
-            self._calls.refuse(call.name, status)
+        return Call(int)  # no call, and OK
 
     # --- checks --------------------------------------------------------------------------------
 

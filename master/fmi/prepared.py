@@ -1,26 +1,16 @@
-"""What calls are made with: prepared calls, snapshots, memory shared with C."""
+"""What calls are made with: snapshots, memory shared with C."""
 
 from __future__ import annotations
 
 import ctypes
 import weakref
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from railcosim.master.component import FloatArray
-
-
-@dataclass(slots=True)
-class PreparedCall:
-    """A call that is made often, bound to its arguments; see `Calls.prepare`."""
-
-    function: Callable[..., Any]
-    arguments: tuple[Any, ...]
-    name: str = ""
 
 
 class StateNames(NamedTuple):

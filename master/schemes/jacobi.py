@@ -38,7 +38,7 @@ class JacobiStepper:
     memory = None
 
     def __init__(self, system: System, degree: int) -> None:
-        everybody = range(len(system.components))
+        everybody = tuple(range(len(system.components)))
         self.fallbacks = set_continuations(system, degree, dict.fromkeys(everybody, False))
         self._system = system
         self._everybody = everybody

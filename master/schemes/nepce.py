@@ -49,7 +49,7 @@ class NepceStepper:
         self.memory: tuple[float, tuple[FloatArray, ...]] | None = None
         self._system = system
         self._fed = [k for k in everybody if system.components[k].inputs]
-        self._signals = [k for k in everybody if not system.components[k].inputs]
+        self._signals = tuple(k for k in everybody if not system.components[k].inputs)
 
     def step(self, t: float, h: float) -> StepReport:
         """Step all with corrected inputs, then exchange; see `Stepper.step`."""

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from railcosim.master.batch.call import Call
 from railcosim.master.component import Type, Variable
 from railcosim.master.connections import Connection, CouplingError
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.fmi.counted import Counted
 from railcosim.master.fmi.fmu import FmuComponent, FmuError
 from railcosim.master.fmi.isolation import IsolatedComponent
-from railcosim.master.fmi.prepared import PreparedCall
 from railcosim.master.recording import Recorder, record
 from railcosim.master.schemes.aitken import aitken
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
@@ -81,7 +81,7 @@ def test_what_is_true_is_one(c_type):
     variables = [Variable(name=name, type=Type.BOOLEAN) for name in "abc"]
     found, size = np.empty(3), ctypes.sizeof(c_type)
     own = np.frombuffer(b"".join(v.to_bytes(size, "little") for v in (2, 0, 1)), np.dtype(c_type))
-    Counted(variables, found, PreparedCall(int, ()), own).to_values()
+    Counted(variables, found, Call(int, ()), own).to_values()
     assert found.tolist() == [1, 0, 1]
 
 

@@ -8,8 +8,8 @@ import subprocess
 import numpy as np
 import pytest
 
+from railcosim.compiling.platforms import PLATFORMS, local_platform
 from railcosim.fmus.native_runtime.compile import SOURCES, build, headers, sources
-from railcosim.fmus.native_runtime.platforms import PLATFORMS, local_platform
 from railcosim.fmus.native_runtime.universal import universal
 
 MACH_O, MACH_O_DYLIB, SYMBOL_TABLE = 0xFEEDFACF, 6, 2

@@ -11,19 +11,19 @@ from pathlib import Path
 
 import pytest
 
+from railcosim.compiling import compilers, kept, platforms
+from railcosim.compiling.platforms import (
+    PLATFORMS,
+    UnknownPlatform,
+    local_platform,
+    platforms_named,
+)
 from railcosim.fmus.native_runtime import compile as compiling
-from railcosim.fmus.native_runtime import compilers, kept, platforms
 from railcosim.fmus.native_runtime.compile import (
     CacheRefused,
     CompilationFailed,
     CompilerMissing,
     build,
-)
-from railcosim.fmus.native_runtime.platforms import (
-    PLATFORMS,
-    UnknownPlatform,
-    local_platform,
-    platforms_named,
 )
 
 FRONT = """#include "fmi{0}Functions.h"

@@ -11,8 +11,8 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 
+from railcosim.compiling.platforms import platforms_named
 from railcosim.fmus.native_runtime.compile import build
-from railcosim.fmus.native_runtime.platforms import platforms_named
 
 pytest.importorskip("ziglang", reason='no zig: pip install "railcosim[native]"')
 NAMES = ["Vehicle", "Track", "VehicleWithContact", "TrackWithContact"]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from railcosim.fmus.native_runtime.platforms import PLATFORMS, local_platform
+from railcosim.compiling.platforms import PLATFORMS, local_platform
 
 pytest.importorskip("setuptools", reason="no setuptools here: pip brings it for a build")
 ROOT = Path(__file__).parents[2]

@@ -1,0 +1,1 @@
+"""Shared libraries of our own C: compilers, platforms, and where what was made is kept."""
