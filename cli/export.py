@@ -16,6 +16,7 @@ from .fmus import tell_of_losses
 from .options import (
     DimensionName,
     LocalOption,
+    ThenOption,
     UsageError,
     console,
     errors,
@@ -27,6 +28,7 @@ from .sensor_options import ObservedPair
 
 if TYPE_CHECKING:
     from railcosim.fmus.export import Runtime
+    from railcosim.track.closed_line import ClosedLine
     from railcosim.track.local import LocalChange
     from railcosim.track.parameters import Track
     from railcosim.vehicle.parameters import Vehicle
@@ -99,6 +101,7 @@ def export(
         ),
     ] = DimensionName.VERTICAL,
     local: LocalOption = None,
+    then: ThenOption = None,
     separate: Annotated[
         bool,
         typer.Option(
@@ -122,14 +125,14 @@ def export(
         folder_of("--out", out)
         files = exported_tracks(
             cars, rails, places, one_rail, out, chosen, dimension=dimension,
-            changes=changes_at(rails, local),
+            changes=changes_at(rails, local), line=given.line(rails, then),
         )  # fmt: skip
     else:
         cars, rails = given.pair()
         folder_of("--out", out)
         files = exported(
             cars, rails, out, chosen, separate=separate, dimension=dimension,
-            changes=changes_at(rails, local),
+            changes=changes_at(rails, local), line=given.line(rails, then),
         )  # fmt: skip
     for path in files.values():
         console.print(f"{path}  {path.stat().st_size / 1e6:.1f} MB")
@@ -191,13 +194,14 @@ def exported(
     separate: bool = False,
     dimension: str = "vertical",
     changes: Sequence[LocalChange] = (),
+    line: ClosedLine | None = None,
 ) -> dict[str, Path]:
     """Export into a folder, with a status line."""
     from railcosim.analysis.pair.export_pair import export_pair
 
     make = partial(
         export_pair, vehicle, track, out, runtime=runtime, separate=separate, dimension=dimension,
-        changes=changes,
+        changes=changes, line=line,
     )  # fmt: skip
     return _told(track, out, runtime, make)
 
@@ -212,6 +216,7 @@ def exported_tracks(
     *,
     dimension: str = "vertical",
     changes: Sequence[LocalChange] = (),
+    line: ClosedLine | None = None,
 ) -> dict[str, Path]:
     """The same of tracks under other wheelsets, with the static load and contact of a vehicle."""
     from railcosim.fmus.content import start_of
@@ -222,7 +227,7 @@ def exported_tracks(
     start = start_of(vehicle, places, sides)
     make = partial(
         export_track, track, start, out, sides=sides, dimension=dimension, runtime=runtime,
-        changes=changes,
+        changes=changes, line=line,
     )  # fmt: skip
     return _told(track, out, runtime, make)
 

@@ -14,6 +14,7 @@ from railcosim.analysis.pair.owner import Owner
 from .options import UsageError, errors, status
 
 if TYPE_CHECKING:
+    from railcosim.track.closed_line import ClosedLine
     from railcosim.track.local import LocalChange
     from railcosim.track.parameters import Track
     from railcosim.vehicle.parameters import Vehicle
@@ -32,6 +33,7 @@ def made(
     dimension: str = "vertical",
     fresh: bool = False,
     changes: Sequence[LocalChange] = (),
+    line: ClosedLine | None = None,
 ) -> Iterator[dict[str, Path]]:
     """Our four FMUs of these parameters by name, for as long as the block lasts."""
     from railcosim.analysis.pair.kept_fmus import fmus_of_pair
@@ -41,7 +43,13 @@ def made(
         with status("exporting FMUs") as tell:
             ours = stack.enter_context(
                 fmus_of_pair(
-                    vehicle, track, tell, dimension=dimension, fresh=fresh, changes=changes
+                    vehicle,
+                    track,
+                    tell,
+                    dimension=dimension,
+                    fresh=fresh,
+                    changes=changes,
+                    line=line,
                 )
             )
         if ours.kept is not None:
@@ -62,6 +70,7 @@ def fmus_of(
     dimension: str = "vertical",
     fresh: bool = False,
     changes: Sequence[LocalChange] = (),
+    line: ClosedLine | None = None,
 ) -> Iterator[tuple[tuple[Path, ...], Path]]:
     """FMU files given by the user, of vehicles from the front, or ours of a vehicle and a track.
 
@@ -82,8 +91,9 @@ def fmus_of(
         yield given, track
         return
     with made(
-        stock or Vehicle(), rails or Track(), dimension=dimension, fresh=fresh, changes=changes
-    ) as ours:
+        stock or Vehicle(), rails or Track(), dimension=dimension, fresh=fresh, changes=changes,
+        line=line,
+    ) as ours:  # fmt: skip
         for name in (vehicle_name, track_name):
             if name not in ours:
                 raise UsageError(

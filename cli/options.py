@@ -103,6 +103,15 @@ LocalOption = Annotated[
         metavar="CHANGE",
     ),
 ]
+ThenOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--then",
+        help="Another kind of track from PLACE on, m: a file or a built-in one, such as "
+        "ballasted@30, where a cell of the one before ends. Repeat it for more.",
+        metavar="TRACK@PLACE",
+    ),
+]
 LawOption = Annotated[
     Path | None,
     typer.Option(

@@ -20,6 +20,7 @@ from .fmus import FreshOption, fmus_of
 from .options import TrackFmu, UsageError, VehicleFmus
 
 if TYPE_CHECKING:
+    from railcosim.track.closed_line import ClosedLine
     from railcosim.track.local import LocalChange
     from railcosim.track.parameters import Track
     from railcosim.vehicle.parameters import Vehicle
@@ -125,6 +126,15 @@ class TrackOptions:
     def _changes(self) -> dict[str, dict[str, object]]:
         return changes_of(self.set_, self._read)
 
+    def line(self, track: Track | None, then: Sequence[str] | None) -> ClosedLine | None:
+        """A track and the kinds that follow it, as ``--then`` says, on a ring."""
+        if not then or track is None:
+            return None
+        from railcosim.analysis.response.receptance import line_of
+        from railcosim.track.closed_line import ClosedLine
+
+        return ClosedLine(line=line_of(track, str(self.track or PAPER), then))
+
     @property
     def tells_track(self) -> str:
         """The option that says which track, or something of it; empty if none does."""
@@ -166,6 +176,7 @@ class FmuOptions(PairOptions):
         dimension: str = "vertical",
         told: bool = False,
         local: Sequence[str] | None = None,
+        then: Sequence[str] | None = None,
     ) -> Iterator[tuple[tuple[Path, ...], Path]]:
         """Vehicle and track FMUs, the user's or ours.
 
@@ -179,10 +190,12 @@ class FmuOptions(PairOptions):
             Whether the vehicle's parameters say something about a vehicle FMU as well.
         local : sequence of str
             What is different at single places of our track.
+        then : sequence of str
+            Kinds that follow it.
         """
         fmus = {
             "--vehicle-fmu": self.tells_vehicle if self.vehicle_fmu and not told else "",
-            "--track-fmu": (self.tells_track or (local and "--local")) if self.track_fmu else "",
+            "--track-fmu": self._tells_rails(local, then) if self.track_fmu else "",
         }
         for fmu, option in fmus.items():
             if option:
@@ -191,8 +204,13 @@ class FmuOptions(PairOptions):
         with fmus_of(
             self.vehicle_fmu, self.track_fmu, *names, stock=stock, rails=rails,
             dimension=dimension, fresh=self.fresh, changes=changes_at(rails, local),
+            line=self.line(rails, then),
         ) as found:  # fmt: skip
             yield found
+
+    def _tells_rails(self, local: Sequence[str] | None, then: Sequence[str] | None) -> str:
+        others = {"--local": local, "--then": then}
+        return self.tells_track or next((name for name, told in others.items() if told), "")
 
 
 def changes_at(track: Track | None, texts: Sequence[str] | None) -> list[LocalChange]:

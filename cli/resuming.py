@@ -23,7 +23,7 @@ BY_CONTENT = ("system", "law", "vehicle_fmu", "track_fmu")
 """Files that may be in another folder; name and content are in the run's identity."""
 
 
-TOLD_BY_FMUS = ("vehicle", "vehicles", "track", "set_", "local")
+TOLD_BY_FMUS = ("vehicle", "vehicles", "track", "set_", "local", "then")
 """Of parameters that FMUs were made of, which are kept."""
 
 

@@ -19,6 +19,7 @@ from .options import (
     Out,
     PlotFile,
     PositionsOption,
+    ThenOption,
     UsageError,
     contact_parameters,
     doubted,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 TIME = 1.0  # s
 OF_THE_PAIR = (
     "vehicle_fmu", "track_fmu", "vehicle", "vehicles", "track", "set_", "sensor", "contact",
-    "contact_stiffness", "dimension", "local", "position", "speed", "irregularity", "seed",
+    "contact_stiffness", "dimension", "local", "then", "position", "speed", "irregularity", "seed",
     "quantities", "fade", "repeat", "defect", "held", "fresh",
 )  # fmt: skip
 
@@ -63,6 +64,7 @@ def run(
     ] = "hertz",
     dimension: DimensionOption = DimensionName.VERTICAL,
     local: LocalOption = None,
+    then: ThenOption = None,
     position: PositionsOption = None,
     speed: SpeedOrFile = "250",
     rough: IrregularityOptions,
@@ -112,7 +114,7 @@ def run(
         travel=travel,
     )
     journey.check_dimension(aside=aside)
-    with given.fmus(*FMUS[owner], dimension=dimension, local=local) as made:
+    with given.fmus(*FMUS[owner], dimension=dimension, local=local, then=then) as made:
         options = kept.checkpoints.options if kept.checkpoints else {}
         cars, rails = keep_fmus(keeping.checkpoint, options, vehicle_fmu=made[0], track_fmu=made[1])
         vehicle, (track,) = files_of(cars), files_of(rails)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 NETCDF = Suffixes("--out", (".nc",))
 MOST = 10_000  # values of one axis
-PARAMETERS = {"track", "vehicle", "vehicles", "dimension", "set", "sensor", "local"}
+PARAMETERS = {"track", "vehicle", "vehicles", "dimension", "set", "sensor", "local", "then"}
 """Options that decide FMUs of ours."""
 FORM = "start:stop:N, start:stop:N@log, or values with commas"
 

@@ -15,11 +15,14 @@ from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import DIMENSIONS, SIDES, Layout
 from railcosim.parameters import ParameterError, UnusualWarning, write_toml
+from railcosim.track.closed_line import ClosedLine, check_places
 from railcosim.track.decay import check_ring, decay_along
 from railcosim.track.local import LocalChange
 from railcosim.track.local_modes import with_changes
 from railcosim.track.parameters import Track
-from railcosim.track.reduced import reduce_track
+from railcosim.track.reduced import ReducedTrack, reduce_track
+from railcosim.track.reduced_line import reduce_line
+from railcosim.track.section import VERTICAL
 from railcosim.track.sensor_quantities import Told, told_by
 from railcosim.vehicle.files import write_stock
 from railcosim.vehicle.modal import vehicle_body
@@ -147,6 +150,13 @@ def ring_annotations(track: Track, told: Sequence[Told] = (), local: str = "") -
     return {"Ring": ring | sensors_noted(track.sensor, told)}
 
 
+def line_annotations(line: ClosedLine) -> Annotations:
+    """What a track of several kinds says: its ring, the kinds, and where it is a line, m."""
+    begin, end = line.clear
+    ring = {"length": repr(line.length), "longestVehicle": repr(end - begin)}
+    return {"Ring": ring | {"from": repr(begin), "to": repr(end), "kinds": str(line)}}
+
+
 def wheel_annotations(vehicle: Vehicle | Train) -> Annotations:
     """What a vehicle says of its wheels: the radius of each wheelset's, m."""
     wheels = build_multibody(vehicle).wheels
@@ -161,6 +171,7 @@ def contents(
     separate: bool = False,
     dimension: str = "vertical",
     changes: Sequence[LocalChange] = (),
+    line: ClosedLine | None = None,
 ) -> list[Content]:
     """Vehicle, Track, VehicleWithContact and TrackWithContact.
 
@@ -178,6 +189,8 @@ def contents(
     changes : sequence of LocalChange
         What is different at single places of the track, see
         `railcosim.track.local_modes.with_changes`.
+    line : ClosedLine or None
+        Kinds of track that follow, the first of which is `track`.
 
     Raises
     ------
@@ -203,7 +216,7 @@ def contents(
     # The rearmost wheelset starts above a railseat, the paper's place.
     places = ahead - ahead[-1] + track.fastening.spacing / 2
     start = start_of(vehicle, places.tolist(), dimension=dimension)
-    rails = track_under(track, start, progress, dimension=dimension, changes=changes)
+    rails = track_under(track, start, progress, dimension=dimension, changes=changes, line=line)
     bodies = {
         suffix: vehicle_body(build_multibody(one, MODELS[dimension]))
         for suffix, one in stock.items()
@@ -217,7 +230,7 @@ def contents(
     for with_contact in owners_in(rails.layout, start):
         for (suffix, body), its in zip(bodies.items(), starts, strict=True):
             made.append(_vehicle(stock[suffix], body, its, suffix, with_contact=with_contact))
-        made.append(_track(track, rails, start, changes, with_contact=with_contact))
+        made.append(_track(track, rails, start, changes, line, with_contact=with_contact))
     return made
 
 
@@ -247,6 +260,7 @@ def track_contents(
     sides: tuple[str, ...] = SIDES,
     dimension: str = "vertical",
     changes: Sequence[LocalChange] = (),
+    line: ClosedLine | None = None,
 ) -> list[Content]:
     """Track and TrackWithContact for other people's wheelsets; see `contents`.
 
@@ -260,12 +274,14 @@ def track_contents(
         Rails that are loaded; see `railcosim.mechanics.ports.Layout`.
     dimension : str
         In what directions rails are met, see `railcosim.mechanics.ports.DIMENSIONS`.
-    changes : sequence of LocalChange
+    changes, line
         See `contents`.
     """
-    rails = track_under(track, start, progress, sides=sides, dimension=dimension, changes=changes)
+    rails = track_under(
+        track, start, progress, sides=sides, dimension=dimension, changes=changes, line=line
+    )
     return [
-        _track(track, rails, start, changes, with_contact=owned)
+        _track(track, rails, start, changes, line, with_contact=owned)
         for owned in owners_in(rails.layout, start)
     ]
 
@@ -296,11 +312,15 @@ def track_under(
     sides: tuple[str, ...] = SIDES,
     dimension: str = "vertical",
     changes: Sequence[LocalChange] = (),
+    line: ClosedLine | None = None,
 ) -> ModalBody:
     """The reduced track under so many wheelsets, if the ring is long enough for them."""
     check_dimension(dimension)
     directions = DIMENSIONS[dimension]
     progress("measuring the decay along the track")
+    layout = Layout(len(start.positions), sides, directions)
+    if line is not None:
+        return _line_under(line, start, progress, dimension, changes).under(layout)
     check_ring(track, float(np.ptp(start.positions)))
     progress("reducing the track")
     bare = replace(track, sensor=()) if changes else track  # what is seen is of the changed ring
@@ -309,7 +329,29 @@ def track_under(
         reduced = with_changes(
             track, reduced, changes, lambda text: progress(f"finding the changed ring: {text}")
         )
-    return reduced.under(Layout(len(start.positions), sides, directions))
+    return reduced.under(layout)
+
+
+def _line_under(
+    line: ClosedLine,
+    start: Start,
+    progress: Callable[[str], None],
+    dimension: str,
+    changes: Sequence[LocalChange],
+) -> ReducedTrack:
+    """Of several kinds, if wheelsets stand where it is a line."""
+    if DIMENSIONS[dimension] != VERTICAL:
+        raise ParameterError(
+            f"dimension = {dimension}: tracks of several kinds are vertical in time; must be "
+            "vertical, or one kind"
+        )
+    if changes:
+        raise ParameterError(
+            f"{changes[0]}: in time single places are different on a track of one kind only; leave "
+            "out it or the kinds that follow"
+        )
+    check_places(line, start.positions)
+    return reduce_line(line, lambda text: progress(f"joining kinds of track: {text}"))
 
 
 def profiles_json(profiles: Profiled) -> bytes:
@@ -343,20 +385,22 @@ def _track(
     rails: ModalBody,
     start: Start,
     changes: Sequence[LocalChange],
+    line: ClosedLine | None,
     *,
     with_contact: bool,
 ) -> Content:
     told = told_by(track, rails.layout.directions, changes)
     local = " ".join(map(str, changes))
+    kinds = [track] if line is None else line.tracks
     return Content(
         name="TrackWithContact" if with_contact else "Track",
         model="track",
         text=f"{track.called}, a ring of cells, {rails.layout.dimension}"
-        + (f", with {local}: " if local else ": ")
+        + (f", with {local}: " if local else f", {line}: " if line else ": ")
         + ("wheel motion to contact force." if with_contact else "contact force to motion."),
         table=interface(rails, start, with_contact=with_contact, seen=told),
         body=rails,
-        parameters=write_toml(track, track.called),
-        annotations=ring_annotations(track, told, local),
+        parameters="\n".join(write_toml(kind, kind.called) for kind in kinds),
+        annotations=line_annotations(line) if line else ring_annotations(track, told, local),
         profiles=_profiles_of(start) if with_contact else None,
     )

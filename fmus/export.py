@@ -9,6 +9,7 @@ from typing import Protocol
 
 from railcosim.mechanics.ports import SIDES
 from railcosim.storage.archive import digest_of
+from railcosim.track.closed_line import ClosedLine
 from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
@@ -101,6 +102,7 @@ def export_track(
     dimension: str = "vertical",
     runtime: Runtime = NATIVE,
     changes: Sequence[LocalChange] = (),
+    line: ClosedLine | None = None,
 ) -> dict[str, Path]:
     """Write Track and TrackWithContact as FMUs for any 1 to 64 wheelsets; see `export`.
 
@@ -120,9 +122,13 @@ def export_track(
         vertical or spatial, see `railcosim.mechanics.ports.DIMENSIONS`.
     changes : sequence of LocalChange
         What is different at single places, see `railcosim.track.local_modes.with_changes`.
+    line : ClosedLine or None
+        Kinds of track that follow, the first of which is `track`.
     """
     runtime.prepare(progress)
-    made = track_contents(track, start, progress, sides=sides, dimension=dimension, changes=changes)
+    made = track_contents(
+        track, start, progress, sides=sides, dimension=dimension, changes=changes, line=line
+    )
     with packed(made, out, progress, runtime=runtime) as files:
         return files
 

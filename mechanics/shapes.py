@@ -5,7 +5,7 @@ Needs numpy only: a copy of this file travels in every FMU.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol, TypeAlias
 
@@ -16,6 +16,11 @@ from .arrays import ComplexArray, FloatArray
 from .shape_functions import shape_functions
 
 Shaped: TypeAlias = tuple[ComplexArray, ComplexArray, ComplexArray]
+
+
+def one_stretch() -> FloatArray:
+    """All elements of a cell are equally long."""
+    return np.zeros((1, 2))
 
 
 class Shapes(Protocol):
@@ -56,13 +61,16 @@ class AlongRing:
         in a direction by the oscillator of one of the k directions of a contact, of the left rail;
         at `parts` of the way from row to row, Hermite's cubics between them.
     elements : array of int, shape (n_elements,)
-        Row at which each element of a cell begins; elements are equally long.
+        Row at which each element of a cell begins.
     parts : int
         Of an element.
     cell_length : float
         m.
     cells : int
         Of the ring.
+    stretches : array, shape (s, 2)
+        Of equally long elements: where each begins in the cell, m, and the number of its first
+        element; rising, the first one (0, 0).
     """
 
     table: NDArray[np.complex64]
@@ -73,6 +81,7 @@ class AlongRing:
     parts: int
     cell_length: float
     cells: int
+    stretches: FloatArray = field(default_factory=one_stretch)
 
     @property
     def local(self) -> bool:
@@ -83,6 +92,14 @@ class AlongRing:
     def length(self) -> float:
         """Of the ring, m."""
         return self.cell_length * self.cells
+
+    @cached_property
+    def element_lengths(self) -> FloatArray:
+        """Of each stretch, m."""
+        begins, firsts = self.stretches.T
+        counts = np.diff(firsts, append=self.elements.size)
+        lengths: FloatArray = np.diff(begins, append=self.cell_length) / counts
+        return lengths
 
     @cached_property
     def _closed(self) -> tuple[ComplexArray, ComplexArray]:
@@ -103,11 +120,15 @@ class AlongRing:
     def at(self, position: FloatArray, rows: int) -> Shaped:
         """See `Shapes`: between nodes displacements are Hermite's cubics."""
         table, local_table = self._closed
-        element = self.cell_length / self.elements.size
         cell, inside = np.divmod(position % self.length, self.cell_length)
-        first = np.minimum((inside / element).astype(int), self.elements.size - 1)
-        xi = inside / element - first
-        first = self.elements[first]
+        begins, firsts = self.stretches.T
+        stretch = np.searchsorted(begins, inside, side="right") - 1
+        element = self.element_lengths[stretch]
+        counts = np.diff(firsts, append=self.elements.size)
+        inside = (inside - begins[stretch]) / element
+        first = np.minimum(inside.astype(int), counts[stretch] - 1)
+        xi = inside - first
+        first = self.elements[(firsts[stretch] + first).astype(int)]
         weights, _ = shape_functions(xi, element, 0.0)
         k = rows // position.size
         out = np.empty((position.size, k, self.mu.size), dtype=complex)

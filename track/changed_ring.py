@@ -1,9 +1,9 @@
 """Modes of a ring that is different at single railseats, from those of the equal ring.
 
 Springs, dampers and masses added at places, D(s) = dk + dc s + dm s^2, act on the ring's stretches
-(or motions) there only. With all complex modes of the equal ring, s_j' = p_j s_j + U_j f and
-w = Re sum U_j s_j, and their
-stretches c_j, the changed ring has its poles where
+(or motions) there only; D is symmetric, and diagonal where each place has its own. With all complex
+modes of the equal ring, s_j' = p_j s_j + U_j f and w = Re sum U_j s_j, and their stretches c_j, the
+changed ring has its poles where
 
     det(1 + D(s) H(s)) = 0,   H(s) = sum over j and conjugates of c_j c_j' / (2 (s - p_j)),
 
@@ -36,6 +36,7 @@ HEAVY = 0.5  # |Im p| / |p| below which a pole and its conjugate may meet and be
 FOUND, OF_ITS_WAY = 1e-11, 1e-6  # last steps, of a pole and of its way; what is left is the square
 LOST = 1e-18  # of a pole: a way of which rounding leaves nothing
 MOST_STEPS = 200
+PATIENCE = 40  # steps after which a pole and its mirror image are taken for two real ones
 AT_FIRST = 0.4  # of the way to the next pole: the farthest first guess
 PART = 128  # poles at once: 128 rows of the sums stay near the processor
 ONE = 1e-10  # relative distance of poles found that are one
@@ -65,7 +66,7 @@ class Equal:
 
 @dataclass(frozen=True, kw_only=True)
 class Springs:
-    """Stiffnesses, dampings and masses added at k places, N/m, N s/m and kg.
+    """Stiffnesses, dampings and masses added between k places, (k, k), N/m, N s/m and kg.
 
     Negative ones take away.
     """
@@ -75,12 +76,13 @@ class Springs:
     dm: FloatArray
 
     def at(self, s: ComplexArray) -> ComplexArray:
-        """Dynamic stiffness, shape (..., k)."""
-        return self.dk + (self.dc + self.dm * s[..., None]) * s[..., None]
+        """Dynamic stiffness, shape (..., k, k)."""
+        s = s[..., None, None]
+        return self.dk + (self.dc + self.dm * s) * s
 
     def slope(self, s: ComplexArray) -> ComplexArray:
         """Its derivative."""
-        return self.dc + 2 * self.dm * s[..., None]
+        return self.dc + 2 * self.dm * s[..., None, None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,7 +152,9 @@ def poles_below(
     twice = single[s.beside]
     s.way[~twice] *= np.exp(0.3j)
     waiting = np.arange(s.way.size)
-    for _ in range(MOST_STEPS):
+    for count in range(MOST_STEPS):
+        if count == PATIENCE:
+            s, twice, waiting = _parted(ring, s, twice, waiting)
         progress(f"{s.way.size - waiting.size} of {s.way.size} modes")
         left = []
         for k in range(0, waiting.size, PART):
@@ -174,14 +178,30 @@ def forces(
         pull = s.some(part).pull(ring)
         H, slope = _felt(ring, pull)
         pole = s.some(part).of(ring)
-        within = np.eye(H.shape[1]) + springs.at(pole)[:, :, None] * H
+        within = np.eye(H.shape[1]) + springs.at(pole) @ H
         z = np.linalg.svd(within)[2][:, -1].conj()
         # The residue of -(D^-1 + H)^-1: modes receive forces by their own shapes.
         norm = np.einsum("mi,mij,mj->m", z, slope, z)
-        norm -= np.sum(springs.slope(pole) * np.einsum("mij,mj->mi", H, z) ** 2, axis=1)
+        stretch = np.einsum("mij,mj->mi", H, z)
+        norm -= np.einsum("mi,mij,mj->m", stretch, springs.slope(pole), stretch)
         count = np.where(pole.imag == 0, 1.0, 2.0)
         z *= np.sqrt(-count / norm)[:, None]
         yield z, np.einsum("mij,mj->mi", H, z), pull
+
+
+def _parted(
+    ring: Equal, s: Poles, twice: NDArray[np.bool_], waiting: NDArray[np.intp]
+) -> tuple[Poles, NDArray[np.bool_], NDArray[np.intp]]:
+    """Follow those that wait and their mirror images by themselves, no longer mirrored."""
+    own = waiting[twice[waiting]]
+    twice = np.append(twice, np.zeros(own.size, bool))
+    twice[own] = False
+    waiting = np.append(waiting, s.way.size + np.arange(own.size))
+    mirrored = s.way[own].conj() * np.exp(0.3j)
+    s = Poles(
+        beside=np.append(s.beside, ring.mirror[s.beside[own]]), way=np.append(s.way, mirrored)
+    )
+    return s, twice, waiting
 
 
 def _felt(ring: Equal, pull: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
@@ -200,9 +220,9 @@ def _guesses(ring: Equal, springs: Springs, count: NDArray[np.intp]) -> Poles:
         apart = ring.poles[part][:, None] - ring.poles
         apart[np.arange(part.size), part] = np.inf
         H, _ = _felt(ring, 1 / apart)
-        D = springs.at(ring.poles[part])[:, :, None]
+        D = springs.at(ring.poles[part])
         own = np.linalg.eigvals(
-            -np.linalg.solve(np.eye(H.shape[1]) + D * H, D * ring.residues[part])
+            -np.linalg.solve(np.eye(H.shape[1]) + D @ H, D @ ring.residues[part])
         )
         size = np.abs(own)
         rank = np.argsort(np.argsort(-size, axis=1), axis=1)
@@ -227,9 +247,9 @@ def _step(
     own = s.some(part)
     pull, pole = own.pull(ring), own.of(ring)
     H, slope = _felt(ring, pull)
-    D = springs.at(pole)[:, :, None]
-    within = np.eye(H.shape[1]) + D * H
-    change = D * slope + springs.slope(pole)[:, :, None] * H
+    D = springs.at(pole)
+    within = np.eye(H.shape[1]) + D @ H
+    change = D @ slope + springs.slope(pole) @ H
     hit = np.linalg.det(within) == 0
     within[hit] = np.eye(H.shape[1])
     newton = np.trace(np.linalg.solve(within, change), axis1=1, axis2=2)

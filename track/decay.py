@@ -91,6 +91,24 @@ class Decay:
         at = int(np.argmax(np.where(self.frequency <= PROMISED_TO, error, 0.0)))
         return float(error[at]), float(self.frequency[at])
 
+    def echo(self, farthest: float) -> float:
+        """How far from a place that sends all waves back it is felt by no more than `PROMISED`, m.
+
+        Up to `PROMISED_TO`, to 0.1 m; infinite if farther than asked for. An echo comes twice as
+        far; of waves that go on there no more comes back another way round.
+        """
+        told = self.frequency <= PROMISED_TO
+
+        def error(distance: float) -> float:
+            added = (self.share * self.factor ** (2 * distance / self.cell_length)).sum(axis=2)
+            both = added[0] / np.abs(self.receptance[0])
+            one = added.sum(axis=0) / np.abs(self.receptance.sum(axis=0))
+            return float(np.maximum(both, one)[told].max())
+
+        tenths = range(int(10 * farthest) + 1)
+        found = bisect_left(tenths, x=True, key=lambda k: error(k / 10) <= PROMISED)
+        return found / 10 if found < len(tenths) else np.inf
+
     def cells_needed(self, span: float = 0.0) -> int | None:
         """Fewest cells that keep `PROMISED`; None if the most a ring may have do not."""
         first = 2 * int(span / self.cell_length / 2) + 2

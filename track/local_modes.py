@@ -223,11 +223,11 @@ def _changed(
     number, k = cells[0].track.mesh.cells, len(added)
     ring = RingOfWaves.of(cells, added, rows)
     pole, U = ring.standing(MARGIN * top, number)
-    moves = _turned(pole, U, k)
+    moves = turned(pole, U, k)
     count = np.bincount(pole[moves], minlength=ring.equal.poles.size)
     equal = replace(ring.equal, moving=count + count[ring.equal.mirror] * (count == 0))
     dk, dc, dm = np.array([more for _, *more in added]).T
-    springs = Springs(dk=dk, dc=dc, dm=dm)
+    springs = Springs(dk=np.diag(dk), dc=np.diag(dc), dm=np.diag(dm))
     s = poles_below(equal, springs, top, progress)
     s = s.some(np.abs(s.of(equal)) < top)
     progress("shapes")
@@ -250,15 +250,15 @@ def _changed(
 
 def _softer(ring: RingOfWaves, springs: Springs, cells: int) -> FloatArray:
     """By how much every head gives more at rest, m/N; masses do not matter."""
-    equal, one = ring.equal, np.eye(springs.dk.size, dtype=complex)
+    equal, one = ring.equal, np.eye(len(springs.dk), dtype=complex)
     H = ring.heads(one, np.tile(-1 / equal.poles, (len(one), 1)), cells)[::2].real
-    within = one.real - springs.dk[:, None] * np.sum(equal.residues.T / equal.poles, axis=2).real
-    taken = np.linalg.solve(within, springs.dk[:, None] * H.T)
+    within = one.real - springs.dk @ np.sum(equal.residues.T / equal.poles, axis=2).real
+    taken = np.linalg.solve(within, springs.dk @ H.T)
     softer: FloatArray = -np.sum(H.T * taken, axis=0)
     return softer
 
 
-def _turned(pole: NDArray[np.intp], U: ComplexArray, k: int) -> NDArray[np.bool_]:
+def turned(pole: NDArray[np.intp], U: ComplexArray, k: int) -> NDArray[np.bool_]:
     """Turn modes of one pole, in place, until as few as can be have stretches: which these are."""
     moves = np.zeros(pole.size, bool)
     C = U[-k:]

@@ -60,54 +60,27 @@ class RingOfWaves:
             pulled = part * np.array([p.row(cell) for p, *_ in added])
             C.append(np.exp(1j * place[:, None] * its.mu) * (pulled @ its.shapes))
             seen.append(_parts(rows, cell, its, both=len(cells) > 1))
-            own.append(replace(its, shapes=_heads(cell, its, both=len(cells) > 1)))
-        joined = np.concatenate(seen, axis=1), np.concatenate(C, axis=1)
-        return cls._with(RingModes.joined(own), *joined)
-
-    @classmethod
-    def _with(cls, waves: RingModes, seen: ComplexArray, C: ComplexArray) -> RingOfWaves:
-        order = np.lexsort((waves.poles.real, waves.poles.imag))
-        sorted_poles = waves.poles[order]
-        new = np.abs(np.diff(sorted_poles, prepend=np.inf)) > ALIKE * np.abs(sorted_poles)
-        pole = np.empty(order.size, int)
-        pole[order] = np.cumsum(new) - 1
-        p = sorted_poles[new]
-        real = np.abs(p.imag) < REAL_POLE * np.abs(p)
-        p[real] = p[real].real
-        residues = np.zeros((p.size, len(C), len(C)), complex)
-        half = np.where(real, 1.0, 0.5)[pole]
-        each = half * C[:, None] * C[:, waves.partner]
-        np.add.at(residues, pole, np.moveaxis(each, 2, 0))
-        residues = (residues + np.swapaxes(residues, 1, 2)) / 2
-        mirror = np.arange(p.size)
-        mirror[~real] = p.size + np.arange(p.size - real.sum())
+            own.append(replace(its, shapes=heads_of(cell, its, both=len(cells) > 1)))
+        joined, stretches = RingModes.joined(own), np.concatenate(C, axis=1)
+        pole, equal = equal_of(joined, stretches)
         return cls(
-            waves=waves,
-            seen=seen,
-            stretches=C,
-            pole=pole,
-            equal=Equal(
-                poles=np.concatenate([p, p[~real].conj()]),
-                residues=np.concatenate([residues, residues[~real].conj()]),
-                moving=np.zeros(2 * p.size - real.sum(), int),
-                mirror=np.concatenate([mirror, np.flatnonzero(~real)]),
-            ),
-        )
+            waves=joined, seen=np.concatenate(seen, axis=1), stretches=stretches,
+            pole=pole, equal=equal,
+        )  # fmt: skip
 
     def standing(self, below: float, cells: int) -> tuple[NDArray[np.intp], ComplexArray]:
-        """Modes that receive their own forces: their poles; heads all round, seen, stretches."""
-        waves, low = self.waves, np.abs(self.equal.poles[self.pole]) < below
+        """Modes below that receive their own forces: poles; heads all round, seen, stretches."""
+        low = np.abs(self.equal.poles[self.pole]) < below
+        waves, own = self.waves.some(low), self.pole[low]
         index = np.arange(waves.poles.size)
-        alone, first = (waves.partner == index) & low, (waves.partner > index) & low
-        turn = np.exp(1j * np.arange(cells)[:, None] * waves.mu[low])
-        heads = turn[:, None] * waves.shapes[:, low]
-        behind = np.concatenate([self.seen, self.stretches])
-        U = np.zeros((heads.shape[0] * heads.shape[1] + len(behind), index.size), complex)
-        U[: -len(behind), low] = heads.reshape(-1, low.sum())
-        U[-len(behind) :] = behind
+        alone, first = waves.partner == index, waves.partner > index
+        turn = np.exp(1j * np.arange(cells)[:, None] * waves.mu)
+        heads = turn[:, None] * waves.shapes
+        behind = np.concatenate([self.seen, self.stretches])[:, low]
+        U = np.concatenate([heads.reshape(-1, index.size), behind])
         A, B = U[:, first], U[:, waves.partner[first]]
         shapes = [U[:, alone], np.sqrt(0.5) * (A + B), 1j * np.sqrt(0.5) * (A - B)]
-        pole = np.concatenate([self.pole[alone], self.pole[first], self.pole[first]])
+        pole = np.concatenate([own[alone], own[first], own[first]])
         return pole, np.concatenate(shapes, axis=1)
 
     def heads(self, z: ComplexArray, pull: ComplexArray, cells: int) -> ComplexArray:
@@ -137,8 +110,37 @@ class RingOfWaves:
         return found + self.seen[:, ~real].conj() @ other.T
 
 
+def equal_of(waves: RingModes, C: ComplexArray) -> tuple[NDArray[np.intp], Equal]:
+    """Different poles of waves with stretches C, (k, n), none of which moves as yet.
+
+    And which of them each wave has.
+    """
+    order = np.lexsort((waves.poles.real, waves.poles.imag))
+    sorted_poles = waves.poles[order]
+    new = np.abs(np.diff(sorted_poles, prepend=np.inf)) > ALIKE * np.abs(sorted_poles)
+    pole = np.empty(order.size, int)
+    pole[order] = np.cumsum(new) - 1
+    p = sorted_poles[new]
+    real = np.abs(p.imag) < REAL_POLE * np.abs(p)
+    p[real] = p[real].real
+    residues = np.zeros((p.size, len(C), len(C)), complex)
+    half = np.where(real, 1.0, 0.5)[pole]
+    each = half * C[:, None] * C[:, waves.partner]
+    np.add.at(residues, pole, np.moveaxis(each, 2, 0))
+    residues = (residues + np.swapaxes(residues, 1, 2)) / 2
+    mirror = np.arange(p.size)
+    mirror[~real] = p.size + np.arange(p.size - real.sum())
+    equal = Equal(
+        poles=np.concatenate([p, p[~real].conj()]),
+        residues=np.concatenate([residues, residues[~real].conj()]),
+        moving=np.zeros(2 * p.size - real.sum(), int),
+        mirror=np.concatenate([mirror, np.flatnonzero(~real)]),
+    )
+    return pole, equal
+
+
 def _parts(rows: Sequence[Row], cell: Cell, waves: RingModes, *, both: bool) -> ComplexArray:
-    """Parts of rows by waves, (r, n), in the signs of `_heads`."""
+    """Parts of rows by waves, (r, n), in the signs of `heads_of`."""
     sign = np.sqrt(0.5) * (1 if both else cell.parity)
     parts = [
         sign * (part @ waves.shapes) * np.exp(1j * waves.mu * row.place.cell)
@@ -147,7 +149,7 @@ def _parts(rows: Sequence[Row], cell: Cell, waves: RingModes, *, both: bool) -> 
     return np.array(parts, dtype=complex).reshape(-1, waves.poles.size)
 
 
-def _heads(cell: Cell, waves: RingModes, *, both: bool) -> ComplexArray:
+def heads_of(cell: Cell, waves: RingModes, *, both: bool) -> ComplexArray:
     """Motion and slope of the left head on the rows of a cell, or of `both`; for a force on one."""
     right = np.sqrt(0.5) * head_shapes(cell, waves, (Z,))[:-1]  # of odd waves, the left one upwards
     sides = [cell.left(Z) * right, right] if both else [right]

@@ -21,7 +21,7 @@ from .cell import EVEN, ODD, Cell, build_cell, independent
 from .condensation import CondensedCell, condense
 from .layers import MASS
 from .local import LocalChange, SpringPlace, changed_by, check_left, masses_at, springs_at
-from .parameters import Track
+from .parameters import MOST_CELLS, Track
 from .section import directions_for
 from .waves import waves
 
@@ -232,7 +232,9 @@ def shortest(track: Track) -> Track:
     """
     if track.slab.present:
         return track
-    return replace(track, slab=replace(track.slab, length=track.fastening.spacing, joint=0.0))
+    cells = min(track.bays * track.mesh.cells, MOST_CELLS)  # as long a ring
+    slab = replace(track.slab, length=track.fastening.spacing, joint=0.0)
+    return replace(track, slab=slab, mesh=replace(track.mesh, cells=cells))
 
 
 def _receptance(

@@ -6,7 +6,7 @@ It is all arrays, so that an FMU can carry it and step it without the finite ele
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from railcosim.mechanics.gaps import Gaps
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.observation import Observation
 from railcosim.mechanics.ports import RAIL, Direction, Layout
-from railcosim.mechanics.shapes import AlongRing
+from railcosim.mechanics.shapes import AlongRing, one_stretch
 from railcosim.parameters import ParameterError
 
 from .along import Rows, rows_along
@@ -26,7 +26,7 @@ from .flexibility import against, local_flexibility, local_pole
 from .heads import head_shapes, kinked_shapes
 from .observed import Modes, observation_of, rows_of
 from .parameters import Track
-from .residual import residual
+from .residual import LeftOut, residual
 from .ring import RingModes, passive_modes, ring_modes
 from .section import VERTICAL, moves_aside
 from .sensor_quantities import told_by
@@ -77,6 +77,8 @@ class ReducedTrack:
         What its sensors see; None: there are none.
     gaps : Gaps or None
         Springs that close; None: there are none.
+    stretches : array, shape (s, 2)
+        See `AlongRing`.
     """
 
     directions: tuple[Direction, ...]
@@ -94,6 +96,7 @@ class ReducedTrack:
     observation: Observation | None = None
     apart: bool = False
     gaps: Gaps | None = None
+    stretches: FloatArray = field(default_factory=one_stretch)
 
     @property
     def shapes(self) -> AlongRing:
@@ -107,6 +110,7 @@ class ReducedTrack:
             parts=self.parts,
             cell_length=self.cell_length,
             cells=round(self.length / self.cell_length),
+            stretches=self.stretches,
         )
 
     def under(self, layout: Layout) -> ModalBody:
@@ -251,7 +255,7 @@ def _group(
     modes = [_faded(ring_modes(cell, top), 2 * np.pi * top) for cell in cells]
     pairs = list(zip(cells, modes, strict=True))
     tables = [head_shapes(cell, ring, directions) for cell, ring in pairs]
-    pole, shape = residual(track, rows, tables, modes)
+    pole, (shape,) = residual(track, [LeftOut.of(track, rows, tables, modes)])
     return _Group(
         modes=[replace(ring, shapes=ring.shapes[:0]) for ring in modes],
         tables=tables,

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from railcosim.mechanics.arrays import ComplexArray, FloatArray
 
@@ -18,10 +22,56 @@ RIPPLES = 5.0  # m: those of the modes fade with distance
 OTHERS, APART = 3, 1.5  # other wheelsets, and m to the next one; bogies have 1.8 m or more
 
 
-def residual(
-    track: Track, rows: Rows, tables: list[ComplexArray], modes: list[RingModes]
-) -> tuple[complex, ComplexArray]:
-    """Pole of the residual, and its shape at all places of the rows, (.., 1, 1).
+@dataclass(frozen=True, kw_only=True)
+class LeftOut:
+    """What modes of one kind of track leave out, where rails go down.
+
+    Attributes
+    ----------
+    rows : Rows
+        Of its tables.
+    at_nodes : array, shape (n_omega, n_nodes)
+        At frequencies of the fit, the first one 0.
+    known : array of bool, shape (n_nodes,)
+        Where it is more than rounding.
+    static : array, shape (places,)
+        At rest, not negative.
+    missing : array, shape (places,)
+        See `_missing_jumps`.
+    """
+
+    rows: Rows
+    at_nodes: ComplexArray
+    known: NDArray[np.bool_]
+    static: FloatArray
+    missing: FloatArray
+
+    @classmethod
+    def of(
+        cls, track: Track, rows: Rows, tables: list[ComplexArray], modes: list[RingModes]
+    ) -> LeftOut:
+        """Of a track's own ring; see `left_out_by`."""
+        omega = _frequencies(track)
+        N = left_out_by(track, rows, tables, modes, VERTICAL, omega)[0][:, :, 0, 0]
+        whole = static_flexibility(track, rows, VERTICAL)[:, 0, 0]
+        # Fading modes may leave out less than nothing at a railseat that is all but clamped. An
+        # oscillator of negative flexibility would give power at its resonance.
+        return cls(
+            rows=rows,
+            at_nodes=N,
+            known=N[0].real > TRIFLE * whole.mean(),
+            static=np.maximum(whole - held_by(rows, tables, modes)[:, 0, 0], TRIFLE * whole),
+            missing=_missing_jumps(track, rows, tables, modes),
+        )
+
+
+def _frequencies(track: Track) -> FloatArray:
+    top = 2 * np.pi * track.mesh.highest_frequency
+    return np.concatenate([[0.0], np.linspace(FIT_FROM, FIT_TO, 8) * top])
+
+
+def residual(track: Track, kinds: Sequence[LeftOut]) -> tuple[complex, list[ComplexArray]]:
+    """Pole of the residual, and its shape at all places of the rows of each kind, (.., 1, 1).
 
     What is left out is nearly (R0 + tau s) / (1 + d s + s^2 / omega_r^2). R0 and tau differ from
     place to place; omega_r, by least squares, and d do not. R0 is known everywhere, tau from the
@@ -35,29 +85,32 @@ def residual(
 
     Parameters
     ----------
-    track, rows, tables, modes : Track, Rows, list of array, list of RingModes
-        See `left_out_by`.
+    track : Track
+        Whose highest frequency is that of all kinds.
+    kinds : sequence of LeftOut
+        One, or those that a wheel meets one after the other.
     """
-    top = 2 * np.pi * track.mesh.highest_frequency
-    omega = np.concatenate([[0.0], np.linspace(FIT_FROM, FIT_TO, 8) * top])
-    N = left_out_by(track, rows, tables, modes, VERTICAL, omega)[0][:, :, 0, 0]
-    whole = static_flexibility(track, rows, VERTICAL)[:, 0, 0]
-    # Fading modes may leave out less than nothing at a railseat that is all but clamped. An
-    # oscillator of negative flexibility would give power at its resonance.
-    static = np.maximum(whole - held_by(rows, tables, modes)[:, 0, 0], TRIFLE * whole)
-    missing = _missing_jumps(track, rows, tables, modes)
+    omega = _frequencies(track)
     w = omega[1:, None]
-    omega_r = natural(N, N[0].real > TRIFLE * whole.mean(), w, top)
-    loss = np.max(-N[1:].imag / w * (1 - (w / omega_r) ** 2), axis=0)
-    # With tau below d R0 - loss, the residual takes no less power than what is left out.
-    loss = rows.spread(loss)
-    d = np.max(missing / omega_r**2 + loss) / np.max(static)
+    N = np.concatenate([kind.at_nodes for kind in kinds], axis=1)
+    known = np.concatenate([kind.known for kind in kinds])
+    omega_r = natural(N, known, w, 2 * np.pi * track.mesh.highest_frequency)
+    losses, d = [], -np.inf
+    for kind in kinds:
+        loss = np.max(-kind.at_nodes[1:].imag / w * (1 - (w / omega_r) ** 2), axis=0)
+        # With tau below d R0 - loss, the residual takes no less power than what is left out.
+        loss = kind.rows.spread(loss)
+        losses.append(loss)
+        d = max(d, float(np.max(kind.missing / omega_r**2 + loss) / np.max(kind.static)))
     zeta = np.clip(0.5 * d * omega_r, LEAST_DAMPING, MOST_DAMPING)
-    jump = 2 * zeta * omega_r * static - omega_r**2 * loss
-    jump = np.maximum(jump, missing)
     pole = omega_r * complex(-zeta, np.sqrt(1 - zeta**2))
-    shape = np.sqrt(jump - 1j * (static * omega_r**2 + jump * pole.real) / pole.imag)
-    return pole, shape[:, None, None]
+    shapes = []
+    for kind, loss in zip(kinds, losses, strict=True):
+        jump = 2 * zeta * omega_r * kind.static - omega_r**2 * loss
+        jump = np.maximum(jump, kind.missing)
+        shape = np.sqrt(jump - 1j * (kind.static * omega_r**2 + jump * pole.real) / pole.imag)
+        shapes.append(shape[:, None, None])
+    return pole, shapes
 
 
 def _missing_jumps(

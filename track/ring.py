@@ -57,12 +57,21 @@ class RingModes:
             shapes=np.concatenate([part.shapes for part in parts], axis=1),
         )
 
+    def some(self, kept: NDArray[np.bool_]) -> RingModes:
+        """Some of them; partners are kept together."""
+        return RingModes(
+            poles=self.poles[kept],
+            mu=self.mu[kept],
+            partner=(np.cumsum(kept) - 1)[self.partner[kept]],
+            shapes=self.shapes[:, kept],
+        )
+
     def weighted(self, weight: FloatArray) -> RingModes:
         """Modes that take part with a weight; partners, having one pole, have one weight."""
         return replace(self, shapes=self.shapes * np.sqrt(weight))
 
 
-def ring_modes(cell: Cell, highest_frequency: float) -> RingModes:
+def ring_modes(cell: Cell, highest_frequency: float, cells: int | None = None) -> RingModes:
     """Complex modes of the ring of `cell.track.mesh.cells` cells, below a frequency.
 
     The damping is not proportional and is diagonalised in ALL undamped modes of the cell: with
@@ -75,6 +84,8 @@ def ring_modes(cell: Cell, highest_frequency: float) -> RingModes:
         One parity of the cell.
     highest_frequency : float
         Of the modes kept, |lambda| / 2 pi, Hz.
+    cells : int, optional
+        In the ring, if others than the track says; at least 1.
 
     Returns
     -------
@@ -84,11 +95,11 @@ def ring_modes(cell: Cell, highest_frequency: float) -> RingModes:
     ----------
     Tisseur, F. & Meerbergen, K. (2001), The quadratic eigenvalue problem, SIAM Rev. 43(2).
     """
-    N = cell.track.mesh.cells
+    N = cell.track.mesh.cells if cells is None else cells
     parts = [
         _damped(
             all_waves(cell, 2 * np.pi * q / N), highest_frequency,
-            standing=q in (0, N // 2), cells=N,
+            standing=not 2 * q % N, cells=N,
         )
         for q in range(N // 2 + 1)
     ]  # fmt: skip

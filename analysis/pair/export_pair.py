@@ -12,6 +12,7 @@ from railcosim.fmus.export import NATIVE, Runtime, packed
 from railcosim.master.connections import Connection
 from railcosim.master.fmi.description import describe_file
 from railcosim.master.ssp import Part, write_ssp
+from railcosim.track.closed_line import ClosedLine
 from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Track
 from railcosim.vehicle.parameters import Vehicle
@@ -32,6 +33,7 @@ def export_pair(
     separate: bool = False,
     dimension: str = "vertical",
     changes: Sequence[LocalChange] = (),
+    line: ClosedLine | None = None,
 ) -> dict[str, Path]:
     """Write our four FMUs, and Pair.ssp with Vehicle and TrackWithContact in it.
 
@@ -51,6 +53,8 @@ def export_pair(
     changes : sequence of LocalChange
         What is different at single places of the track, see
         `railcosim.track.local_modes.with_changes`.
+    line : ClosedLine or None
+        Kinds of track that follow, the first of which is `track`.
 
     Returns
     -------
@@ -65,7 +69,7 @@ def export_pair(
     folder = Path(out)
     runtime.prepare(progress)
     made = contents(
-        vehicle, track, progress, separate=separate, dimension=dimension, changes=changes
+        vehicle, track, progress, separate=separate, dimension=dimension, changes=changes, line=line
     )
     with packed(made, folder, progress, runtime=runtime) as files:
         if runtime.fmi == 2 and any(one.has_contact for one in made if one.name in files):

@@ -22,6 +22,7 @@ from railcosim.compiling.kept import CacheRefused, cache, digest
 from railcosim.parameters import UnusualWarning
 from railcosim.storage.archive import digest_of
 from railcosim.storage.temporary import scratch
+from railcosim.track.closed_line import ClosedLine
 from railcosim.track.decay import RingWarning
 from railcosim.track.local import LocalChange
 from railcosim.track.parameters import Track
@@ -84,6 +85,7 @@ def fmus_of_pair(
     dimension: str = "vertical",
     fresh: bool = False,
     changes: Sequence[LocalChange] = (),
+    line: ClosedLine | None = None,
 ) -> Iterator[Made]:
     """Our FMUs for as long as the block lasts: kept ones, or made now and kept.
 
@@ -101,6 +103,8 @@ def fmus_of_pair(
         Make them anew.
     changes : sequence of LocalChange
         What is different at single places of the track.
+    line : ClosedLine or None
+        Kinds of track that follow, the first of which is `track`.
 
     Warns
     -----
@@ -112,14 +116,14 @@ def fmus_of_pair(
             raise CacheRefused("none is kept")
         folder = cache() / "fmus"
         folder.mkdir(mode=0o700, exist_ok=True)
-        key = key_of(vehicle, track, dimension, changes)
+        key = key_of(vehicle, track, dimension, changes, line)
         place = None if fresh else find(folder, key)
         made = place is None
-        place = place or _make(vehicle, track, dimension, changes, folder, key, progress)
+        place = place or _make(vehicle, track, dimension, changes, line, folder, key, progress)
         said = [] if made else json.loads((place / SAID).read_text(encoding="utf-8"))
     except (CacheRefused, OSError):
         with TemporaryDirectory(dir=scratch()) as temporary:
-            files = _export(vehicle, track, dimension, changes, Path(temporary), progress)
+            files = _export(vehicle, track, dimension, changes, line, Path(temporary), progress)
             yield Made(files, None, found=False)
         return
     for kind, text in said:
@@ -134,6 +138,7 @@ def key_of(
     track: Track,
     dimension: str = "vertical",
     changes: Sequence[LocalChange] = (),
+    line: ClosedLine | None = None,
 ) -> str:
     """What the FMUs are made from: parameters, our code, the libraries and the compiler wanted."""
     parts = {
@@ -142,6 +147,7 @@ def key_of(
         "profiles": [digest_of(file) for file in profile_files(vehicle)],
         "dimension": dimension,
         "changes": [repr(change) for change in changes],
+        "line": repr(line),
         "code": _code(),
         "libraries": [version(name) for name in LIBRARIES],
         "compiler": os.environ.get("CC", ""),
@@ -162,6 +168,7 @@ def _make(
     track: Track,
     dimension: str,
     changes: Sequence[LocalChange],
+    line: ClosedLine | None,
     folder: Path,
     key: str,
     progress: Callable[[str], None],
@@ -170,7 +177,7 @@ def _make(
     work = Path(mkdtemp(prefix=BEGUN, dir=folder))
     try:
         with _heard() as said:
-            _export(vehicle, track, dimension, changes, work, progress)
+            _export(vehicle, track, dimension, changes, line, work, progress)
         (work / SAID).write_text(json.dumps(said), encoding="utf-8")
         place = folder / f"{key}-{_content(work)}"
         if find(folder, key) != place:  # the same are as good, and may be in use
@@ -186,6 +193,7 @@ def _export(
     track: Track,
     dimension: str,
     changes: Sequence[LocalChange],
+    line: ClosedLine | None,
     out: Path,
     progress: Callable[[str], None],
 ) -> dict[str, Path]:
@@ -195,7 +203,7 @@ def _export(
     from .export_pair import export_pair  # noqa: PLC0415
 
     return export_pair(
-        vehicle, track, out, progress, runtime=BARE, dimension=dimension, changes=changes
+        vehicle, track, out, progress, runtime=BARE, dimension=dimension, changes=changes, line=line
     )
 
 

@@ -36,7 +36,7 @@ def check_ring_of(track: Path, positions: FloatArray) -> None:
     FmuError
         If what the FMU says is no number.
     CouplingError
-        If the first wheelset meets the last one through the ring.
+        If the first wheelset meets the last one through the ring; see `check_line_of`, too.
 
     Warns
     -----
@@ -46,6 +46,7 @@ def check_ring_of(track: Path, positions: FloatArray) -> None:
     noted = read_annotations(track, TOOL).get(RING)
     if noted is None:
         return
+    check_line_of(track, positions)
     length, longest = (_number(track, noted, name) for name in ("length", "longestVehicle"))
     span = float(np.ptp(positions))
     if length - span < NEAREST:
@@ -61,6 +62,36 @@ def check_ring_of(track: Path, positions: FloatArray) -> None:
             f"endless track's to {PROMISED_TO:g} Hz {fit}; these are {span:g} m apart: {CURE}",
             RingWarning,
             stacklevel=2,
+        )
+
+
+def check_line_of(track: Path, positions: FloatArray) -> None:
+    """Check wheelsets against where a track FMU of several kinds is a line; others are all round.
+
+    Parameters
+    ----------
+    track : Path
+        FMU file.
+    positions : array, shape (wheelsets,)
+        Where they are, or come to, m.
+
+    Raises
+    ------
+    FmuError
+        If what the FMU says is no number.
+    CouplingError
+        If one is near where the ring is closed.
+    """
+    noted = read_annotations(track, TOOL).get(RING)
+    if noted is None or "kinds" not in noted:
+        return
+    begin, end = (_finite(track, noted, name) for name in ("from", "to"))
+    if not (begin <= positions.min() and positions.max() <= end):
+        raise CouplingError(
+            f"{track}: is {noted['kinds']}, on a ring that closes where no track does: wheelsets "
+            f"from {positions.min():.1f} to {positions.max():.1f} m must stay from {begin:.1f} to "
+            f"{end:.1f} m; start elsewhere (--position), run a shorter time, or export the track "
+            "with more [mesh] cells of the first or the last kind"
         )
 
 
@@ -98,13 +129,24 @@ def check_frequencies_of(track: Path, highest: float) -> None:
 
 
 def _number(track: Path, noted: dict[str, str], name: str) -> float:
+    value = _finite(track, noted, name)
+    if value < 0.0:
+        raise _wrong(track, noted, name)
+    return value
+
+
+def _finite(track: Path, noted: dict[str, str], name: str) -> float:
     try:
         value = float(noted[name])
     except (KeyError, ValueError):
         value = math.nan
-    if not 0.0 <= value < math.inf:
-        raise FmuError(
-            f"{track}: its annotation {RING} has {name} = {noted.get(name)!r}: must be a length in "
-            "m; export it again"
-        )
+    if not math.isfinite(value):
+        raise _wrong(track, noted, name)
     return value
+
+
+def _wrong(track: Path, noted: dict[str, str], name: str) -> FmuError:
+    return FmuError(
+        f"{track}: its annotation {RING} has {name} = {noted.get(name)!r}: must be a length in m; "
+        "export it again"
+    )

@@ -15,6 +15,7 @@ from railcosim.master.recorded_run import Stopped, recorded_run
 from .contact import Parameters
 from .numbering import Vehicles
 from .pair import PLACES, Journey, Pair, open_pair
+from .ring import check_line_of
 from .sensors import marked
 from .several import Load
 
@@ -53,6 +54,8 @@ def run_pair(
     with ExitStack() as own:
         opened = open_pair(vehicle, track, parameters, journey, load, course.told)
         pair = (held or own).enter_context(opened)
+        if not journey.held:  # where it begins is checked where it is opened
+            check_line_of(track, pair.wheels.start + float(journey.way.gone(course.stop)))
         if not course.repeats:
             journey.check_defects(pair.wheels, course.step, course.stop)
         about: dict[str, str | float] = {

@@ -104,6 +104,7 @@ def _along(shapes: AlongRing, body: ModalBody) -> Sections:
         **_complex("local", shapes.local_table.reshape(-1, *shapes.local_table.shape[2:])),
         "elements": shapes.elements.astype(np.int32),
         "parts": np.array([shapes.parts], dtype=np.int32),
+        "stretches": shapes.stretches,
         "geometry": np.array([shapes.cell_length]),
     }
 

@@ -9,11 +9,12 @@
 #include "kernels.h"
 #include "model.h"
 
-/* Where a wheelset stands: cell, first node of the element, and how far into it (0..1). */
+/* Where a wheelset stands: cell, first node of the element, how far into it (0..1), and how long that
+   is (m). */
 typedef struct {
     double position; /* m, as rounded */
     size_t cell, node;
-    double xi;
+    double xi, element;
 } Place;
 
 /* Mode shapes at the wheelsets, (padded_rows, room) of each chunk, one after the other, so that a

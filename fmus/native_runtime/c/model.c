@@ -210,6 +210,28 @@ static void read_local(Reader *reader)
     m->local_shape = complexes(reader, "local", 2 * m->nodes * m->parts, m->motions, m->directions);
 }
 
+/* Where elements of another length begin. */
+static void read_stretches(Reader *reader)
+{
+    Model *m = reader->model;
+    const size_t count = resource_length(&m->resource, "stretches");
+    const double *rows = doubles(reader, "stretches", count, 2, 0);
+    m->stretch = allocate(reader, count, sizeof *m->stretch);
+    demand(reader, count >= 1 && count <= m->elements, "stretches of elements");
+    for (size_t k = 0; reader->good && k < count; k++) {
+        const int last = k + 1 == count;
+        const double *row = rows + 2 * k, begin = row[0], first = row[1];
+        const double end = last ? m->cell_length : row[2];
+        const double next = last ? (double)m->elements : row[3];
+        demand(reader, (k > 0 || (begin == 0 && first == 0)) && end - begin > 1e-3 &&
+               next - first >= 1 && next <= (double)m->elements && floor(next) == next,
+               "stretches of elements");
+        if (reader->good)
+            m->stretch[k] = (Stretch){begin, last ? INFINITY : end, (end - begin) / (next - first),
+                                      (size_t)first, (size_t)(next - first)};
+    }
+}
+
 static void read_track(Reader *reader)
 {
     Model *m = reader->model;
@@ -226,7 +248,7 @@ static void read_track(Reader *reader)
     m->cell_length = geometry[0];
     demand(reader, m->cell_length > 1e-3 && m->cell_length < 1e6, "the geometry of the cell");
     m->length = m->cell_length * (double)m->cells;
-    m->element = m->cell_length / (double)m->elements;
+    read_stretches(reader);
     m->phase = allocate(reader, 2 * m->cells * m->segments, sizeof(double));
     for (size_t c = 0; reader->good && c < m->cells; c++)
         for (size_t k = 0; k < m->segments; k++) {
@@ -515,6 +537,7 @@ void model_free(Model *model)
     free(model->chunk_rows);
     free(model->phase);
     free(model->table);
+    free(model->stretch);
     free(model->seen.shown[0]);
     free(model->seen.shown[1]);
     free(model->variable);

@@ -120,6 +120,12 @@ typedef struct {
     size_t shapes, table; /* where its shapes begin, and its part of the table */
 } Chunk;
 
+/* Equally long elements of a cell, side by side. */
+typedef struct {
+    double begin, end, element; /* m; the last one ends nowhere */
+    size_t first, elements;
+} Stretch;
+
 /* What is seen of a track at fixed places: rows y = Re(shown s) + sum of size Re(q), of which the q
    are oscillators of the row's own, as many of each row, that forces drive by a table along the
    ring, at places from `begin` on; and outputs, each a sum of one row's y, dy/dt and d2y/dt2. */
@@ -177,7 +183,8 @@ typedef struct {
     float *table;
     Complexes local_shape;
     double *phase; /* cos and sin of mu times the cell, (cells, segments, 2) */
-    double cell_length, length, element;
+    double cell_length, length;
+    Stretch *stretch;
     /* Shapes of a vehicle: the same everywhere, (rows, modes), out and in. */
     Complexes out, in, coordinate, start_s;
     const double *rigid_shape;         /* (coordinates, rigid) */

@@ -14,16 +14,21 @@ static Place locate(const Model *m, double position)
 {
     /* Far away a double is coarser than the grid, and too large for the rounding. */
     const double far = fabs(position);
-    Place place = {far < 4096 ? nearbyint(position / GRID) * GRID : position, 0, 0, 0};
+    Place place = {far < 4096 ? nearbyint(position / GRID) * GRID : position, 0, 0, 0, 0};
     double around = fmod(place.position, m->length);
     if (around < 0)
         around += m->length;
     const double c = fmin(floor(around / m->cell_length), (double)(m->cells - 1));
-    const double inside = fmax(around - c * m->cell_length, 0.0) / m->element;
-    const double e = fmin(floor(inside), (double)(m->elements - 1));
+    const double in_cell = fmax(around - c * m->cell_length, 0.0);
+    const Stretch *stretch = m->stretch;
+    while (in_cell >= stretch->end)
+        stretch++;
+    const double inside = (in_cell - stretch->begin) / stretch->element;
+    const double e = fmin(floor(inside), (double)(stretch->elements - 1));
     place.cell = (size_t)c;
-    place.node = (size_t)m->begins[(size_t)e];
+    place.node = (size_t)m->begins[stretch->first + (size_t)e];
     place.xi = inside - e;
+    place.element = stretch->element;
     return place;
 }
 
@@ -87,7 +92,7 @@ static void local_shapes(const Model *m, size_t wheelset, const Place *place, co
     const double *re = m->local_shape.re, *im = m->local_shape.im, parts = (double)m->parts;
     const double part = fmin(floor(place->xi * parts), parts - 1), xi = place->xi * parts - part;
     double w[4], dw[4];
-    shape_functions(xi, m->element / parts, w, dw);
+    shape_functions(xi, place->element / parts, w, dw);
     if (change != NULL)
         for (size_t j = 0; j < 4; j++)
             w[j] = *change * dw[j];
@@ -133,7 +138,7 @@ static const Shapes *shapes_at(Body *body, Shapes *shapes, const double *positio
         if (place.position == shapes->place[k].position)
             continue;
         double w[4], dw[4];
-        shape_functions(place.xi, m->element, w, dw);
+        shape_functions(place.xi, place.element, w, dw);
         evaluate_all(body, shapes, k, &place, w);
         arrive(m, shapes, k, &place);
     }
@@ -165,8 +170,8 @@ void body_begin_pass(Body *body, const double *middle, const double *end)
         body->middle[k] = locate(m, middle[k]);
         body->end[k] = locate(m, end[k]);
         double dw[4], *weights = body->weights + 8 * k;
-        shape_functions(body->middle[k].xi, m->element, weights, dw);
-        shape_functions(body->end[k].xi, m->element, weights + 4, dw);
+        shape_functions(body->middle[k].xi, body->middle[k].element, weights, dw);
+        shape_functions(body->end[k].xi, body->end[k].element, weights + 4, dw);
     }
 }
 
@@ -248,7 +253,7 @@ const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change)
     for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++) {
         const Place *place = &shapes->place[k];
         double w[4], dw[4];
-        shape_functions(place->xi, m->element, w, dw);
+        shape_functions(place->xi, place->element, w, dw);
         for (int j = 0; j < 4; j++)
             dw[j] *= change[k];
         evaluate_all(body, &body->slope, k, place, dw);
