@@ -27,8 +27,8 @@ static void lay_out(Body *body, Arrays *arrays)
 {
     const Model *m = body->model;
     const size_t R = m->padded_rows, all = m->shapes;
-    Shapes *set[3] = {&body->shapes, &body->slope, &body->between};
-    for (size_t k = 0; k < 3; k++) {
+    Shapes *set[4] = {&body->shapes, &body->slope, &body->between, &body->before};
+    for (size_t k = 0; k < 4; k++) {
         set[k]->out_re = arrays_take(arrays, all);
         set[k]->out_im = arrays_take(arrays, all);
         set[k]->in_re = set[k]->out_re; /* a track: the wave that runs the other way */
@@ -58,11 +58,13 @@ static void find_places(Body *body)
     body->shapes.place = body->places;
     body->between.place = body->places + n;
     body->slope.place = body->places + 2 * n;
-    body->middles = body->places + 3 * n;
+    body->before.place = body->places + 3 * n;
+    body->middles = body->places + 4 * n;
     body->ends = body->middles + TOGETHER * n;
     body_choose_part(body, 0);
     for (size_t k = 0; k < n; k++) /* nowhere yet */
-        body->shapes.place[k].position = body->between.place[k].position = NAN;
+        body->shapes.place[k].position = body->between.place[k].position =
+            body->before.place[k].position = NAN;
 }
 
 int body_create(Body *body, const Model *model, Memory *memory)
@@ -71,7 +73,7 @@ int body_create(Body *body, const Model *model, Memory *memory)
     body->model = model;
     body->kernels = kernels_for_this_processor();
     lay_out(body, &body->arrays);
-    body->places = memory_take(memory, (3 + 2 * TOGETHER) * model->wheelsets,
+    body->places = memory_take(memory, (4 + 2 * TOGETHER) * model->wheelsets,
                                sizeof *body->places);
     if (body->places == NULL || !arrays_make(&body->arrays, memory))
         return 0;

@@ -40,6 +40,7 @@ typedef struct {
     const Model *model;
     const Kernels *kernels;
     Shapes shapes, slope;       /* at the last position asked for; and a change of shapes */
+    Shapes before;              /* at the position before that */
     Shapes between;             /* in the middle of a step */
     Place *places;              /* all that follow */
     Place *middle, *end;        /* of a part of a step that is being made */
@@ -60,9 +61,12 @@ void body_free(Body *body);
 
 /* Of a track: a position as shapes are for it. */
 double body_rounded(const Model *model, double position);
-/* Shapes at positions (m, any finite: the ring wraps), one a wheelset; kept beside those that
-   body_shapes_between gives until it is asked again. */
+/* Shapes at positions (m, any finite: the ring wraps), one a wheelset; kept until it is asked again,
+   beside those that body_shapes_between gives. Those asked for before are found again: who steps and
+   steps back, and looks where it was, goes to and fro between two places. */
 const Shapes *body_shapes(Body *body, const double *position);
+/* Keep the shapes where a step begins: those where it ends shall be written over others. */
+const Shapes *body_keep(Body *body, const double *begin);
 const Shapes *body_shapes_between(Body *body, const double *position);
 /* Derivative of shapes along `change` of the positions that they are for. */
 const Shapes *body_slope(Body *body, const Shapes *shapes, const double *change);

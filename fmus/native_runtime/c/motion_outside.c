@@ -15,6 +15,7 @@ typedef struct {
     size_t parts;
     int known;          /* whether g0 are those of the beginning */
     int rolls[TOGETHER]; /* whether wheels are elsewhere than where shapes are */
+    const Shapes *begin; /* those shapes */
 } Lot;
 
 static double *after(const Motion *motion, const Lot *lot, size_t part)
@@ -30,7 +31,9 @@ static int is_last(const Lot *lot, size_t part)
 /* Shapes at the end of a part. */
 static const Shapes *at_end(const Body *body, const Lot *lot, size_t part)
 {
-    return lot->rolls[part] && !is_last(lot, part) ? &body->slope : &body->shapes;
+    if (!lot->rolls[part])
+        return lot->begin;
+    return is_last(lot, part) ? &body->shapes : &body->slope;
 }
 
 static void swap(double **a, double **b)
@@ -49,7 +52,7 @@ static void move_chunk(Motion *motion, const Lot *lot, const Chunk *chunk, doubl
     const double *x = lot->x;
     double *g0 = g[0], *g1 = g[1];
     if (!lot->known)
-        body_drive_chunk(body, &body->shapes, place, chunk, &body->split[0], g0);
+        body_drive_chunk(body, lot->begin, place, chunk, &body->split[0], g0);
     for (size_t k = 0; k < lot->parts; k++, swap(&g0, &g1)) {
         const ByParity *middle = &motion->split_of[2 * k], *end = middle + 1;
         const Shapes *shapes = at_end(body, lot, k);
@@ -59,8 +62,8 @@ static void move_chunk(Motion *motion, const Lot *lot, const Chunk *chunk, doubl
             (is_last(lot, k) ? body_pass : body_pass_by)(body, chunk, 0);
             body_drive_chunk(body, &body->between, 0, chunk, middle, motion->gm);
         } else
-            body_drive_chunk(body, &body->shapes, place, chunk, middle, motion->gm);
-        body_drive_chunk(body, shapes, shapes == &body->shapes ? place : 0, chunk, end, g1);
+            body_drive_chunk(body, lot->begin, place, chunk, middle, motion->gm);
+        body_drive_chunk(body, shapes, shapes == &body->slope ? 0 : place, chunk, end, g1);
         step_chunk(body, lot->c, chunk, x, g0, motion->gm, g1, to);
         x = to;
     }
@@ -73,7 +76,7 @@ static void move_others(Motion *motion, const Lot *lot, double *g[2])
     const double *x = lot->x;
     double *g0 = g[0], *g1 = g[1];
     if (!lot->known)
-        body_drive_rest(body, &body->shapes, motion->beyond[0], &body->split[0], g0);
+        body_drive_rest(body, lot->begin, motion->beyond[0], &body->split[0], g0);
     for (size_t k = 0; k < lot->parts; k++, swap(&g0, &g1)) {
         const ByParity *middle = &motion->split_of[2 * k], *end = middle + 1;
         double *const *beyond = &motion->beyond_of[2 * k], *to = after(motion, lot, k);
@@ -82,7 +85,7 @@ static void move_others(Motion *motion, const Lot *lot, double *g[2])
             body_end_pass(body, 0);
         else if (lot->rolls[k])
             body_end_pass_by(body);
-        body_drive_rest(body, lot->rolls[k] ? &body->between : &body->shapes, beyond[0], middle,
+        body_drive_rest(body, lot->rolls[k] ? &body->between : lot->begin, beyond[0], middle,
                         motion->gm);
         body_drive_rest(body, at_end(body, lot, k), beyond[1], end, g1);
         step_rest(body, lot->c, x, g0, motion->gm, g1, to);
@@ -132,6 +135,8 @@ static void plan(Motion *motion, const InputPath *path, double h, Lot *lot)
         body_choose_part(body, k);
         lot->rolls[k] = !body_has_passed(body, 0);
     }
+    const int passes = lot->rolls[lot->parts - 1] && is_last(lot, lot->parts - 1);
+    lot->begin = passes ? body_keep(body, motion->now.position) : &body->shapes;
 }
 
 static void move(Motion *motion, const InputPath *path, double h, Lot *lot)
@@ -155,7 +160,7 @@ static void move(Motion *motion, const InputPath *path, double h, Lot *lot)
 void motion_outside_step(Motion *motion, const InputPath *path, double h, double before,
                          double until, double parts, const double *x, double *next)
 {
-    Lot lot = {motion_coefficients(motion, h / parts), x, next, before, parts, 0, 0, {0}};
+    Lot lot = {motion_coefficients(motion, h / parts), x, next, before, parts, 0, 0, {0}, NULL};
     while (lot.before < until) {
         lot.parts = (size_t)fmin(TOGETHER, until - lot.before);
         move(motion, path, h, &lot);

@@ -145,8 +145,34 @@ static const Shapes *shapes_at(Body *body, Shapes *shapes, const double *positio
     return shapes;
 }
 
+/* Whether these are shapes at positions. */
+static int stand(const Model *m, const Shapes *shapes, const double *position)
+{
+    int there = 1;
+    for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++)
+        there &= shapes->place[k].position == body_rounded(m, position[k]);
+    return there;
+}
+
+static void turn(Body *body)
+{
+    const Shapes now = body->shapes;
+    body->shapes = body->before;
+    body->before = now;
+}
+
+const Shapes *body_keep(Body *body, const double *begin)
+{
+    if (stand(body->model, &body->before, begin))
+        return &body->shapes;
+    turn(body);
+    return &body->before;
+}
+
 const Shapes *body_shapes(Body *body, const double *position)
 {
+    if (!stand(body->model, &body->shapes, position))
+        turn(body);
     return shapes_at(body, &body->shapes, position);
 }
 
