@@ -37,7 +37,9 @@ from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.schemes.catalogue import members
-from railcosim.analysis.schemes.growth import Bench, Disturbance
+from railcosim.analysis.schemes.disturbed import Disturbance
+from railcosim.analysis.schemes.growth import Bench
+from railcosim.analysis.schemes.run_limit import limit_in_runs
 from railcosim.analysis.schemes.stability import FAST, LONGEST, Coupling, SprungPair, Window
 from railcosim.fmus.export import WITH_STATES, export
 from railcosim.master.schemes import Scheme
@@ -160,7 +162,7 @@ def figures(
     """What a row says of a scheme."""
     if first is not None and first.fast <= 0.0:
         return ("0", *[""] * 5)
-    found = bench.limit(scheme, coupling, first)
+    found = limit_in_runs(bench, scheme, coupling, first)
     predicted = first.fast if first else math.inf
     both = math.isinf(predicted) and math.isinf(found.step)
     difference = 0.0 if both else 100.0 * (found.step / predicted - 1.0)

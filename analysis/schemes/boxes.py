@@ -61,6 +61,8 @@ class Boxes:
         Between them and the law.
     law : Law, optional
         In the master.
+    still : float
+        Rate (1/s) of motions that the models do not tell from none.
 
     Attributes
     ----------
@@ -82,6 +84,7 @@ class Boxes:
         like: Sequence[Component],
         connections: Sequence[Connection],
         law: Law | None = None,
+        still: float = 0.0,
     ) -> None:
         boxes: list[Component] = [Box(m, c) for m, c in zip(models, like, strict=True)]
         system = System([*boxes, *([law] if law else [])], connections)
@@ -89,7 +92,7 @@ class Boxes:
         own = np.concatenate([np.zeros(0), *(np.linalg.eigvals(m.A.toarray()) for m in models)])
         coupled = _coupled(models, law, connections)
         moving = np.abs(np.concatenate([own, coupled]))
-        moving = moving[moving > 1e-9 * moving.max(initial=0.0)]
+        moving = moving[moving > max(1e-9 * moving.max(initial=0.0), still)]
         if not moving.size:
             raise CouplingError("nothing in it moves by itself: no rate depends on a state")
         slowest, fastest = float(moving.min()), float(moving.max())

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -21,7 +22,7 @@ from railcosim.master.law import Law
 from railcosim.master.linear.linear_fmu import Pulses, Wanted, best_way
 from railcosim.master.linear.linear_form import LinearForm
 from railcosim.master.linear.linearise import LinearModel
-from railcosim.master.linear.one_step import ALIKE, apart_in_a_step
+from railcosim.master.linear.one_step import ALIKE, as_it_steps
 from railcosim.master.linear.pulse_response import WHOLE_COLUMNS, PulseResponse
 from railcosim.master.linear.realisation import Realisation, identify
 from railcosim.master.linear.state_space import StateSpace
@@ -37,6 +38,10 @@ STEPS = 2000
 """Of a record of pulses."""
 LEFT = 1e-3
 """What poles may leave of a response, over its peak: noise of a solver, mostly."""
+
+
+TURNED = 1e-3
+"""Of a radian over a record: a motion that turns by less is not told from one that stands still."""
 
 
 class DoubtWarning(UserWarning):
@@ -120,21 +125,24 @@ def linear_system(
         pulsed = Pulses(amplitude=amplitude, step=step or loaded.step or math.nan, steps=STEPS)
         within = {c.source for c in connections}
         both = [p for p in zip(loaded.fmus, loaded.components, strict=False) if p[0].name in within]
-        models, ways, doubts = [], dict[str, str](), dict[str, str]()
-        for k, (fmu, seen) in enumerate(both):
-            model, ways[fmu.name], doubt = _linear(
+        had = {
+            fmu.name: _linear(
                 loaded, fmu, connections, pulsed,
                 lambda a, b, k=k: progress(k + a / b, len(both)),  # type: ignore[misc]
-            )  # fmt: skip
-            doubts |= {fmu.name: doubt} if doubt else {}
-            models.append(_seen(model, seen, loaded, connections))
+            )
+            for k, (fmu, _) in enumerate(both)
+        }  # fmt: skip
+        models = [_seen(had[fmu.name].model, seen, loaded, connections) for fmu, seen in both]
         law_there = next((c for c in loaded.components if isinstance(c, Law)), None)
-        boxes = Boxes(models, [seen for _, seen in both], connections, law_there)
+        still = max(one.still for one in had.values())
+        boxes = Boxes(models, [seen for _, seen in both], connections, law_there, still)
+        doubts = {name: one.doubt for name, one in had.items() if one.doubt}
         stop = loaded.stop
         for name, doubt in doubts.items():
             warnings.warn(f"{name}: {doubt}", DoubtWarning, stacklevel=2)
         return LinearSystem(
-            boxes=boxes, ways=ways, doubts=doubts, duration=stop and stop - (loaded.start or 0.0)
+            boxes=boxes, ways={name: one.way for name, one in had.items()}, doubts=doubts,
+            duration=stop and stop - (loaded.start or 0.0)
         )  # fmt: skip
 
 
@@ -212,14 +220,35 @@ def state_space_of(form: LinearForm) -> StateSpace:
     )  # fmt: skip
 
 
+class _Had(NamedTuple):
+    """A linear model of an FMU.
+
+    Attributes
+    ----------
+    model : StateSpace
+        Of what is connected.
+    way : str
+        How it was had.
+    doubt : str
+        What is to be said of steps that are not as it moves.
+    still : float
+        Rate (1/s) of motions that were not told from none.
+    """
+
+    model: StateSpace
+    way: str
+    doubt: str = ""
+    still: float = 0.0
+
+
 def _linear(
     loaded: LoadedSystem,
     fmu: LoadedFmu,
     connections: Sequence[Connection],
     pulses: Pulses,
     progress: Progress,
-) -> tuple[StateSpace, str, str]:
-    """A linear model of an FMU where it starts, of what is connected; how it was had; a doubt."""
+) -> _Had:
+    """A linear model of an FMU where it starts, of what is connected."""
     path = fmu.description.path
     if not math.isfinite(pulses.step):
         pulses = replace(pulses, step=fmu.description.default_step or 1e-3)
@@ -245,9 +274,9 @@ def _linear(
             f"{error} (pulses of {pulses.amplitude!r} of nominal values, {STEPS} steps of "
             f"{pulses.step:g} s; from Python amplitude=, step= of system_stability, advise_system)"
         ) from error
-    # Pulses are steps of its Co-Simulation.
-    doubt = "" if isinstance(way, Pulses) else _doubt(path, model, wanted, pulses.step)
-    return model, way.description, doubt
+    if isinstance(way, Pulses):  # they are steps of its Co-Simulation
+        return _Had(model, way.description, still=TURNED / (STEPS * pulses.step))
+    return _as_it_steps(path, model, wanted, pulses.step, way.description)
 
 
 def _where(fmu: LoadedFmu) -> dict[str, float]:
@@ -256,19 +285,23 @@ def _where(fmu: LoadedFmu) -> dict[str, float]:
     return {v.name: u for v, u in values if v.type is Type.REAL}
 
 
-def _doubt(path: Path, model: StateSpace, wanted: Wanted, step: float) -> str:
-    """What is to be said of steps that are not as the model moves."""
+def _as_it_steps(path: Path, model: StateSpace, wanted: Wanted, step: float, way: str) -> _Had:
+    """A model by the rule of the FMU's steps, or what is to be said of steps that are not so."""
     try:
-        apart, of = apart_in_a_step(path, model, wanted, step)
+        found, apart, of = as_it_steps(path, model, wanted, step)
     except (FmuError, ComponentError) as error:
-        return f"whether it steps as its linear model moves could not be tried: {error}"
+        doubt = f"whether it steps as its linear model moves could not be tried: {error}"
+        return _Had(model, way, doubt)
+    if found is not model:
+        return _Had(found, f"{way}; one step of Euler's rule a communication step")
     if apart <= ALIKE:
-        return ""
-    return (
+        return _Had(model, way)
+    doubt = (
         f"its Co-Simulation does not step as its linear model moves: {of} is off by {apart:.2g} of "
         "what it should answer (its solver makes few steps or has a loose tolerance, or it is not "
         "linear); limits and errors predicted may not hold, so try them: railcosim study --system"
     )
+    return _Had(model, way, doubt)
 
 
 def _seen(

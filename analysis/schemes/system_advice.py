@@ -125,9 +125,9 @@ def advise_system(
     for k, name in enumerate(names):
         try:
             coupling = Coupling(boxes, known[name].scheme)
+            option = longest_step(name, None, coupling, accuracy, error, steps)
         except (ValueError, *FAILURES):  # it does not suit the system
             continue
-        option = longest_step(name, None, coupling, accuracy, error, steps)
         options += [option] if option is not None else []
         update(k + 1, len(names))
     doubts = {f"doubt of {name}": doubt for name, doubt in system.doubts.items()}

@@ -1,15 +1,17 @@
-"""Whether an FMU steps as its linear model moves: one step of its Co-Simulation tells."""
+"""Whether an FMU steps as its linear model moves: steps of its Co-Simulation tell."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
-from scipy.linalg import expm
 
 from railcosim.master.component import FloatArray, Hold
+from railcosim.master.linear.euler_steps import EulerSteps
 from railcosim.master.linear.linear_fmu import Wanted, at_start, begun
 from railcosim.master.linear.state_space import StateSpace
 
@@ -25,15 +27,21 @@ STILL = 1e-6
 rounding where there are two of them."""
 SEEN = 1e-3
 """Of that output's: one that answers less may be a solver's tolerance."""
+BY_RULE = 1e-3
+"""Relative difference up to which an FMU goes by Euler's rule: it has no tolerance, but what bends
+and what finite differences err is there. Half steps of the rule would be off by a quarter."""
+UNEQUAL = 1.0, 1.0 / 3.0
+"""Steps, in radians, that tell: what the first moved moves in the second, and a rule of steps that
+the FMU chooses is another in one of them."""
 
 
-def apart_in_a_step(
+def as_it_steps(
     path: Path, model: StateSpace, wanted: Wanted, otherwise: float
-) -> tuple[float, str]:
-    """Largest difference of a Co-Simulation to a linear model of it after one step.
+) -> tuple[StateSpace, float, str]:
+    """Find the rule by which an FMU's Co-Simulation moves its linear model.
 
-    From where `wanted` starts, with the one input changed to which an output answers most. The step
-    is as long as the fastest motion of the model takes for one radian.
+    From where `wanted` starts, with the one input changed to which an output answers most. Steps
+    are as long as the fastest motion of the model takes for one radian.
 
     Parameters
     ----------
@@ -48,8 +56,11 @@ def apart_in_a_step(
 
     Returns
     -------
+    StateSpace
+        The model; as `EulerSteps` if the FMU makes one step of Euler's rule of each step.
     float
-        Over what the output should answer; zero if none does.
+        Largest difference to it after a step, over what the output should answer; zero if none
+        does.
     str
         Which output, of which input and step.
 
@@ -59,7 +70,19 @@ def apart_in_a_step(
         If the FMU refuses.
     """
     h = _radian(model, otherwise)
-    after = _held(model, h)
+    apart, of = _apart(path, model, wanted, [h])
+    if apart > ALIKE:
+        by_rule = EulerSteps(**{one.name: getattr(model, one.name) for one in fields(model)})
+        if _apart(path, by_rule, wanted, [h * part for part in UNEQUAL])[0] <= BY_RULE:
+            return by_rule, 0.0, ""
+    return model, apart, of
+
+
+def _apart(
+    path: Path, model: StateSpace, wanted: Wanted, steps: Sequence[float]
+) -> tuple[float, str]:
+    """Largest difference of an FMU to a model after steps, and where; see `as_it_steps`."""
+    after = _held(model, steps)
     sizes = np.abs(after) / np.array([v.nominal for v in model.outputs])[:, None]
     most = float(sizes.max(initial=0.0))
     if not 0.0 < most < math.inf:
@@ -67,15 +90,15 @@ def apart_in_a_step(
     column = int(sizes.max(axis=0).argmax())
     seen = sizes[:, column] >= SEEN * most
     changed, expected = model.inputs[column].name, after[seen, column]
-    left = _stepped(path, model, wanted, changed, 0.0, h)
+    left = _stepped(path, model, wanted, changed, 0.0, steps)
     found = []
     for response in RESPONSES:
         change = response / most
-        answer = _stepped(path, model, wanted, changed, change, h) - left
+        answer = _stepped(path, model, wanted, changed, change, steps) - left
         found.append(np.abs(answer[seen] / change - expected) / np.abs(expected))
     best = min(found, key=lambda off: float(off.max()))
     output = model.outputs[int(np.flatnonzero(seen)[best.argmax()])].name
-    return float(best.max()), f"{output} after a step of {h:.3g} s with {changed} changed"
+    return float(best.max()), f"{output} after a step of {steps[0]:.3g} s with {changed} changed"
 
 
 def _radian(model: StateSpace, otherwise: float) -> float:
@@ -84,26 +107,34 @@ def _radian(model: StateSpace, otherwise: float) -> float:
     return 1.0 / fastest if fastest * otherwise > STILL else otherwise
 
 
-def _held(model: StateSpace, h: float) -> FloatArray:
-    """What outputs are after inputs of 1 have been held for `h`, shape (n_outputs, n_inputs)."""
-    n, m = model.B.shape
-    both = np.zeros((n + m, n + m))
-    both[:n, :n], both[:n, n:] = model.A.toarray(), model.B
-    found: FloatArray = model.C @ expm(h * both)[:n, n:] + model.D
+def _held(model: StateSpace, steps: Sequence[float]) -> FloatArray:
+    """What outputs are after inputs of 1 have been held, shape (n_outputs, n_inputs)."""
+    x = np.zeros(model.B.shape)
+    for free, driven in zip(*model.over(np.array(steps), 0), strict=True):
+        x = free @ x + driven
+    found: FloatArray = model.C @ x + model.D
     return found
 
 
 def _stepped(
-    path: Path, model: StateSpace, wanted: Wanted, changed: str, change: float, h: float
+    path: Path,
+    model: StateSpace,
+    wanted: Wanted,
+    changed: str,
+    change: float,
+    steps: Sequence[float],
 ) -> FloatArray:
-    """Outputs of the model after one step of a new instance."""
+    """Outputs of the model after steps of a new instance."""
     with ExitStack() as stack:
         fmu = begun(stack, path, model.name, wanted)
         fmu.set_hold(Hold.CONSTANT)
         names = [v.name for v in fmu.inputs]
         u = at_start(fmu, wanted)
         u[names.index(changed)] += change
-        fmu.set_inputs(u)
-        fmu.do_step(0.0, h)
+        t = 0.0
+        for h in steps:
+            fmu.set_inputs(u)
+            fmu.do_step(t, h)
+            t += h
         told = dict(zip([v.name for v in fmu.outputs], fmu.get_outputs(), strict=True))
         return np.array([told[v.name] for v in model.outputs], dtype=float)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 import scipy.linalg
@@ -47,6 +47,8 @@ class StateSpace:
         The same, known less exactly, for `error_estimate`; None if it is exact but for rounding.
     standing : mapping of str to float
         Values of all outputs at the operating point, if they are known.
+    is_divisible : bool
+        Whether steps one after the other are one of their length.
     """
 
     name: str
@@ -58,6 +60,7 @@ class StateSpace:
     outputs: tuple[Variable, ...]
     rougher: StateSpace | None = None
     standing: Mapping[str, float] = field(default_factory=dict)
+    is_divisible: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         n, m, p = self.A.shape[0], len(self.inputs), len(self.outputs)
@@ -70,6 +73,36 @@ class StateSpace:
     def error_floor(self) -> FloatArray:
         """Relative error beside the difference to `rougher`: none."""
         return np.zeros(self.D.shape)
+
+    def over(self, times: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:
+        """What some times do to the states, and what inputs with their derivatives add in them.
+
+        Both are in the first rows of the exponential of [[A, B, 0], [0, 0, 1], [0, 0, 0]].
+
+        Parameters
+        ----------
+        times : array, any shape
+            s.
+        degree : int
+            Of the highest derivative.
+
+        Returns
+        -------
+        array, shape (..., n_states, n_states)
+            exp(A t).
+        array, shape (..., n_states, (degree + 1) * n_inputs)
+            By inputs at the beginning, then their derivatives.
+        """
+        n, m = self.B.shape
+        A = self.A.toarray()
+        # Inputs are forces or motions, and one is a million times the other.
+        unit = max(np.abs(A).max(initial=0.0), 1.0) / max(np.abs(self.B).max(initial=0.0), 1e-300)
+        big = np.zeros((n + (degree + 1) * m,) * 2)
+        big[:n, :n], big[:n, n : n + m] = A, unit * self.B
+        k = np.arange(n, n + degree * m)
+        big[k, k + m] = 1.0
+        top = scipy.linalg.expm(times[..., None, None] * big)[..., :n, :]
+        return top[..., :n], top[..., n:] / unit
 
     def blocks(self) -> list[IndexArray]:
         """States that act on each other, apart from all others.

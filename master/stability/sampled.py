@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.modal import Modal
@@ -23,6 +22,10 @@ DEGREE = 2
 
 DIGITS = 12
 """To which times are told apart, in steps."""
+
+
+class InParts(ValueError):  # noqa: N818 (it says what is wrong)
+    """A scheme makes shorter steps of a component that must be seen making whole ones."""
 
 
 class Asked(NamedTuple):
@@ -105,13 +108,16 @@ def _of_states(
     model: StateSpace, h: FloatArray, asked: Sequence[Asked], fed: Sequence[Fed]
 ) -> Sampled:
     """A few states, all together: they need not have modes."""
-    A = model.A.toarray()
     times = {1.0, *(a.when for a in asked), *(part.length for part in fed)}
+    if not model.is_divisible and not times <= {0.0, 1.0}:
+        raise InParts(
+            f"{model.name} is stepped in parts, and each is another rule's than the whole"
+        )
     times |= {part.until(when) for part in fed for when in (1.0, *(a.when for a in asked))}
     ordered = sorted(time for time in times if time >= 0.0)
-    free, driven = _exponentials(A, model.B, np.multiply.outer(ordered, h))
+    free, driven = model.over(np.multiply.outer(ordered, h), DEGREE)
     E, one = dict(zip(ordered, free, strict=True)), dict(zip(ordered, driven, strict=True))
-    shown = {False: model.C, True: model.C @ A}
+    shown = {False: model.C, True: model.C @ model.A}
 
     def answer(a: Asked, part: Fed) -> FloatArray:
         made: FloatArray = shown[a.is_rate] @ E[part.until(a.when)] @ one[part.length]
@@ -136,19 +142,3 @@ def _answers(
     return np.block(
         [[answer(a, part) if part.until(a.when) >= 0.0 else nothing for part in fed] for a in asked]
     )
-
-
-def _exponentials(A: FloatArray, B: FloatArray, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """exp(A t), and what inputs and their derivatives add in the time t, for several of them.
-
-    Both are in the first rows of the exponential of [[A, B, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], 0].
-    """
-    n, m = B.shape
-    # Inputs are forces or motions, and one is a million times the other.
-    unit = max(float(np.abs(A).max()), 1.0) / max(float(np.abs(B).max()), 1e-300)
-    big = np.zeros((n + (DEGREE + 1) * m,) * 2)
-    big[:n, :n], big[:n, n : n + m] = A, unit * B
-    k = np.arange(n, n + DEGREE * m)
-    big[k, k + m] = 1.0
-    top = scipy.linalg.expm(times[..., None, None] * big)[..., :n, :]
-    return top[..., :n], top[..., n:] / unit

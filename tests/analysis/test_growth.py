@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from railcosim.analysis.schemes import growth
+from railcosim.analysis.schemes import run_limit
 from railcosim.analysis.schemes.growth import Bench
 from railcosim.master.schemes.jacobi import jacobi
 
@@ -17,8 +17,10 @@ def test_a_limit_is_where_the_measured_rate_is_the_allowed_one(monkeypatch, true
     monkeypatch.setattr(bench, "growth", lambda scheme, h, motion: allowed + slope * (h - true))
     monkeypatch.setattr(bench, "kicked", lambda scheme, h: -1.0)
     monkeypatch.setattr(
-        growth, "fastest_motion", lambda coupling, h: SimpleNamespace(rate=complex(slope * h))
+        run_limit, "fastest_motion", lambda coupling, h: SimpleNamespace(rate=complex(slope * h))
     )
     predicted = SimpleNamespace(fast=1e-3, end=2e-3)
-    found = bench.limit(jacobi(degree=1), SimpleNamespace(fast=allowed), predicted)
+    found = run_limit.limit_in_runs(
+        bench, jacobi(degree=1), SimpleNamespace(fast=allowed), predicted
+    )
     assert found.step == pytest.approx(true, rel=1e-9)

@@ -4,7 +4,7 @@
  * owner: u1, u2 are place and speed of a neighbour on the spring kc and damper cc that it owns; y1 is the force on
  * that neighbour, y2 its own place.
  * Steps are 40 of Runge and Kutta's, exact to 1e-9 where they are short; inputs are held over them. With EULER they
- * are one of Euler's rule.
+ * are one of Euler's rule, or PARTS_OF_EULER.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -60,7 +60,10 @@ int fmi2GetReal(void *c, const Reference vr[], size_t n, double v[])
 int fmi2DoStep(void *c, double t, double h, int final)
 {
 #ifdef EULER
-    enum { PARTS = 1 };
+#ifndef PARTS_OF_EULER
+#define PARTS_OF_EULER 1
+#endif
+    enum { PARTS = PARTS_OF_EULER };
     static const double at[] = {0, 0, 0, 0}, weight[] = {6, 0, 0, 0};
 #else
     enum { PARTS = 40 };

@@ -15,7 +15,8 @@ from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.models import Models, linear_models
 from railcosim.analysis.schemes.advice import advise
 from railcosim.analysis.schemes.catalogue import members
-from railcosim.analysis.schemes.growth import Bench, Disturbance
+from railcosim.analysis.schemes.disturbed import Disturbance
+from railcosim.analysis.schemes.growth import Bench
 from railcosim.analysis.schemes.motion import fastest_motion
 from railcosim.analysis.schemes.stability import Coupling, SprungPair
 from railcosim.fmus.export import BARE, export

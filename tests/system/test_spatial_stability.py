@@ -13,8 +13,9 @@ from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.schemes.catalogue import members
+from railcosim.analysis.schemes.disturbed import Disturbance
 from railcosim.analysis.schemes.force_error import ForceError, excitation
-from railcosim.analysis.schemes.growth import Bench, Disturbance
+from railcosim.analysis.schemes.growth import Bench
 from railcosim.analysis.schemes.motion import fastest_motion
 from railcosim.analysis.schemes.stability import FAST, Coupling, SprungPair
 from railcosim.analysis.schemes.study_point import ContactCase, Point, measure, reference

@@ -12,10 +12,12 @@ from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.response.models import wheelset_positions
 from railcosim.analysis.schemes.advised import STEPS, longest_step
 from railcosim.analysis.schemes.catalogue import members
+from railcosim.analysis.schemes.disturbed import Disturbance
 from railcosim.analysis.schemes.exponentials import fastest
 from railcosim.analysis.schemes.force_error import ForceError, excitation
-from railcosim.analysis.schemes.growth import Bench, Disturbance
+from railcosim.analysis.schemes.growth import Bench
 from railcosim.analysis.schemes.motion import fastest_motion
+from railcosim.analysis.schemes.run_limit import limit_in_runs
 from railcosim.analysis.schemes.stability import FAST, RATE, Coupling, SprungPair
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.linear.model_exchange import linear_model
@@ -97,7 +99,7 @@ def test_predicted_limit_is_that_of_runs(exported, parts, owner, name, parameter
     disturbance = Disturbance()
     journey = Journey(speed=SPEED, held=True, profile=disturbance)
     with open_pair(*files(exported, owner), {**parameters, **INTERNAL}, journey) as pair:
-        found = Bench(pair, disturbance).limit(scheme, coupling, predicted)
+        found = limit_in_runs(Bench(pair, disturbance), scheme, coupling, predicted)
     assert found.step == pytest.approx(predicted.fast, rel=0.01)  # what is promised
     # Of what is driven at the limit or near it; more would be another motion.
     slack = 0.1 if found.predicted > 0.0 else 0.0  # 1/s; below 0 a logarithm of convergence
