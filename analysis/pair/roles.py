@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from railcosim.analysis.pair.owner import Owner
+from railcosim.master.component import Variable
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.description import describe_file
 from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Port, Y, wheelset_name
@@ -17,6 +19,11 @@ SIGNS = {
     Owner.TRACK: FIRST.name(RAIL.motion),
 }
 """The output by which a vehicle, and a track, is known."""
+
+
+def is_of_a_pair(outputs: Iterable[Variable]) -> bool:
+    """Whether these are outputs of a vehicle or a track."""
+    return not {variable.name for variable in outputs}.isdisjoint(SIGNS.values())
 
 
 def owns_contact(path: Path, role: Owner) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.sparse import csc_array
 
+from railcosim.analysis.pair.roles import is_of_a_pair
 from railcosim.master.component import Component, ComponentError, FloatArray, Type
 from railcosim.master.connections import Connection, CouplingError
 from railcosim.master.fmi.archive import FmuError
@@ -270,10 +271,19 @@ def _linear(
     except ComponentError as error:
         if not isinstance(way, Pulses):
             raise
-        raise ComponentError(
-            f"{error} (pulses of {pulses.amplitude!r} of nominal values, {STEPS} steps of "
-            f"{pulses.step:g} s; from Python amplitude=, step= of system_stability, advise_system)"
-        ) from error
+        if is_of_a_pair(fmu.outputs):  # wheels that move along a track are no motion about rest
+            told = (
+                f"{fmu.name} is of a vehicle and a track; leave --system out, and give both by "
+                "--vehicle-fmu and --track-fmu, those without the contact: stability and advise "
+                "know such a pair where it rests, with the contact in either"
+            )
+        else:
+            told = (
+                f"pulses of {pulses.amplitude!r} of nominal values, {STEPS} steps of "
+                f"{pulses.step:g} s; from Python amplitude=, step= of system_stability, "
+                "advise_system"
+            )
+        raise ComponentError(f"{error} ({told})") from error
     if isinstance(way, Pulses):  # they are steps of its Co-Simulation
         return _Had(model, way.description, still=TURNED / (STEPS * pulses.step))
     return _as_it_steps(path, model, wanted, pulses.step, way.description)

@@ -63,7 +63,7 @@ class SystemStudied:
     duration: float
     finest: float
     compared = "what is exchanged"
-    held_to = "runs of two schemes, extrapolated"
+    held_to = "runs of one scheme or two, extrapolated"
 
     def reference(self, contact: ContactCase, progress: Progress = unheard) -> Sampled:
         """What the system does by itself; see `extrapolated`."""

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from railcosim.analysis.pair import roles
 from railcosim.analysis.schemes import linear_system
 from railcosim.analysis.schemes.black_boxes import system_stability
 from railcosim.analysis.schemes.boxes import Boxes
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.linear_system import DoubtWarning
 from railcosim.analysis.schemes.system_advice import MotionError, advise_system
+from railcosim.master.component import ComponentError
 from railcosim.master.connections import CouplingError
 from railcosim.master.cosimulation import cosimulate
 from railcosim.master.fmi.archive import FmuError
@@ -193,6 +195,22 @@ def test_eulers_rule_is_not_what_several_steps_of_it_are(tmp_path) -> None:
     assert f"z after a step of {1 / fastest:.3g} s with f changed is off by 0.4" in left
     assert right.startswith("right: its Co-Simulation does not step as")
     assert f"left: {advice.to_dataset().attrs['doubt of left']}" == left
+
+
+@pytest.mark.parametrize(
+    ("sign", "told"), [("z", "leave --system out, and give both by"), ("y", "amplitude=, step=")]
+)
+def test_what_to_do_if_pulses_tell_nothing(made, monkeypatch, sign, told) -> None:
+    """A vehicle or a track, known by an output, is linear where it rests, and not by pulses."""
+
+    def refused(*args):
+        raise ComponentError("it is not linear")
+
+    path, _ = made("right", exchange=False)
+    monkeypatch.setattr(linear_fmu, "linearise", lambda *a, **b: refused())
+    monkeypatch.setitem(roles.SIGNS, "track", sign)
+    with pytest.raises(ComponentError, match=f"it is not linear .*{told}"):
+        system_stability(path, ["jacobi-constant"], step=1e-2)
 
 
 def test_advice_that_cannot_be(made) -> None:
