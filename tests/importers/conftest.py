@@ -1,13 +1,15 @@
 """Other people's importers, each in an environment of its own, run on our native FMUs.
 
-The environments are made by pip at first use and kept in pytest's cache. What cannot be had makes
-a skip that says what to install.
+The environments are made by pip at first use and kept in pytest's cache. What no package brings is
+looked for on PATH; docs/importers.md says how it is built. What cannot be had makes a skip that
+says what to install.
 """
 
 import ctypes
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -37,11 +39,15 @@ class Importer:
         For pip.
     library, package : str
         Shared library it needs, and the Debian package that has it; empty if none.
+    program : str
+        What is on PATH where the importer was built from its source: itself, or a Python that has
+        it. Empty where pip installs it.
     """
 
-    requirements: tuple[str, ...]
+    requirements: tuple[str, ...] = ()
     library: str = ""
     package: str = ""
+    program: str = ""
 
 
 IMPORTERS = {
@@ -49,7 +55,11 @@ IMPORTERS = {
     "libcosimpy": Importer(("libcosimpy==0.0.6",)),
     "ecospy": Importer(("ecospy==0.7.2",), library="libtbb.so.12", package="libtbb12"),
     "cofmupy": Importer(("cofmupy==1.0.0",)),
+    "fmucontainer": Importer(("fmu-manipulation-toolbox==2.0", "fmpy==0.3.32")),
     "pathsim": Importer(("pathsim-fmi==0.1.1", "pathsim==0.27.1", "fmpy==0.3.32")),
+    "fmusim": Importer(program="fmusim"),
+    "omsimulator": Importer(program="OMSimulator"),
+    "pyfmi": Importer(program="python-pyfmi"),
 }
 
 
@@ -98,6 +108,10 @@ def run(request, tmp_path):
 def _environment(config: pytest.Config, name: str) -> str:
     """The Python that has the importer; skips the test if it cannot be had."""
     importer = IMPORTERS[name]
+    if importer.program:
+        if (found := shutil.which(importer.program)) is None:
+            pytest.skip(f"no program {importer.program}: build {name} as docs/importers.md says")
+        return found if importer.program.startswith("python") else sys.executable
     if importer.library:
         try:
             ctypes.CDLL(importer.library)

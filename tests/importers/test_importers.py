@@ -1,9 +1,10 @@
 """Every importer gives what its documented scheme gives with our own master.
 
-All of them hold inputs constant over a step, and none asks which output needs which input: an
-output with direct feedthrough is passed on as it was for the inputs of the step before. So the
-force of the track is older than with our own master, which asks. What else differs is said in each
-test, with the place where it is documented, for each at the version that `conftest.py` names.
+All of them hold inputs constant over a step, and none but OMSimulator asks which output needs
+which input: an output with direct feedthrough is passed on as it was for the inputs of the step
+before. So the force of the track is older than with our own master, which asks. What else differs
+is said in each test, with the place where it is documented, for each at the version that
+`conftest.py` or docs/importers.md names.
 
 Every answer is also held against the schemes that its importer does not implement: it agrees with
 one to rounding, and with no other to a ten-thousandth.
@@ -57,14 +58,16 @@ def given(request, job, exported3):
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_fmpy(run, exported, exported3, fmi):
+@pytest.mark.parametrize("importer", ["fmpy", "fmusim"])
+def test_one_alone(run, exported, exported3, importer, fmi):
     """One FMU driven by signals: inputs at the beginning of a step, held.
 
     fmpy/simulation.py, `simulateCS`: inputs are set and the FMU is stepped; results are recorded
     before the next inputs are set. FMPy couples FMUs in SSP only, see `test_ssp_in_fmpy`.
+    fmusim/FMI2CSSimulation.c, `FMI2CSSimulate`, and that of FMI 3: the same; it couples none.
     """
     drive = make_drive(exported["Track"])
-    told = run("fmpy", replace(drive, fmu=str({2: exported, 3: exported3}[fmi]["Track"])))
+    told = run(importer, replace(drive, fmu=str({2: exported, 3: exported3}[fmi]["Track"])))
     found = np.array(told["rows"])
     held, ahead = jacobi(degree=0), gauss_seidel(first="fmu", degree=0)
     assert difference(found, driven(drive, held, feedthrough=False)) < AGREES
@@ -116,6 +119,25 @@ def test_pathsim(run, job, given):
     held_against_every_scheme(told, job, "Gauss-Seidel, vehicle first")
 
 
+@pytest.mark.parametrize("sequential", [False, True], ids=["jacobi", "gauss_seidel"])
+def test_fmucontainer(run, job, given, sequential):
+    """Jacobi, or Gauss-Seidel in the order of the files; each step of the one FMU is one of both.
+
+    fmu_manipulation_toolbox/container/builder.py: `check_sequential_order` says in which order.
+    """
+    told = run("fmucontainer", given, sequential=sequential)
+    held_against_every_scheme(told, job, "Gauss-Seidel, vehicle first" if sequential else "Jacobi")
+
+
+def test_pyfmi(run, job):
+    """Jacobi; what is shown is read again after the exchange. Its master has FMI 2.0 only.
+
+    src/pyfmi/master.pyx: `jacobi_algorithm`, `exchange_connection_data`, `report_solution`.
+    """
+    told = run("pyfmi", job)
+    held_against_every_scheme(told, job, "Jacobi", exchanges=2, refreshed=True)
+
+
 @pytest.mark.parametrize("importer", ["libcosimpy", "ecospy"])
 def test_ssp(run, ssp_job, importer):
     """The same schemes as above; system and start are taken from the SSP file alone."""
@@ -132,3 +154,13 @@ def test_ssp_in_fmpy(run, ssp_job):
     """
     told = run("fmpy", ssp_job)
     held_against_every_scheme(told, ssp_job, "Jacobi", first_inputs=0.0)
+
+
+def test_ssp_in_omsimulator(run, ssp_job):
+    """Jacobi, with each output that depends on an input at once read after that was set.
+
+    src/OMSimulatorLib/SystemWC.cpp, `doStep`: all components are stepped, then `updateInputs` goes
+    through the graph of what depends on what. The step is that of its annotation in the SSP file.
+    """
+    told = run("omsimulator", ssp_job)
+    held_against_every_scheme(told, ssp_job, "Jacobi, feedthrough resolved")
