@@ -4,57 +4,29 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from railcosim.master.batch.batch import Batch
-from railcosim.master.batch.call import By, Call, Row, Span
-from railcosim.master.component import Component, FloatArray, Prepared, Variable
+from railcosim.master.batch.call import Call, Span
+from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import (
     Connection,
     CouplingError,
     check_connections,
     element_wise,
 )
-from railcosim.master.continuation import NAMES, Continuation, Held, continuation, follow
+from railcosim.master.continuation import NAMES, continuation, follow
 from railcosim.master.exchange import exchange_plan
+from railcosim.master.exchanges import Exchanges
+from railcosim.master.ports import make_ports
 from railcosim.master.suggest import suggest
 from railcosim.master.texts import TextWires
 
 OnStep = Callable[[int, float, float, FloatArray], None]
 """Told of a step; see `System`."""
-
-
-@dataclass(slots=True)
-class _Port:
-    """What the system knows of one component."""
-
-    component: Component
-    outputs: slice
-    """Its outputs in the buffer."""
-    inputs: slice
-    """Its inputs among those of all components."""
-    sources: NDArray[np.intp]
-    """Where in the buffer each input comes from, shape (n_inputs,)."""
-    delayed: NDArray[np.bool_]
-    """Which of them are given what was there before the exchange, shape (n_inputs,)."""
-    feeders: frozenset[int]
-    """The components that feed it."""
-    reacts: bool
-    """Whether an output that feeds somebody depends at once on a connected input."""
-    continuation: Continuation
-    """How its inputs go on over a step."""
-    calls: Prepared
-    """Its own."""
-
-    @property
-    def depends(self) -> NDArray[np.bool_]:
-        """Which outputs depend at once on inputs that are not given late."""
-        found: NDArray[np.bool_] = self.component.feedthrough & ~self.delayed
-        return found
 
 
 class System:
@@ -99,20 +71,18 @@ class System:
         self.variables: tuple[Variable, ...] = tuple(v for c in components for v in c.outputs)
         self.names = tuple(f"{c.name}.{v.name}" for c in components for v in c.outputs)
         self._span = Span()
-        self._ports = _make_ports(self.components, self.connections, self._span)
+        self._ports = make_ports(self.components, self.connections, self._span)
         self._on_step: OnStep | None = None
         # Behind the outputs stand the start values of all inputs: an input that nothing feeds
         # takes its value from there, so that one gather serves all inputs of a component.
         starts = [v.start for c in components for v in c.inputs]
         self._buffer = np.concatenate([np.zeros(len(self.names)), np.array(starts, dtype=float)])
         self.outputs: FloatArray = self._buffer[: len(self.names)]
-        # All inputs in one array, and all sources in another: one gather serves them all.
         self._inputs = np.concatenate([component.u for component in self.components])
-        self._sources = np.concatenate([port.sources for port in self._ports])
         for port in self._ports:
             port.component.bind(self._inputs[port.inputs], self._buffer[port.outputs])
             port.calls = port.component.prepared(self._span)
-        self._plan = plan = exchange_plan(
+        plan = exchange_plan(
             [(p.outputs, p.sources, p.depends, p.component.states_dependence) for p in self._ports],
             self.names,
         )
@@ -128,7 +98,7 @@ class System:
         self._all = (1 << len(self._ports)) - 1
         self._stale = self._all
         self._steps: dict[tuple[int, ...], tuple[Batch, int]] = {}
-        self._exchanges: dict[int, tuple[Batch, int, int]] = {}
+        self._exchanges = Exchanges(self._ports, plan, self._buffer, self._inputs)
 
     @property
     def on_step(self) -> OnStep | None:
@@ -154,46 +124,11 @@ class System:
 
         Outputs are read after the inputs they depend on directly have been set.
         """
-        found = self._exchanges.get(self._stale)
-        if found is None:
-            found = self._exchanges[self._stale] = self._exchange_of(self._stale)
-        batch, self._stale, after = found
+        batch, self._stale, after = self._exchanges.of(self._stale)
         batch.run()
         self._stale = after
         if self._texts is not None:
             self._texts.pass_on()
-
-    def _exchange_of(self, stale: int) -> tuple[Batch, int, int]:
-        """What is to be done where so much is stale; what is until it is done, and after it."""
-        calls, until = [], stale
-        for k, needs_inputs in self._plan.visits:
-            port, bit = self._ports[k], 1 << k
-            if needs_inputs:
-                calls += [self._gathering(port.sources, port.component.u), port.calls.write]
-                stale |= bit
-                until |= bit
-            if stale & bit:
-                calls.append(port.calls.read)
-                stale &= ~bit
-        if self._plan.late:  # the others have been given what they will have
-            calls.append(self._gathering(self._sources, self._inputs))
-            # No output depends at once on what is new here.
-            calls += [self._ports[k].calls.write for k in self._plan.late]
-        return Batch(calls), until, stale
-
-    def _gathering(self, sources: NDArray[np.intp], u: FloatArray) -> Call:
-        """Put the present values of sources into inputs."""
-
-        def gather() -> None:
-            # "clip" only because the default checks every index again; all are in range.
-            self._buffer.take(sources, None, u, "clip")
-
-        places = np.ascontiguousarray(sources, dtype=np.int64)
-        row = Row(
-            kind=By.GATHER, places=places.ctypes.data, count=places.size,
-            values=u.ctypes.data, from_=self._buffer.ctypes.data,
-        )  # fmt: skip
-        return Call(gather, row=row, keeps=places)
 
     def write_inputs(self, k: int) -> None:
         """Set the inputs of component `k` to what its `u` holds: after a step, where they got to.
@@ -413,46 +348,3 @@ class System:
 def _is_finite(values: Any, n: int) -> bool:
     """Tell whether these are `n` finite numbers."""
     return np.shape(values) == (n,) and bool(np.isfinite(values).all())
-
-
-def _make_ports(
-    components: tuple[Component, ...], connections: tuple[Connection, ...], span: Span
-) -> tuple[_Port, ...]:
-    """Index arrays of every component."""
-    n_outputs = sum(len(c.outputs) for c in components)
-    outputs = {(c.name, v.name): (k, v) for k, c in enumerate(components) for v in c.outputs}
-    position = {key: i for i, key in enumerate(outputs)}
-    late = {(c.target, c.input) for c in connections if c.delayed}
-    source_of = {(c.target, c.input): (c.source, c.output) for c in connections}
-    feeds = np.zeros(n_outputs, dtype=bool)
-    feeds[[position[c.source, c.output] for c in connections]] = True
-    ports = []
-    first_output, first_start = 0, n_outputs
-    for component in components:
-        sources = np.arange(first_start, first_start + len(component.inputs))
-        feeders = set()
-        for j, variable in enumerate(component.inputs):
-            source = source_of.get((component.name, variable.name))
-            if source is not None:
-                sources[j] = position[source]
-                feeders.add(outputs[source][0])
-        last_output = first_output + len(component.outputs)
-        first_input = first_start - n_outputs
-        own = slice(first_output, last_output)
-        ports.append(
-            _Port(
-                component=component,
-                outputs=own,
-                inputs=slice(first_input, first_input + len(component.inputs)),
-                sources=sources,
-                delayed=np.array(
-                    [(component.name, v.name) in late for v in component.inputs], bool
-                ),
-                feeders=frozenset(feeders),
-                continuation=Held(component),
-                calls=component.prepared(span),
-                reacts=bool(component.feedthrough[feeds[own]][:, sources < n_outputs].any()),
-            )
-        )
-        first_output, first_start = last_output, first_start + len(component.inputs)
-    return tuple(ports)

@@ -93,7 +93,9 @@ class Call:
 
     def make(self) -> None:
         """Make it, and see to its status."""
-        self.go_on(self.function(*self.arguments) or 0)
+        status = self.function(*self.arguments)
+        if status:
+            self.see_to(status)
 
     def go_on(self, status: int) -> None:
         """After it was made, here or in C."""
@@ -104,6 +106,16 @@ class Call:
         """Be another call from now on, made by Python."""
         self.row.kind = By.PYTHON
         self.function, self.arguments = function, arguments
+
+    def become_c(
+        self, kind: By, function: Any, *arguments: Any, instance: int, **row: int | None
+    ) -> None:
+        """Be a function of an FMU; `row` is what C sees of the arguments after the instance."""
+        self.become(function, ctypes.c_void_p.from_param(instance), *arguments)
+        address = ctypes.cast(function, ctypes.c_void_p).value
+        for name, value in {"function": address, "instance": instance, **row}.items():
+            setattr(self.row, name, value)
+        self.row.kind = kind
 
 
 @dataclass(slots=True, eq=False, weakref_slot=True)
@@ -121,8 +133,12 @@ class StepCall(Call):
     span: Span = field(default_factory=Span)
     asks: Any = None
 
+    def make(self) -> None:
+        """Make it, and see to what it asks, too."""
+        self.go_on(self.function(*self.arguments) or 0)
+
     def go_on(self, status: int) -> None:
-        """See to what it asks, too; and note where the FMU is."""
+        """See to its status and to what it asks; note where the FMU is."""
         if status or (self.asks is not None and self.asks.value):
             self.see_to(status)
         self.row.time = self.span.begin.value + self.span.length.value

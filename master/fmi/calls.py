@@ -302,16 +302,8 @@ class Calls(ABC):
             found = self._library.bare(function)
         except AttributeError:
             raise self._missing(function) from None
-        instance = ctypes.c_void_p.from_param(self._component)
-        call.become(found, instance, *arguments)
+        call.become_c(kind, found, *arguments, instance=self._component, **row)
         call.name = function
-        row |= {
-            "function": ctypes.cast(found, ctypes.c_void_p).value,  # type: ignore[arg-type]
-            "instance": self._component,
-        }
-        for name, value in row.items():
-            setattr(call.row, name, value)
-        call.row.kind = kind
         self._prepared.add(call)
 
     def _see_to(self, function: str, status: int) -> None:

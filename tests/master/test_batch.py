@@ -78,7 +78,7 @@ def told(folder, case, scheme, load=FmuComponent.load):
         except Divergence as divergence:
             stopped = divergence
         messages = a.messages, b.messages
-        ways = {found[0].run.__name__ for found in system._exchanges.values()}
+        ways = {found[0].run.__name__ for found in system._exchanges._made.values()}
     said = [str(w.message) for w in warned]
     return (recorder.rows().tobytes(), repr(stopped), in_use.ended, messages, said), ways
 
