@@ -74,5 +74,7 @@ class Memory:
 
 
 def shown(cost: float) -> str:
-    """Seconds, in s or ms."""
+    """Seconds, in s, ms or us."""
+    if cost < 1e-4:
+        return f"{1e6 * cost:.2f} us"
     return f"{cost:.2f} s" if cost >= 0.1 else f"{1e3 * cost:.3f} ms"

@@ -1,16 +1,15 @@
 """What a master costs by itself: two FMUs that do nothing, ours beside FMPy, libcosimpy, ecospy.
 
-OPENBLAS_NUM_THREADS=1 python benchmarks/overhead.py
+OPENBLAS_NUM_THREADS=1 python benchmarks/overhead.py [--keep WHY]
 
 Every contestant is a process of its own, the peers each in an environment that pip makes at first
 use and that is kept under the temporary directory. All step the same FMU, Jacobi, in turns of a
 few milliseconds, and the least of the turns counts: other work on the machine only adds. The FMU
 counts what it is asked, and its last outputs are held against the recursion computed here.
 
-The last table has the same FMU by FMI 2.0 and 3.0, both in our master.
-
-ecospy steps its FMUs on threads. Kept to one core (taskset -c 0) it wastes no time on them: 3.1 us
-a step against 3.6 of ours, on a machine where the floor is 1.26.
+The last table has the same FMU by FMI 2.0 and 3.0, both in our master. ecospy's threads wait for
+each other, so it is there a second time, kept to one core. Beside each cost stands what it was when
+`overhead.csv` was last written, by --keep.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ import sys
 import tempfile
 import venv
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -48,6 +47,7 @@ PEERS = {
     "ecospy": ("ecospy==0.7.2",),  # and Debian's libtbb12
 }
 CONSOLE = Console()
+Beside = Callable[[str, float], str]
 
 
 class Failed(RuntimeError):  # noqa: N818 (it says what happened)
@@ -82,11 +82,12 @@ class Job:
 
 @dataclass(frozen=True)
 class Contestant:
-    """Who steps: a label, the runner in `overhead/`, and its environment (ours if not given)."""
+    """Who steps: a label, the runner in `overhead/`, its environment (ours if not given), cores."""
 
     label: str
     runner: str
     peer: str = ""
+    on_one_core: bool = False
 
 
 OURS = Contestant("railcosim", "railcosim")
@@ -97,6 +98,7 @@ CONTESTANTS = (
     Contestant("FMPy, setReal ... with lists", "fmpy_lists"),
     Contestant("libcosimpy", "libcosimpy", "libcosimpy"),
     Contestant("ecospy", "ecospy", "ecospy"),
+    Contestant("ecospy, on one core", "ecospy", "ecospy", on_one_core=True),
 )
 
 
@@ -124,6 +126,8 @@ class Running:
             # What importers unpack and leave behind goes with our folder.
             env=os.environ | {"MIXER_COUNTS": str(folder / "counts"), "TMPDIR": str(folder)},
         )  # fmt: skip
+        if contestant.on_one_core:  # before it has other threads, which do as this one
+            os.sched_setaffinity(self._process.pid, {min(os.sched_getaffinity(0))})
         self.version = self._answer()
 
     def step(self, steps: int) -> None:
@@ -264,11 +268,13 @@ def model_description_3(inputs: int, outputs: int) -> str:
 """
 
 
-def compete(title: str, jobs: list[tuple[Contestant, Job]], folder: Path) -> dict[str, float]:
+def compete(
+    title: str, jobs: list[tuple[Contestant, Job]], folder: Path, beside: Beside
+) -> dict[str, float]:
     """Measure side by side and print; gives microseconds a step by label, of those that ended."""
     folder.mkdir()
     table = Table("", "version", title=title, caption=f"{TURNS} turns of {STEPS} steps")
-    for column in ("least µs a step", "median", "values set", "got, a step"):
+    for column in ("least µs a step", "kept", "median", "values set", "got, a step"):
         table.add_column(column, justify="right")
     running: dict[str, Running] = {}
     found: dict[str, float] = {}
@@ -286,10 +292,11 @@ def compete(title: str, jobs: list[tuple[Contestant, Job]], folder: Path) -> dic
             values = running[label].finish()
             cost = [1e6 * s / STEPS for s in running[label].seconds]
             found[label] = min(cost)
-            numbers = (f"{min(cost):.2f}", f"{median(cost):.2f}", *(f"{v:.1f}" for v in values))
-            table.add_row(label, running[label].version, *numbers)
+            before = beside(f"{title}: {label}", 1e-6 * min(cost))
+            told = [f"{min(cost):.2f}", before, f"{median(cost):.2f}"]
+            table.add_row(label, running[label].version, *told, *(f"{v:.1f}" for v in values))
     for label, why in failed.items():
-        table.add_row(label, "missing", *"----")
+        table.add_row(label, "missing", *"-----")
         CONSOLE.print(f"{label} is missing: {why}", style="yellow")
     CONSOLE.print(table)
     return found
@@ -305,24 +312,27 @@ def failures(label: str, failed: dict[str, Failed]) -> Iterator[None]:
 
 
 def main() -> None:
-    """Print both tables, and what they say."""
+    """Print the tables, and what they say."""
+    from kept import Memory  # noqa: PLC0415 - tests load this file from elsewhere
+
+    memory = Memory(Path(__file__).with_suffix(".csv"))
     with tempfile.TemporaryDirectory(prefix="railcosim_") as name:
         folder = Path(name)
         fmu = str(make_fmu(folder / "sixteen", 16, 16))
         job = Job(fmu=fmu, inputs=16, outputs=16)
         title = "Two FMUs of 16 inputs and 16 outputs"
-        found = compete(title, [(c, job) for c in CONTESTANTS], folder / "peers")
+        found = compete(title, [(c, job) for c in CONTESTANTS], folder / "peers", memory.beside)
         peers = [c.label for c in CONTESTANTS[2:] if c.label in found]
         if OURS.label in found and peers:
-            fastest = min(peers, key=found.__getitem__)
-            ratio = found[OURS.label] / found[fastest]
-            CONSOLE.print(f"railcosim takes {ratio:.2f} of the fastest peer: {fastest}")
+            first = min(peers, key=found.__getitem__)
+            told = f"{found[OURS.label] / found[first]:.2f} of the fastest peer: {first}"
+            CONSOLE.print(f"railcosim takes {told}")
         fmu = str(make_fmu(folder / "fifty", 16, 50))
         off = Job(fmu=fmu, inputs=16, outputs=50)
         on = Job(fmu=fmu, inputs=16, outputs=50, record=True)
         recorded = Contestant("railcosim, all 100 outputs recorded", "railcosim")
         title = "Two FMUs of 16 inputs and 50 outputs"
-        found = compete(title, [(OURS, off), (recorded, on)], folder / "recording")
+        found = compete(title, [(OURS, off), (recorded, on)], folder / "recording", memory.beside)
         if len(found) == 2:
             ratio = found[recorded.label] / found[OURS.label] - 1
             CONSOLE.print(f"to record 100 channels takes {ratio:.2f} of the stepping")
@@ -331,10 +341,14 @@ def main() -> None:
         for label, fmi in versions.items():
             fmu = str(make_fmu(folder / f"version{fmi}", 16, 16, fmi))
             jobs.append((Contestant(label, "railcosim"), Job(fmu=fmu, inputs=16, outputs=16)))
-        found = compete("Two FMUs of 16 inputs and 16 outputs", jobs, folder / "versions")
+        found = compete(
+            "Two FMUs of 16 inputs and 16 outputs", jobs, folder / "versions", memory.beside
+        )
         if len(found) == 2:
             second, third = (found[label] for label in versions)
             CONSOLE.print(f"FMI 3.0 takes {third / second:.2f} of FMI 2.0")
+    if "--keep" in sys.argv:
+        memory.keep(sys.argv[sys.argv.index("--keep") + 1])
 
 
 if __name__ == "__main__":
