@@ -293,7 +293,7 @@ def compete(
             cost = [1e6 * s / STEPS for s in running[label].seconds]
             found[label] = min(cost)
             before = beside(f"{title}: {label}", 1e-6 * min(cost))
-            told = [f"{min(cost):.2f}", before, f"{median(cost):.2f}"]
+            told = (f"{min(cost):.2f}", before, f"{median(cost):.2f}")
             table.add_row(label, running[label].version, *told, *(f"{v:.1f}" for v in values))
     for label, why in failed.items():
         table.add_row(label, "missing", *"-----")
@@ -325,8 +325,7 @@ def main() -> None:
         peers = [c.label for c in CONTESTANTS[2:] if c.label in found]
         if OURS.label in found and peers:
             first = min(peers, key=found.__getitem__)
-            told = f"{found[OURS.label] / found[first]:.2f} of the fastest peer: {first}"
-            CONSOLE.print(f"railcosim takes {told}")
+            CONSOLE.print(f"we take {found[OURS.label] / found[first]:.2f} of the fastest: {first}")
         fmu = str(make_fmu(folder / "fifty", 16, 50))
         off = Job(fmu=fmu, inputs=16, outputs=50)
         on = Job(fmu=fmu, inputs=16, outputs=50, record=True)
@@ -336,17 +335,14 @@ def main() -> None:
         if len(found) == 2:
             ratio = found[recorded.label] / found[OURS.label] - 1
             CONSOLE.print(f"to record 100 channels takes {ratio:.2f} of the stepping")
-        versions = {f"railcosim, FMI {fmi}.0": fmi for fmi in SOURCES}
         jobs = []
-        for label, fmi in versions.items():
+        for fmi in SOURCES:
             fmu = str(make_fmu(folder / f"version{fmi}", 16, 16, fmi))
-            jobs.append((Contestant(label, "railcosim"), Job(fmu=fmu, inputs=16, outputs=16)))
-        found = compete(
-            "Two FMUs of 16 inputs and 16 outputs", jobs, folder / "versions", memory.beside
-        )
+            one = Contestant(f"railcosim, FMI {fmi}.0", "railcosim")
+            jobs.append((one, Job(fmu=fmu, inputs=16, outputs=16)))
+        found = compete("The same by version of FMI", jobs, folder / "versions", memory.beside)
         if len(found) == 2:
-            second, third = (found[label] for label in versions)
-            CONSOLE.print(f"FMI 3.0 takes {third / second:.2f} of FMI 2.0")
+            CONSOLE.print(f"FMI 3.0 takes {np.divide(*reversed(found.values())):.2f} of FMI 2.0")
     if "--keep" in sys.argv:
         memory.keep(sys.argv[sys.argv.index("--keep") + 1])
 
