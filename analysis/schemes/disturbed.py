@@ -48,9 +48,14 @@ class Disturbance:
     def under(
         self, place: FloatArray, speed: Travel, directions: Sequence[Direction]
     ) -> Callable[[float], FloatArray]:
-        """Heights under the wheels at a time."""
+        """Heights under the wheels at a time, or at several, a row each."""
         zero = np.zeros(len(SIDES) * len(place) * len(directions))
-        return lambda t: zero + self.heights(t)
+
+        def heights(t: FloatArray | float) -> FloatArray:
+            each = [zero + self.heights(one) for one in np.atleast_1d(t).tolist()]
+            return np.reshape(each, (*np.shape(t), zero.size))
+
+        return heights
 
 
 class Disturbed:

@@ -35,6 +35,9 @@ FAILURES = ComponentError, ArithmeticError, np.linalg.LinAlgError
 TOGETHER = 1024
 """Steps whose determinants are found at once, times the wheels squared, as their maps grow: more do
 not fit into a cache."""
+AT_ONCE = 20_000_000
+"""Complex numbers of all modes in these maps, at the most: 320 MB, and three times that in between.
+In space a mode has hundreds of them a step."""
 FINE = 1e-10
 """Tolerance of forces, relative: far below what a step does to them, far above rounding."""
 
@@ -324,6 +327,9 @@ class Coupling:
         """See `Probe`; NaN if the scheme fails."""
         found = np.full((len(steps), 2 * len(self.amplifiers)), np.nan)
         together = max(1, TOGETHER // self._width**2)
+        with suppress(*FAILURES):
+            numbers = max(a.C.size + a.G.size for a in (b.at(steps[0]) for b in self.amplifiers))
+            together = min(together, max(1, AT_ONCE // max(numbers, 1)))
         for i in range(0, len(steps), together):
             some = slice(i, i + together)
             with suppress(*FAILURES):

@@ -2,10 +2,12 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from railcosim.analysis.schemes import run_limit
+from railcosim.analysis.schemes import run_limit, stability
 from railcosim.analysis.schemes.growth import Bench
+from railcosim.analysis.schemes.stability import Coupling
 from railcosim.master.schemes.jacobi import jacobi
 
 
@@ -24,3 +26,23 @@ def test_a_limit_is_where_the_measured_rate_is_the_allowed_one(monkeypatch, true
         bench, jacobi(degree=1), SimpleNamespace(fast=allowed), predicted
     )
     assert found.step == pytest.approx(true, rel=1e-9)
+
+
+def test_steps_are_looked_at_together_as_far_as_memory_goes(monkeypatch) -> None:
+    """2000 numbers of modes a step, and 5000 in all: two steps at once, and none left out."""
+    looked = []
+
+    def at(h):
+        looked.append(np.size(h))
+        lead = np.shape(h)
+        return SimpleNamespace(
+            C=np.zeros((*lead, 10, 100)), G=np.zeros((*lead, 100, 10)),
+            real_ends=lambda: np.stack([h, -h], axis=-1),
+        )  # fmt: skip
+
+    coupling = object.__new__(Coupling)
+    monkeypatch.setattr(stability, "AT_ONCE", 5000)
+    coupling.__dict__ |= {"_width": 4, "amplifiers": [SimpleNamespace(at=at)]}
+    steps = np.linspace(1e-4, 1e-3, 7)
+    assert np.array_equal(coupling._ends(steps), np.stack([steps, -steps], axis=-1))
+    assert looked == [1, 2, 2, 2, 1]
