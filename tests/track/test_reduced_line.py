@@ -180,6 +180,21 @@ def test_a_load_that_moves_over_the_joint(reduced):
     assert np.abs(found - exact).max() < 5e-3 * exact.max()
 
 
+@pytest.mark.slow  # modes of a ring of 83 bays, alone: 4 s
+def test_three_soft_bays_between():
+    """Two joints, and an odd number of cells between; the first kind goes on behind them."""
+    soft = replace(BLOCKS, fastening=replace(BLOCKS.fastening, spacing=0.5, stiffness=1.5e7))
+    three = closed(BLOCKS, soft, BLOCKS, joints=(JOINT, JOINT + 1.5))
+    body = reduce_line(three).under(Layout(1))
+    for x in (JOINT - 0.3, JOINT, JOINT + 0.75, JOINT + 1.25, JOINT + 1.5, JOINT + 2.1):
+        here = [Point(x=x)]
+        exact = line_receptance(three.line, OMEGA, here, here, viscous=True)[:, 0, 0]
+        error = np.abs(receptance(body, OMEGA, x) / exact - 1)
+        assert (error < [3e-5, 5e-5, 2e-4, 1.5e-3, 1.2e-2]).all(), x
+        one = line_receptance(LINE.line, OMEGA, here, here, viscous=True)[:, 0, 0]
+        assert np.abs(one / exact - 1).max() > 0.02
+
+
 def test_what_a_ring_cannot_be_is_refused():
     for joint, told in ((13.0, "such as 13.2"), (24.6, "such as 24"), (0.0, "such as 0.6")):
         with pytest.raises(ParameterError, match=f"multiple of 0.6 m from 0.6 to 24 m.*{told}"):
