@@ -80,9 +80,10 @@ void body_look(const Body *body, const Shapes *shapes, const double *x, const do
                int known, double *g, double *z, double *vz);
 /* Displacements per force where forces move modes by a weight: (contacts, contacts). */
 void body_compliance(const Body *body, const Shapes *shapes, const double *weight, double *G);
-/* Velocities per force at once, likewise; `ones` are 2 * modes numbers, ones then zeros. */
-void body_through_force(const Body *body, const Shapes *shapes, const double *ones,
-                        double *through);
+/* Velocities per force at once, likewise: begin with no compliance, add chunks, then make a matrix of
+   it; `ones` are 2 * modes numbers, ones then zeros. */
+void body_through_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk);
+void body_through_rest(const Body *body, const Shapes *shapes, const double *ones, double *through);
 /* The state at rest under generalised forces. */
 void body_at_rest(const Body *body, const double *g, double *x);
 /* Coordinate of the multibody model from the displacements in x. */

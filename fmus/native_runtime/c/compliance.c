@@ -111,41 +111,40 @@ void body_compliance(const Body *body, const Shapes *shapes, const double *weigh
             between(body, shapes, 1, weights, none, k, j, 0, G + k * C + j);
 }
 
-/* What a force at row `row` makes modes of a chunk go at, in body->rate. */
-static void set_off(const Body *body, const Shapes *shapes, const Chunk *chunk, size_t row)
+/* Rates of a block of rows from `from` on by a force at row `row`, which reach the modes through their
+   partners. */
+static void set_off(const Body *body, const Shapes *shapes, const Chunk *chunk, size_t row,
+                    size_t from, double rates[BLOCK])
 {
     const Model *m = body->model;
-    const size_t at = body_place(body, chunk, row) - chunk->at; /* of column 0 */
+    const size_t x = body_place(body, chunk, from) - chunk->at; /* of column 0 */
+    const size_t s = body_place(body, chunk, row) - chunk->at;
     for (size_t j = chunk->first; j < chunk->end; j++) {
-        const Segment *s = &m->segment[j];
-        memcpy(body->rate + s->to, shapes->in_re + at + s->in, s->size * sizeof(double));
-        memcpy(body->rate + m->modes + s->to, shapes->in_im + at + s->in,
-               s->size * sizeof(double));
+        const Segment *segment = &m->segment[j];
+        body->kernels->observe(segment->size, chunk->room, shapes->out_re + x + segment->out,
+                               shapes->out_im + x + segment->out, shapes->in_re + s + segment->in,
+                               shapes->in_im + s + segment->in, rates);
     }
 }
 
-void body_through_force(const Body *body, const Shapes *shapes, const double *ones, double *through)
+void body_through_chunk(const Body *body, const Shapes *shapes, const Chunk *chunk)
 {
-    const Model *m = body->model;
-    const size_t R = m->padded_rows, C = m->contacts;
-    const double none[1] = {0};
-    body_no_compliance(body);
-    for (size_t j = 0; j < m->chunks; j++) {
-        const Chunk *chunk = &m->chunk[j];
-        const double *re = body->rate + chunk->to, *im = re + m->modes;
-        for (size_t row = 0; row < chunk->rows; row++) {
-            double *G = body->G[chunk->odd] + chunk->row[row] * R;
-            set_off(body, shapes, chunk, row);
-            for (size_t from = row / BLOCK * BLOCK; from < chunk->rows; from += BLOCK) {
-                const size_t place = body_place(body, chunk, from);
-                double sums[BLOCK] = {0};
-                body->kernels->observe(chunk->size, chunk->room, shapes->out_re + place,
-                                       shapes->out_im + place, re, im, sums);
-                for (size_t k = 0; k < BLOCK && from + k < chunk->rows; k++)
-                    G[chunk->row[from + k]] += sums[k];
-            }
+    const size_t R = body->model->padded_rows;
+    for (size_t row = 0; row < chunk->rows; row++) {
+        double *G = body->G[chunk->odd] + chunk->row[row] * R;
+        for (size_t from = row / BLOCK * BLOCK; from < chunk->rows; from += BLOCK) {
+            double rates[BLOCK] = {0};
+            set_off(body, shapes, chunk, row, from, rates);
+            for (size_t k = 0; k < BLOCK && from + k < chunk->rows; k++)
+                G[chunk->row[from + k]] += rates[k];
         }
     }
+}
+
+void body_through_rest(const Body *body, const Shapes *shapes, const double *ones, double *through)
+{
+    const size_t C = body->model->contacts;
+    const double none[1] = {0};
     for (size_t k = 0; k < C; k++)
         for (size_t j = 0; j < C; j++)
             between(body, shapes, 1, &ones, none, k, j, 0, through + k * C + j);

@@ -165,6 +165,11 @@ void motion_rolled(const Motion *motion, double *const z[3], double *const passe
 int motion_find_forces(Motion *motion, const Coefficients *c, const double *z, const double *x,
                        double *next);
 
+/* Whether what forces add to rates at once is known where shapes are; and take it from what chunks have
+   added. */
+int motion_has_through(const Motion *motion, const Shapes *shapes);
+void motion_take_through(Motion *motion, const Shapes *shapes);
+
 /* --- forces over an internal step, in motion_balance.c ----------------------------------------- */
 
 /* What forces at the beginning of a step, in its middle and at its end do to the end. */

@@ -181,11 +181,13 @@ int motion_find_forces(Motion *motion, const Coefficients *c, const double *z, c
 }
 
 /* What is seen of a chunk at the end of a step while it is near; of forces that depend on rates,
-   velocities without any as well. */
-static void see_chunk(Motion *motion, const Chunk *chunk, const double *next, const ByParity *z,
-                      const ByParity *vz)
+   velocities without any as well and, if they are looked `through`, what forces add to them. */
+static void see_chunk(Motion *motion, const Chunk *chunk, const double *next, int through,
+                      const ByParity *z, const ByParity *vz)
 {
     const Body *body = &motion->body;
+    if (through)
+        body_through_chunk(body, &body->shapes, chunk);
     if (motion->law.of_rates)
         body_look_chunk(body, &body->shapes, chunk, next, motion->no_g, z, vz);
     else
@@ -213,6 +215,9 @@ static void add_line(Motion *motion, const Coefficients *c, double *next)
     const ByParity *mean = &body->split[0], *slope = &body->split[1];
     const ByParity *z = &body->split[2], *vz = &body->split[3];
     double *beyond = motion->beyond[0];
+    const int through = motion->law.of_rates && !motion_has_through(motion, &body->shapes);
+    if (through)
+        body_no_compliance(body);
     for (size_t k = 0; k < m->contacts; k++)
         beyond[k] = motion->over[k] - motion->inside[k];
     body_split(m, beyond, mean);
@@ -224,13 +229,15 @@ static void add_line(Motion *motion, const Coefficients *c, double *next)
         body_drive_both(body, between, chunk, mean, slope, motion->dm, motion->d1);
         step_add_chunk(body, c, chunk, 0, motion->dm, motion->d1, next);
         if (m->nodes > 0)
-            see_chunk(motion, chunk, next, z, vz);
+            see_chunk(motion, chunk, next, through, z, vz);
     }
     body_drive_rest(body, between, beyond, mean, motion->dm);
     body_drive_rest(body, between, motion->over + m->contacts, slope, motion->d1);
     step_add_rest(body, c, 0, motion->dm, motion->d1, next);
     if (m->nodes > 0)
         see_rest(motion, next, z, vz);
+    if (through)
+        motion_take_through(motion, &body->shapes);
 }
 
 int motion_contact_step(Motion *motion, const Coefficients *c, const double *x, double *next)

@@ -11,18 +11,31 @@ static size_t wheels_of(const Motion *motion)
     return motion->body.model->contacts / motion->law.own;
 }
 
-/* What forces add to rates of the own ports at once, in motion->through; to a vehicle's nothing. */
+int motion_has_through(const Motion *motion, const Shapes *shapes)
+{
+    const Model *m = motion->body.model;
+    int same = 1; /* to a vehicle's rates forces add nothing */
+    for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++)
+        same &= motion->through_at[k] == shapes->place[k].position;
+    return same;
+}
+
+void motion_take_through(Motion *motion, const Shapes *shapes)
+{
+    body_through_rest(&motion->body, shapes, motion->ones, motion->through);
+    for (size_t k = 0; k < motion->body.model->wheelsets; k++)
+        motion->through_at[k] = shapes->place[k].position;
+}
+
 static void find_through(Motion *motion, const Shapes *shapes)
 {
     const Model *m = motion->body.model;
-    int same = 1;
-    for (size_t k = 0; m->nodes > 0 && k < m->wheelsets; k++)
-        same &= motion->through_at[k] == shapes->place[k].position;
-    if (same)
+    if (motion_has_through(motion, shapes))
         return;
-    body_through_force(&motion->body, shapes, motion->ones, motion->through);
-    for (size_t k = 0; k < m->wheelsets; k++)
-        motion->through_at[k] = shapes->place[k].position;
+    body_no_compliance(&motion->body);
+    for (size_t k = 0; k < m->chunks; k++)
+        body_through_chunk(&motion->body, shapes, &m->chunk[k]);
+    motion_take_through(motion, shapes);
 }
 
 /* Displacements and rates of the own ports without contact forces. */
