@@ -5,7 +5,8 @@
 250 km/h over german-low, cones, one core. Processor time, the least of many blocks of steps: other
 work on the machine only adds. Real time is what a step costs over what it is long. Beside each cost
 stands what it was when `spatial.csv` was last written, by --keep. What a step of an FMU alone costs
-says `wheelsets.py`.
+says `wheelsets.py`, but for the last rows: the vehicle on rigid rails, with contacts of its own, by
+internal steps of 0.1 ms, which is 1e-5 off, and by one of 1 ms, which is some per cent off.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
 
+import numpy as np
 from kept import Memory
 from rich.console import Console
 from rich.table import Table
@@ -24,6 +26,7 @@ from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.fmus.export import export
 from railcosim.master.cosimulation import cosimulate
+from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.gauss_seidel import gauss_seidel
 from railcosim.master.schemes.interface_jacobian import interface_jacobian
@@ -33,6 +36,7 @@ from railcosim.vehicle.parameters import Vehicle
 
 SPEED = 250 / 3.6  # m/s
 BLOCKS, STEPS = 150, 2
+ALONE, WAVE = 1e-3, 20.0  # step of the vehicle on rigid rails, s; length of their waves, m
 CASES: tuple[tuple[Owner, Scheme, float], ...] = (
     (Owner.TRACK, gauss_seidel(first="vehicle"), 1e-4),
     (Owner.VEHICLE, gauss_seidel(first="track"), 1e-5),
@@ -59,6 +63,28 @@ def a_step(folder: Path, owner: Owner, scheme: Scheme, step: float) -> tuple[flo
     return least / STEPS, evaluations / (BLOCKS * STEPS)
 
 
+def on_rigid_rails(path: Path, internal: float, step: float) -> float:
+    """Least cost of a step of a vehicle alone on uneven rigid rails: inputs, outputs, a step."""
+    with FmuComponent.load(path) as fmu:
+        fmu.set_parameters({"speed": SPEED, "internal_step": internal})
+        quantity = np.array([v.name.rpartition(".")[2] for v in fmu.inputs])
+        size = np.select(
+            [quantity == "irregularity_z", quantity == "irregularity_y"], [2e-5, 3e-4], 0.0
+        )
+        omega, shift = 2 * np.pi * SPEED / WAVE, np.arange(size.size)
+        fmu.enter_initialization(0.0)
+        fmu.exit_initialization()
+        least = float("inf")
+        for first in range(0, BLOCKS * STEPS, STEPS):
+            begun = process_time()
+            for k in range(first, first + STEPS):
+                fmu.set_inputs(size * np.sin(omega * k * step + shift))
+                fmu.do_step(k * step, step)
+                fmu.read_outputs()
+            least = min(least, process_time() - begun)
+    return least / STEPS
+
+
 def main() -> None:
     """Print the table."""
     memory = Memory(Path(__file__).with_suffix(".csv"))
@@ -77,6 +103,12 @@ def main() -> None:
                 what, f"{evaluations:.2f}", f"{1e6 * cost:.0f} µs", f"{cost / step:.2f}",
                 memory.beside(what, cost),
             )  # fmt: skip
+        for internal in (1e-4, 1e-3):
+            cost = on_rigid_rails(folder / "VehicleWithContact.fmu", internal, ALONE)
+            what = f"vehicle on rigid rails, internal steps of {1e3 * internal:g} ms, 1 ms"
+            table.add_row(
+                what, "", f"{1e6 * cost:.0f} µs", f"{cost / ALONE:.2f}", memory.beside(what, cost)
+            )
     Console(width=130).print(table)
     if "--keep" in sys.argv:
         memory.keep(sys.argv[sys.argv.index("--keep") + 1])
