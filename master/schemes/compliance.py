@@ -24,8 +24,8 @@ class Balance:
     steps halved until they lead nearer. With the law's force rising with compression, and bodies
     that yield to forces, a held force has one solution; of higher polynomials in steps far too long
     for the contact this is not certain. What corrects them is kept for as long as it leads there
-    quickly, from step to step: to find it, tangents of the law and the inverse of a matrix, costs
-    several times what the law's forces do.
+    quickly, from step to step, and learns from what each correction leaves: to find it anew,
+    tangents of the law and the inverse of a matrix, costs several times what the law's forces do.
 
     Parameters
     ----------
@@ -96,6 +96,8 @@ class Balance:
                 self.inverse, fresh = None, True
                 correction = self._correction(h, G, motion, residual)
             slow = not left < QUICK * before
+            if not slow:
+                self._learn(correction, tried[1])
             change, (motion, residual) = further, tried
         farthest = float(np.abs(start[..., self._nodes.places]).max())
         raise ComponentError(
@@ -131,6 +133,13 @@ class Balance:
             self.inverse = self._inverted(h, G, motion)
         corrected: FloatArray = self.inverse @ residual.ravel()
         return corrected.reshape(residual.shape)
+
+    def _learn(self, correction: FloatArray, residual: FloatArray) -> None:
+        """Make the kept inverse agree with what a correction has left; see `broyden`."""
+        assert self.inverse is not None
+        was, further = correction.ravel(), self.inverse @ residual.ravel()
+        row = (was @ self.inverse) / (was @ (was - further))
+        self.inverse = self.inverse + np.multiply.outer(further, row)
 
     def _inverted(self, h: float, G: FloatArray, motion: FloatArray) -> FloatArray:
         contacts = self._nodes.contacts

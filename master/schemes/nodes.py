@@ -133,10 +133,9 @@ class Nodes:
     def _along(
         self, weights: FloatArray, slopes: FloatArray, sampled: FloatArray, h: float
     ) -> FloatArray:
-        displaced = weights @ sampled
         if not self.rates.size:
-            return displaced.reshape(len(weights), self.contacts, -1)
-        both = np.stack([displaced, (slopes / h) @ sampled])
+            return (weights @ sampled).reshape(len(weights), self.contacts, -1)
+        both = np.concatenate([weights, slopes / h]) @ sampled
         return both.take(self._arranged, mode="clip")  # which checks no index again
 
 
