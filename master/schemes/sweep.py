@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from railcosim.master.component import FloatArray
-from railcosim.master.law import Law
+from railcosim.master.law import IndexArray, Law
 from railcosim.master.polynomials import continued
 from railcosim.master.schemes.drift import Drift
 from railcosim.master.schemes.nodes import Nodes
@@ -77,21 +77,17 @@ class Sweep:
         self.nodes = Nodes.of(variant, component, fed)
         self._S = S[self.nodes.rows][:, moving]
         self._law, self._n_forces = law, len(component.outputs)
-        self._stops, places = np.unique([*variant.nodes, *variant.points], return_inverse=True)
-        self._at_nodes, self._at_points = np.split(places, [len(variant.nodes)])
-        self._signals: list[tuple[int, slice, FloatArray]] = []  # what they add to the motions
-        left = ~np.isin(np.arange(len(sources)), fed)
-        for k in others:
-            if not system.components[k].inputs:
-                its = system.own_outputs(k)
-                given = (sources >= its.start) & (sources < its.stop)
-                adds = np.zeros((its.stop - its.start, len(S)))
-                np.add.at(adds, sources[given] - its.start, S.T[given])
-                self._signals.append((k, its, adds))
-                left &= ~given
-        self._left, self._leftover = np.flatnonzero(left), S.T[left]
         self.drift = Drift(system, law, self._riders, self.nodes)
         self.samples: FloatArray = np.zeros((len(self._tau), n))
+        self._stops, places = np.unique([*variant.nodes, *variant.points], return_inverse=True)
+        self._at_nodes, self._at_points = np.split(places, [len(variant.nodes)])
+        self._signals = [
+            (k, system.own_outputs(k), _adds(component, sources, system.own_outputs(k)))
+            for k in others
+            if not system.components[k].inputs
+        ]
+        self._left = np.flatnonzero((sources >= own.start) & (sources < own.stop) | (sources >= n))
+        self._leftover = S.T[self._left]
 
     def predict(self, before: FloatArray | None, ratio: float) -> None:
         """Fill the samples for a step: the last step's continued, or what is now.
@@ -122,13 +118,13 @@ class Sweep:
         array, shape (n_nodes, n_contacts, m)
             What they add to the motions of the law at the nodes.
         """
-        motions = self._system.gather(self._law)[self._left] @ self._leftover
+        left = self._system.gather(self._law)[self._left] @ self._leftover
+        motions = np.repeat(left[None], len(self._at_nodes), axis=0)
         for k, own, adds in self._signals:
             found = self._system.components[k].through(t, t + self._stops * h)
             self.samples[1:, own] = found[self._at_points]
-            motions = motions + found[self._at_nodes] @ adds
-        shape = len(self._at_nodes), self.nodes.contacts, len(motions.T) // self.nodes.contacts
-        return np.broadcast_to(motions.reshape(-1, *shape[1:]), shape)
+            motions += found[self._at_nodes] @ adds
+        return motions.reshape(len(motions), self.nodes.contacts, -1)
 
     def save(self) -> Any:
         """Snapshot of the components at the beginning of a step."""
@@ -207,3 +203,11 @@ class Sweep:
     def _compress(self, motions: Sequence[FloatArray]) -> FloatArray:
         compressions: FloatArray = np.array(motions) @ self._S.T
         return compressions
+
+
+def _adds(law: Law, sources: IndexArray, own: slice) -> FloatArray:
+    """What outputs `own` add to the motions of a law, shape (n_own, n_motions)."""
+    given = (sources >= own.start) & (sources < own.stop)
+    adds: FloatArray = np.zeros((own.stop - own.start, len(law.S)))
+    np.add.at(adds, sources[given] - own.start, law.S.T[given])
+    return adds

@@ -218,3 +218,17 @@ def test_a_run_goes_on_from_what_it_remembers() -> None:
     again.memory = memory
     again.step(0.1, 0.02)
     np.testing.assert_array_equal(system.outputs, expected)
+
+
+def test_what_corrects_the_forces_learns() -> None:
+    """A law that stiffens is asked less often in a step: 6.7 times on average, 8.8 without."""
+    asked = 0
+
+    class Counted(SpringAndDashpot):
+        def force(self, motion):
+            nonlocal asked
+            asked += 1
+            return super().force(motion)
+
+    _, _, evaluations = run(joined(Counted(c=30.0, cubic=10.0)), interface_jacobian(), 0.01)
+    assert asked / len(evaluations) < 7.5
