@@ -19,7 +19,7 @@ from .rolling_variables import RollingWheels, speed
 from .scalar import Scalar, names
 from .sensor_variables import sensor_outputs
 from .stepping_variables import input_hold, internal_step, time
-from .vehicle_variables import axleboxes, bodies, journey, start_heights
+from .vehicle_variables import axleboxes, bodies, rolling_on, start_heights, start_place
 
 __all__ = ["Contact", "RollingWheels", "Scalar", "Start", "interface", "owns_contact"]
 
@@ -66,9 +66,10 @@ def interface(
         position(i, "input", start=x) for i, x in zip(numbers, start.positions, strict=True)
     ] if stays else []  # fmt: skip
     creeps = own is not None and own.of_rates
-    trip = [] if stays else journey(start.positions[-1], numbers[-1], creeps=creeps)
-    if creeps and stays:
-        trip = [speed()]
+    fast = [speed()] if creeps else []
+    trip = [] if stays else [start_place(start.positions[-1], numbers[-1])]
+    if not (stays or creeps):
+        trip = [rolling_on(), *trip]
     heights = [] if stays else start_heights(body)
     law = own.parameters() if own else []
     given = [own.given(body, k) if own else [] for k in range(layout.contacts)]
@@ -79,15 +80,21 @@ def interface(
             at.force("input", body.face, loads[at.port.wheel] if at.port.direction is Z else 0.0)
             for at in ports_of(body)
         ]
+    inputs += fast
     table = [time(), *inputs]
     if not stays:
+        # A speed that is an input moves wheels over a step, never at once.
         run = names([time(), *trip])
-        table += [replace(position(i, "output"), depends_on=run, starts_from=run) for i in numbers]
+        begun = run + names(fast)
+        table += [
+            replace(position(i, "output"), depends_on=run, starts_from=begun) for i in numbers
+        ]
     what = Known(
         places=names(places),
         heights=names(heights),
-        given=[names(v for v in rows if own and own.counts(v)) for rows in given],
-        law=[*law, *(v for v in trip if creeps and v.role is Role.SPEED)],
+        given=[names(v for v in (*rows, *fast) if own and own.counts(v)) for rows in given],
+        law=law,
+        jumps=creeps and stays,
         inputs=names(v for v in inputs if not own or own.counts(v)),
     )
     for k in range(layout.contacts):
@@ -115,6 +122,8 @@ class Known:
         Inputs that the forces of each contact depend on, where the body owns them.
     law : sequence of Scalar
         Parameters of the law.
+    jumps : bool
+        Whether rates of the body, and so all forces, change at once with each of these.
     inputs : tuple of str
         All that count.
     """
@@ -123,6 +132,7 @@ class Known:
     heights: tuple[str, ...]
     given: Sequence[tuple[str, ...]]
     law: Sequence[Scalar]
+    jumps: bool
     inputs: tuple[str, ...]
 
     @property
@@ -155,12 +165,10 @@ def _answers(body: ModalBody, contact: int, forces: Sequence[Scalar], known: Kno
         ]
     for force in forces:
         own = here + known.given[contact] + names(law_at(known.law, i + 1))
-        # Rates of a track, and so all forces, change at once with each of these.
-        jumps = stays and any(v.role is Role.SPEED for v in known.law)
         table.append(
             replace(
                 force,
-                depends_on=known.everything if jumps else own,
+                depends_on=known.everything if known.jumps else own,
                 starts_from=known.everything if stays else own + own_height,
             )
         )

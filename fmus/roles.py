@@ -60,6 +60,8 @@ class Role(IntEnum):
     DERIVATIVES_OF_STEP = 33
     OUT_SEEN = 34
     """Of what is seen at fixed places."""
+    IN_SPEED = 35
+    """Of wheels that creep on the body's own contacts, each of which is given it behind the rest."""
 
 
 class Slot(NamedTuple):

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from railcosim.mechanics.contact.at_ports import PORTS
+from railcosim.mechanics.contact.at_ports import GIVEN, PORTS
 from railcosim.mechanics.contact.creep import REFERENCE
 from railcosim.mechanics.contact.profiled import Profiled
 from railcosim.mechanics.modal import ModalBody
@@ -139,7 +139,7 @@ class RollingWheels:
 
     def given(self, body: ModalBody, contact: int) -> list[Scalar]:
         """See `OfContact`: motions and rates of what is met, places of the rail's surface."""
-        first, count = 2 * len(PORTS) * contact, len(PORTS)
+        first, count = GIVEN * contact, len(PORTS)
         met = body.face.other
         others = [k for k, (face, _) in enumerate(PORTS) if face == met]
         off = [PORTS.index((RAIL, direction)) for direction in (Z, Y)]
@@ -171,9 +171,8 @@ def _at(body: ModalBody, contact: int, k: int, index: int) -> AtPort:
 
 
 def speed() -> Scalar:
-    """Of a track whose own contacts creep."""
+    """Of a body whose own contacts creep."""
     return Scalar(
-        name="speed", role=Role.SPEED, unit="m/s", display_unit="km/h",
-        causality="parameter", variability="fixed", start=250 / 3.6, minimum=LEAST_SPEED,
-        nominal=100.0, description=CREEPING_SPEED,
+        name="speed", role=Role.IN_SPEED, unit="m/s", display_unit="km/h", causality="input",
+        start=250 / 3.6, minimum=LEAST_SPEED, nominal=100.0, description=CREEPING_SPEED,
     )  # fmt: skip

@@ -8,7 +8,10 @@ from .scalar import Scalar
 LEAST_SPEED = 0.1
 """Of wheels that creep, m/s. Creepages are velocities over the speed: standing wheels do not creep,
 they hold."""
-CREEPING_SPEED = "speed of the wheels, forward; creepages are velocities over it"
+CREEPING_SPEED = (
+    "speed of the wheels at the moment, forward; creepages are velocities over it, and axles turn "
+    "as fast as wheels roll at it"
+)
 
 
 def time() -> Scalar:

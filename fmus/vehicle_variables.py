@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from railcosim.mechanics.ports import wheelset_name
 from .port_variables import SHOWN_IN, ports_of
 from .roles import Role
 from .scalar import Scalar, names
-from .stepping_variables import CREEPING_SPEED, LEAST_SPEED
 
 ABOUT = {"carbody": "the car body", "bogie[1]": "the front bogie", "bogie[2]": "the rear bogie"}
 """Of a vehicle with no more bogies than these."""
@@ -153,21 +152,22 @@ def axleboxes(
     return table
 
 
-def journey(start_position: float, last: int, *, creeps: bool) -> list[Scalar]:
-    """Of a vehicle that rolls, whose last wheelset has this number, and may creep on the rails."""
-    speed = Scalar(
+def rolling_on() -> Scalar:
+    """The speed of a vehicle whose contacts do not ask for it."""
+    return Scalar(
         name="speed", role=Role.SPEED, unit="m/s", display_unit="km/h",
         causality="parameter", variability="fixed",
         start=250 / 3.6, nominal=100.0, description="speed, forward; 0 holds the positions",
     )  # fmt: skip
-    return [
-        replace(speed, minimum=LEAST_SPEED, description=CREEPING_SPEED) if creeps else speed,
-        Scalar(
-            name="start_position", role=Role.START_POSITION, unit="m", causality="parameter",
-            variability="fixed", start=start_position, nominal=100.0,
-            description=f"position of wheelset {last} at time 0",
-        ),
-    ]  # fmt: skip
+
+
+def start_place(start_position: float, last: int) -> Scalar:
+    """Where a vehicle begins, whose last wheelset has this number."""
+    return Scalar(
+        name="start_position", role=Role.START_POSITION, unit="m", causality="parameter",
+        variability="fixed", start=start_position, nominal=100.0,
+        description=f"position of wheelset {last} at time 0",
+    )  # fmt: skip
 
 
 def start_heights(body: ModalBody) -> list[Scalar]:

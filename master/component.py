@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, IntEnum
 from typing import Any, NamedTuple, TypeAlias
 
@@ -146,6 +146,11 @@ class Component(ABC):
         self.outputs = tuple(outputs)
         self.u: FloatArray = np.array([v.start for v in self.inputs], dtype=np.float64)
         self.y: FloatArray = np.zeros(len(self.outputs))
+
+    def keep(self, values: Mapping[str, float]) -> None:
+        """Let inputs, by name, keep other values than their start where nothing feeds them."""
+        self.inputs = tuple(replace(v, start=values.get(v.name, v.start)) for v in self.inputs)
+        self.u[:] = [values.get(v.name, x) for v, x in zip(self.inputs, self.u, strict=True)]
 
     @property
     def feedthrough(self) -> NDArray[np.bool_]:

@@ -52,6 +52,11 @@ class Travel(ABC):
         """Highest speed, m/s."""
 
     @property
+    @abstractmethod
+    def slowest(self) -> float:
+        """Lowest speed, m/s."""
+
+    @property
     def digest(self) -> str:
         """Of what decides it; empty if the speed at the beginning does."""
         return ""
@@ -103,6 +108,11 @@ class Steady(Travel):
 
     @property
     def fastest(self) -> float:
+        """See `Travel`."""
+        return self.at
+
+    @property
+    def slowest(self) -> float:
         """See `Travel`."""
         return self.at
 
@@ -165,6 +175,11 @@ class Changing(Travel):
     def fastest(self) -> float:
         """See `Travel`."""
         return float(self.speeds.max())
+
+    @property
+    def slowest(self) -> float:
+        """See `Travel`."""
+        return float(self.speeds.min())
 
     @property
     def digest(self) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
+from railcosim.fmus.stepping_variables import LEAST_SPEED
 from railcosim.master.component import FloatArray
 from railcosim.mechanics.ports import Direction
 from railcosim.parameters import ArgumentError, UnusualWarning
@@ -84,12 +85,14 @@ class Journey:
         self.profile.check_covers(float(self.way.gone(stop)))
 
     def check_dimension(self, *, aside: bool) -> None:
-        """Raise ArgumentError for wheels that creep at a speed that changes: laws know one."""
-        if aside and self.way.changes:
+        """Raise ArgumentError for wheels that creep and stand, at any time."""
+        way = self.way
+        if aside and way.slowest < LEAST_SPEED:
+            slowest = f", at the slowest {3.6 * way.slowest:g} km/h" if way.changes else ""
             raise ArgumentError(
-                "speed", self.way.name, "changes, and wheels that creep know one speed: must be "
-                "one in km/h in space (several: railcosim sweep run --set speed=100:300:5), or the "
-                "run vertical",
+                "speed", f"{way.name}{slowest}", f"must be at least {3.6 * LEAST_SPEED:g} km/h in "
+                "space: standing wheels do not creep, they hold; end the run before they stand, or "
+                "make it vertical",
             )  # fmt: skip
 
     def check_defects(self, wheels: Wheels, step: float, stop: float) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from railcosim.master.component import FloatArray, Variable
+from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import Connection, CouplingError
 from railcosim.master.course import ALL_TIME, Told
 from railcosim.master.fmi.fmu import FmuComponent
@@ -33,9 +33,10 @@ from .contact import (
 )
 from .journey import Journey
 from .law_in_master import kind_of
-from .numbering import Vehicles, files_of, places_of
+from .numbering import Vehicles, files_of, places_of, through
 from .rest import columns, settled
 from .ring import check_ring_of
+from .rolling import SPEED
 from .several import Load, load_vehicles
 from .standing import start_positions
 from .wheel_radii import wheel_radii
@@ -45,8 +46,6 @@ __all__ = ["PLACES", "Journey", "Pair", "open_pair"]
 
 PLACES = "places"
 """The component that says where wheels are that do not go by themselves."""
-SPEED = "speed"
-"""Of a vehicle, and of a track whose own contacts creep, m/s."""
 
 
 @dataclass(frozen=True)
@@ -127,8 +126,8 @@ def open_pair(
         components = [irregularity, cars, *law, rails]
         connections = wired(irregularity, cars, law, rails, layout)
         stands = _stands(journey, layout, cars)
-        if (journey.held and not stands) or (journey.way.changes and not journey.held):
-            places, connections = _by_command(journey, connections, layout, place)
+        if journey.way.changes or (journey.held and not stands):
+            places, connections = _by_command(journey, components, connections, layout, place)
             components.append(places)
         settle = partial(settled, components, connections, layout, cars, rails)
         rest = settle()
@@ -155,43 +154,60 @@ def _set(parameters: Parameters, layout: Layout, *fmus: LoadedFmu) -> None:
 
 def _set_speed(journey: Journey, layout: Layout, cars: LoadedFmu, rails: LoadedFmu) -> None:
     """Let the vehicle roll, or hold it; whoever owns contacts that creep knows the speed."""
-    if SPEED in rails.description.parameters:
-        rails.set_parameters({SPEED: journey.speed})
+    for fmu in (cars, rails):
+        fmu.keep(dict.fromkeys(_speeds(fmu), journey.speed))
     if SPEED not in cars.description.parameters:
         return
     told_to_stand = _stands(journey, layout, cars) or journey.way.changes
     cars.set_parameters({SPEED: 0.0 if told_to_stand else journey.speed})
 
 
+def _speeds(component: Component) -> list[str]:
+    """Inputs that are the speed, of a component whose contacts creep; one a vehicle."""
+    numbers = range(1, len(component.inputs) + 1)
+    known = {SPEED, *(through(SPEED, number, 0) for number in numbers)}
+    return [v.name for v in component.inputs if v.name in known]
+
+
 def _stands(journey: Journey, layout: Layout, cars: LoadedFmu) -> bool:
     """Whether a vehicle is told that it stands: its own wheels that roll creep all the same."""
-    owns = any(v.name == layout.names(FORCE)[0] for v in cars.outputs)
-    return journey.held and not (owns and layout.dimension != layout.down.dimension)
+    return journey.held and not _speeds(cars)
 
 
 def _by_command(
-    journey: Journey, connections: Sequence[Connection], layout: Layout, place: FloatArray
+    journey: Journey,
+    components: Sequence[Component],
+    connections: Sequence[Connection],
+    layout: Layout,
+    place: FloatArray,
 ) -> tuple[Signal, tuple[Connection, ...]]:
-    """Where the wheels are on the track, whatever the vehicle says of them.
+    """Where the wheels are on the track, whatever the vehicle says of them; and how fast they are.
 
     Held, they stay. At a speed that changes the places are exact at communication points; between
     them inputs are polynomials, and a line is off by h^2 / 8 times the acceleration: 1e-9 m.
     """
     names = layout.of_axles("position")
-    way = Steady(0.0) if journey.held else journey.way
+    way, stay = journey.way, Steady(0.0)
     variables = [Variable(name=name, unit="m") for name in names]
-    if not journey.held:
+    if way.changes:
         variables.append(Variable(name=SPEED, unit="m/s", description="speed of the vehicle"))
 
     def going(t: ArrayLike) -> FloatArray:
-        at = place + way.gone(t)[..., None]
-        return at if journey.held else np.concatenate([at, way.speed(t)[..., None]], axis=-1)
+        at = place + (stay if journey.held else way).gone(t)[..., None]
+        return np.concatenate([at, way.speed(t)[..., None]], axis=-1) if way.changes else at
 
     places = Signal(PLACES, variables, going, vectorised=True)
-    return places, tuple(
-        replace(c, source=places.name) if c.output in names and c.input in names else c
+    moved = [
+        replace(c, source=PLACES) if c.output in names and c.input in names else c
         for c in connections
-    )
+    ]
+    fast = [
+        Connection(PLACES, SPEED, one.name, name)
+        for one in components
+        for name in _speeds(one)
+        if way.changes
+    ]
+    return places, (*moved, *fast)
 
 
 def _variables(fmu: LoadedFmu) -> list[Variable]:

@@ -10,10 +10,9 @@ import numpy as np
 from railcosim.fmus.native_runtime.rolling import compiled_rolling
 from railcosim.fmus.python_runtime.models import rolling_contact
 from railcosim.fmus.roles import Role
-from railcosim.fmus.stepping_variables import LEAST_SPEED
 from railcosim.master.component import FloatArray, Variable
 from railcosim.master.law import ForceLaw, Law
-from railcosim.mechanics.contact.at_ports import PORTS, AtPorts
+from railcosim.mechanics.contact.at_ports import PORTS, AtPorts, apart
 from railcosim.mechanics.contact.profiled import Profiled
 from railcosim.mechanics.ports import (
     FORCE,
@@ -24,29 +23,28 @@ from railcosim.mechanics.ports import (
     Layout,
     Port,
 )
-from railcosim.parameters import ArgumentError
 
 from .contact import ROLLING, Parameters, numbers_of
 from .wiring import force_of
 
+SPEED = "speed"
+"""Of whose own contacts creep, an input; of other vehicles a parameter; m/s."""
 SENT = [k for k, (face, d) in enumerate(PORTS) if face is WHEEL or d.force == "N.m"]
 """Of the forces at `PORTS`, those that differ: a push is the same on wheel and rail, and a moment
 about each one's own datum."""
 
 
-def numbers(parameters: Parameters, layout: Layout, speed: float) -> Callable[[Role], FloatArray]:
+def numbers(parameters: Parameters, layout: Layout) -> Callable[[Role], FloatArray]:
     """What gives a number of each contact, from complete parameters; see `at_ports`."""
 
     def each(role: Role) -> FloatArray:
-        if role is Role.SPEED:
-            return np.full(layout.contacts, speed)
         return np.resize(numbers_of(ROLLING[role], parameters, layout), layout.contacts)
 
     return each
 
 
 def at_ports(
-    parameters: Parameters, layout: Layout, speed: float, profiles: Profiled | None = None
+    parameters: Parameters, layout: Layout, profiles: Profiled | None = None, speed: float = 1.0
 ) -> AtPorts:
     """The law of complete parameters.
 
@@ -56,39 +54,35 @@ def at_ports(
         Of the contact.
     layout : Layout
         Of the wheels.
-    speed : float
-        m/s: creepages are velocities over it.
     profiles : Profiled, optional
         Of wheels and rails; cones if not given.
+    speed : float
+        m/s, for who asks without one of the moment.
 
     Raises
     ------
     CouplingError
         If a number is missing.
-    ArgumentError
-        If wheels stand.
     """
-    if not speed >= LEAST_SPEED:
-        raise ArgumentError(
-            "speed", f"{3.6 * speed:g} km/h", f"must be at least {3.6 * LEAST_SPEED:g} km/h: "
-            "standing wheels do not creep, they hold",
-        )  # fmt: skip
-    return rolling_contact(numbers(parameters, layout, speed), layout, profiles)
+    return rolling_contact(numbers(parameters, layout), layout, profiles, speed)
 
 
 @dataclass(frozen=True)
 class OverRates:
-    """A law at ports as a law of 16 motions: those at `PORTS`, then their rates; 8 forces."""
+    """A law at ports as a law of `GIVEN` numbers a contact; 8 forces."""
 
     law: AtPorts
 
     def force(self, motion: FloatArray) -> FloatArray:
         """See `railcosim.master.law.ForceLaw`."""
-        return self.law.force(*np.split(motion, 2, axis=-1))
+        return self.law.force(*apart(motion))
 
     def tangent(self, motion: FloatArray) -> FloatArray:
         """See `railcosim.master.law.ForceLaw`."""
-        return np.concatenate(self.law.tangents(*np.split(motion, 2, axis=-1)), axis=-1)
+        q, v, speed = apart(motion)
+        by_q, by_v = self.law.tangents(q, v, speed)
+        by_speed = self.law.by_speed(v, by_v, speed)
+        return np.concatenate([by_q, by_v, by_speed[..., None]], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -117,17 +111,21 @@ def rolling_law(
 
     Parameters
     ----------
-    parameters, layout, speed, profiles
+    parameters, layout, profiles
         See `at_ports`.
     nominal : mapping
         Nominal values of the forces, N and N m, by name.
+    speed : float
+        m/s, where nothing feeds it.
     """
-    law = at_ports(parameters, layout, speed, profiles)
-    compiled = compiled_rolling(law, numbers(parameters, layout, speed), profiles)
-    return over_rates(Sent(compiled or OverRates(law)), layout, nominal)
+    law = at_ports(parameters, layout, profiles)
+    compiled = compiled_rolling(law, numbers(parameters, layout), profiles)
+    return over_rates(Sent(compiled or OverRates(law)), layout, nominal, speed)
 
 
-def over_rates(law: ForceLaw, layout: Layout, nominal: Mapping[str, float]) -> Law:
+def over_rates(
+    law: ForceLaw, layout: Layout, nominal: Mapping[str, float], speed: float | None = None
+) -> Law:
     """All contacts as a component named ``contact``: motions and rates of wheel and rail to forces.
 
     A moment about the forward axis is two outputs, ``wheel_moment_x`` and ``rail_moment_x``:
@@ -136,11 +134,13 @@ def over_rates(law: ForceLaw, layout: Layout, nominal: Mapping[str, float]) -> L
     Parameters
     ----------
     law : ForceLaw
-        Of 16 motions of a contact, those at `PORTS` and then their rates, to forces `SENT`.
+        Of motions of a contact at `PORTS`, their rates and the speed, to forces `SENT`.
     layout : Layout
         Of the wheels.
     nominal : mapping
         Nominal values of the forces, N and N m, by name.
+    speed : float, optional
+        m/s, where nothing feeds it. None: the law, linear about one, does not ask for it.
     """
     motions: list[Variable] = []
     rows, rate_of = [], {}
@@ -157,6 +157,10 @@ def over_rates(law: ForceLaw, layout: Layout, nominal: Mapping[str, float]) -> L
             rows.append([len(motions)])
             rate_of[rate] = port.name(face.motion)
             motions.append(Variable(name=rate, unit=f"{port.direction.motion}/s", nominal=0.1))
+        if speed is not None:
+            rows.append([-1])  # one of all, the last input
+    if speed is not None:
+        motions.append(Variable(name=SPEED, unit="m/s", nominal=100.0, start=speed))
     compression = np.zeros((len(rows), len(motions)))
     for row, columns in zip(compression, rows, strict=True):
         row[columns] = 1.0  # what a rail's surface is displaced by is added to its motion

@@ -148,7 +148,7 @@ def rolling_of(
         loads, profiles = loads_of(files[0], model), profiles_of(files)
         if profiles is not None:
             axles = [axle for file in files for axle in _told(file, (INERTIA,))]
-            laws = [at_ports(axle | STRAIGHT, ONE, 1.0, profiles) for axle in axles]
+            laws = [at_ports(axle | STRAIGHT, ONE, profiles) for axle in axles]
             return LinearContacts.under(laws, loads)
         return contacts_told([wheel for file in files for wheel in told_wheels(file)], loads)
     train = train_of(stock)
@@ -222,9 +222,7 @@ def contacts_told(wheels: Sequence[Mapping[str, float]], loads: FloatArray) -> L
     loads : array, shape (n_wheelsets,)
         Of one wheel, N.
     """
-    return LinearContacts.under(
-        [at_ports(dict(wheel) | STRAIGHT, ONE, 1.0) for wheel in wheels], loads
-    )
+    return LinearContacts.under([at_ports(dict(wheel) | STRAIGHT, ONE) for wheel in wheels], loads)
 
 
 def places_on(track: Path, wheelset_x: FloatArray) -> FloatArray:

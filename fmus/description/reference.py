@@ -17,9 +17,11 @@ from railcosim.mechanics.ports import FORCE, IRREGULARITY, RAIL, WHEEL, Port, Z
 
 from ..interface import Scalar
 from ..python_runtime.models import Model
+from ..roles import Role
 
 STEP, STEPS = 1e-4, 200  # s
 SPEED = 250 / 3.6  # m/s
+BRAKING = -20.0  # m/s2: hard enough to be seen
 OF_NOMINAL = 0.1  # as large as lateral forces are beside vertical ones
 
 
@@ -103,10 +105,13 @@ def reference_run(
     y = np.empty((time.size, len(names)))
     state, now = made.rest(made.read(u[0])), made.read(u[0])
     made.write(state, now, 0.0, y[0])
+    behind = 0.0
     for k, end in enumerate(time[1:], start=1):
-        now = made.read(u[k - 1])
+        held = u[k - 1]
+        now = made.read(held)
         state = made.mover.step(state, now, now, STEP)
-        made.write(state, now, end, y[k])
+        behind += made.behind(time[k - 1], STEP, u[max(k - 2, 0)], held, held)
+        made.write(state, now, made.speed(held) * end - behind, y[k])
     return Run(
         time=time,
         inputs={v.name: column for v, column in zip(known, u.T, strict=True)},
@@ -117,11 +122,16 @@ def reference_run(
 
 def _input(v: Scalar, time: FloatArray, wheels: Mapping[str, int]) -> FloatArray:
     if v.port is None:
-        return float(v.start or 0) + SPEED * time
+        return float(v.start or 0) + _rates(v) * time
     wave, k = _wave(v, v.port), wheels[v.port.wheel]
     mean = _mean(v, wave)
     swing: FloatArray = mean * (1 + wave.depth * np.sin(2 * np.pi * wave.frequency * time + k))
     return swing
+
+
+def _rates(v: Scalar) -> float:
+    """By how much an input that is no port's changes in a second: a place, or the speed."""
+    return BRAKING if v.role is Role.IN_SPEED else SPEED
 
 
 def _mean(v: Scalar, wave: Wave) -> float:
@@ -140,7 +150,7 @@ def _formulas(known: Sequence[Scalar]) -> dict[str, str]:
     for v in known:
         quantity = v.quantity
         if v.port is None:
-            formulas[quantity] = f"start value + {SPEED!r} t"
+            formulas[quantity] = f"start value + {_rates(v)!r} t"
         elif quantity not in formulas:
             wave = _wave(v, v.port)
             mean = _mean(v, wave)

@@ -16,7 +16,7 @@ import numpy as np
 
 from railcosim.compiling.platforms import UnknownPlatform
 from railcosim.mechanics.arrays import FloatArray
-from railcosim.mechanics.contact.at_ports import PORTS, AtPorts
+from railcosim.mechanics.contact.at_ports import GIVEN, PORTS, AtPorts, apart
 from railcosim.mechanics.contact.profiled import NUMBERS, Profiled
 from railcosim.mechanics.contact.profiles import COLUMNS
 
@@ -25,9 +25,9 @@ from .compile import CacheRefused, CompilationFailed, CompilerMissing, build
 
 NUMBERS_OF_CONES = (
     *(Role(k) for k in range(Role.RADIUS, Role.FLANGE_DEPTH + 1)), Role.HERTZ, Role.TEXTBOOK,
-    Role.SPEED, Role.AXLE_INERTIA,
+    Role.AXLE_INERTIA,
 )  # fmt: skip
-NUMBERS_OF_PROFILES = (Role.FRICTION, Role.SPEED, Role.AXLE_INERTIA)
+NUMBERS_OF_PROFILES = (Role.FRICTION, Role.AXLE_INERTIA)
 """Those that the C law takes, in its order; of profiles the table tells the others."""
 
 
@@ -53,7 +53,7 @@ def _library() -> ctypes.CDLL | None:
 
 
 class CompiledRolling:
-    """A law at `PORTS` as one of 16 motions, these and their rates; a `ForceLaw` of 8 forces.
+    """A law at `PORTS` as one of `GIVEN` numbers; a `ForceLaw` of 8 forces.
 
     Parameters
     ----------
@@ -98,23 +98,23 @@ class CompiledRolling:
         self._ask, self._where = library.railcosim_rolling_ask, _at(self._laws)
 
     def force(self, motion: FloatArray) -> FloatArray:
-        """Forces, shape (..., n, 8), of motions of shape (..., n, 16)."""
+        """Forces, shape (..., n, 8), of motions, rates and speeds, shape (..., n, 17)."""
         return self._found(motion, None)
 
     def tangent(self, motion: FloatArray) -> FloatArray:
-        """Their derivatives, shape (..., n, 8, 16)."""
-        tangents = np.empty((*motion.shape[:-1], len(PORTS), 2 * len(PORTS)))
+        """Their derivatives, shape (..., n, 8, 17)."""
+        tangents = np.empty((*motion.shape[:-1], len(PORTS), GIVEN))
         self._found(motion, tangents)
         return tangents
 
     def _found(self, motion: FloatArray, tangents: FloatArray | None) -> FloatArray:
         own = np.ascontiguousarray(motion)
         forces = np.empty((*own.shape[:-1], len(PORTS)))
-        times = own.size // (2 * len(PORTS) * self._contacts)
+        times = own.size // (GIVEN * self._contacts)
         to = None if tangents is None else _at(tangents)
         self._ask(self._where, times, _at(own), _at(forces), to)
         if self._profiled and not np.isfinite(forces).all():
-            self._law.force(*np.split(own, 2, axis=-1))  # says which wheel is off its table
+            self._law.force(*apart(own))  # says which wheel is off its table
         return forces
 
 

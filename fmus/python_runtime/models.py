@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ...mechanics.contact.at_ports import AtPorts, Rolls
+from ...mechanics.contact.at_ports import GIVEN, AtPorts, Rolls
 from ...mechanics.contact.creep import LINEAR, Patch
 from ...mechanics.contact.geometry import LEFT, RIGHT, KnownCone, KnownTextbookCone
 from ...mechanics.contact.profiled import Profiled
@@ -55,9 +55,14 @@ def own_law(parameters: Parameters, body: ModalBody, profiles: Profiled | None =
 
 
 def rolling_contact(
-    each: Callable[[Role], FloatArray], layout: Layout, profiles: Profiled | None = None
+    each: Callable[[Role], FloatArray],
+    layout: Layout,
+    profiles: Profiled | None = None,
+    speed: float = 1.0,
 ) -> AtPorts:
     """Wheels that roll, by their parameters at each contact; friction of 0 bounds no creep.
+
+    The speed (m/s) is for who asks without one of the moment.
 
     A master that owns the contact takes it, too.
     """
@@ -66,7 +71,7 @@ def rolling_contact(
     contact = RollingContact(
         geometry=geometry,
         side=np.repeat([LEFT, RIGHT][: len(layout.sides)], layout.wheelsets),
-        speed=float(each(Role.SPEED)[0]),
+        speed=speed,
         creep=Saturated(friction=friction) if friction.any() else LINEAR,
         flange=None if profiles else _flange(each),
         axle_inertia=each(Role.AXLE_INERTIA),
@@ -129,6 +134,7 @@ class Model:
         self._given: int
         self._heights = np.zeros(body.layout.wheelsets)
         self._start, self._speed = self._heights, 0.0
+        self._fast, _ = u(Role.IN_SPEED)
 
     def configure(self, parameters: Parameters) -> None:
         """Take the parameters, before `rest`."""
@@ -146,7 +152,7 @@ class Model:
             self._heights = np.array([parameters[Role.START_Z, i] for i in numbers])
             ahead = known.wheelset_x - known.wheelset_x[-1]
             self._start = parameters[Role.START_POSITION, 0] + ahead
-            self._speed = parameters[Role.SPEED, 0]
+            self._speed = parameters.get((Role.SPEED, 0), 0.0)
 
     def read(self, u: FloatArray) -> Inputs:
         """Inputs from their vector."""
@@ -155,7 +161,31 @@ class Model:
         position[which] = u[at]
         for sign, (at, which) in ((1.0, self._loads), (-1.0, self._less)):
             np.add.at(load, which, sign * u[at])
+        if self._fast.size:
+            load.reshape(-1, GIVEN)[:, -1] = u[self._fast]
         return Inputs(position, load)
+
+    def speed(self, u: FloatArray) -> float:
+        """How fast wheels are, by the inputs, m/s."""
+        return float(u[self._fast[0]]) if self._fast.size else self._speed
+
+    def behind(
+        self, t: float, h: float, before: FloatArray, start: FloatArray, end: FloatArray
+    ) -> float:
+        """What a step adds to the integral of t dV, m.
+
+        The way since time 0 is V t less that, which is nothing where the speed does not change.
+
+        Parameters
+        ----------
+        t, h : float
+            Where the step begins, and how long it is, s.
+        before, start, end : array
+            Inputs at the end of the last step, at the beginning of this one and at its end, along
+            a line.
+        """
+        V = [self.speed(u) for u in (before, start, end)]
+        return t * (V[1] - V[0]) + (t + h / 2) * (V[2] - V[1])
 
     def rest(self, start: Inputs) -> State:
         """The state at rest that a run starts from.
@@ -170,11 +200,11 @@ class Model:
             force = self.mover.forces.rest(met, start.load)
         return met.rest(force)
 
-    def write(self, state: State, now: Inputs, time: float, y: FloatArray) -> None:
-        """Outputs into their vector."""
+    def write(self, state: State, now: Inputs, gone: float, y: FloatArray) -> None:
+        """Outputs into their vector, where wheels have come so far since time 0, m."""
         met = self.mover.met(now.position)
         force = self.mover.forces.at(met, state, now.load)
-        answers = {Role.OUT_POSITION: self._start + self._speed * time}
+        answers = {Role.OUT_POSITION: self._start + gone}
         if isinstance(self.mover.forces, OwnContact):
             answers[Role.OUT_FORCE] = self.mover.forces.on_other(met, state, now.load, force)
         if self._out[Role.OUT_SEEN][0].size:

@@ -43,6 +43,8 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         # Every variable in one vector, a Boolean as 0 or 1; an FMI reference is a place in it.
         self.values = np.array([float(row["start"] or 0) for row in self.table])
         self.u_refs, self.y_refs = self._refs("input"), self._refs("output")
+        least = [self.table[k]["minimum"] for k in self.u_refs]
+        self.least = np.array([-np.inf if one is None else one for one in least])
         self.slots = [Slot(row["causality"], Role(row["role"]), row["index"]) for row in self.table]
         table = resources / PROFILES
         profiles = None
@@ -56,6 +58,7 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         # Values that outputs are for: inputs as set, or where the last step took them.
         self.shown = self.values.copy()
         self.u_start = self.u_end = self.values[self.u_refs]  # of the last step
+        self.behind = 0.0  # see `Model.behind`
         self.state = State(np.empty(0, complex), np.empty(0), np.empty(0))
 
     def _refs(self, causality: str) -> NDArray[np.intp]:
@@ -94,8 +97,9 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
     def _refresh(self) -> None:
         if not self.running:
             self._settle()
-        y = np.empty(self.y_refs.size)
-        self.model.write(self.state, self.model.read(self.shown[self.u_refs]), self.time, y)
+        y, u = np.empty(self.y_refs.size), self.shown[self.u_refs]
+        speed = self.model.speed(self.u_end if self.running else u)
+        self.model.write(self.state, self.model.read(u), speed * self.time - self.behind, y)
         self.values[self.y_refs] = y
         self.stale = False
 
@@ -138,6 +142,7 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         except Exception:
             self.log(traceback.format_exc(), Fmi2Status.error)
             return False
+        self.behind += self.model.behind(self.time, step_size, self.u_end, start, end)
         self.state, self.time, self.last_step = state, current_time + step_size, step_size
         self.u_start, self.u_end, self.shown[self.u_refs] = start, end, end
         self.stale = True
@@ -151,11 +156,23 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         if not np.isfinite(u).all():
             k = int(self.u_refs[np.argmin(np.isfinite(u))])
             raise ValueError(f"input {self.names[k]} = {self.values[k]!r}: must be finite")
+        start, end = u, u
         if hold == EXTRAPOLATED and self.last_step > 0:
-            return u, u + (u - self.u_start) * (step / self.last_step)
+            end = u + (u - self.u_start) * (step / self.last_step)
         if hold == INTERPOLATED:
-            return self.u_end, u
-        return u, u
+            start = self.u_end
+        self._check_range(start, end)
+        return start, end
+
+    def _check_range(self, *ends: FloatArray) -> None:
+        """Raise ValueError for a speed at which wheels do not creep."""
+        for u in ends:
+            for k in np.flatnonzero(u < self.least):
+                raise ValueError(
+                    f"input {self.names[self.u_refs[k]]} = {u[k]:g}: must be at least "
+                    f"{self.least[k]:g}, also at the end of a step: standing wheels do not creep, "
+                    "they hold"
+                )
 
     # --- state ------------------------------------------------------------------------------
 
@@ -165,7 +182,7 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
             "u_start": self.u_start.copy(),
             "u_end": self.u_end.copy(),
             "shown": self.shown.copy(),
-            "clock": np.array([self.time, self.last_step]),
+            "clock": np.array([self.time, self.last_step, self.behind]),
             "flags": np.array([self.running, self.stale]),
             "s": self.state.s.copy(),
             "r": self.state.r.copy(),
@@ -176,7 +193,7 @@ class RailcosimSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         self.values = state["values"].copy()
         self.u_start, self.u_end = state["u_start"].copy(), state["u_end"].copy()
         self.shown = state["shown"].copy()
-        self.time, self.last_step = state["clock"].tolist()
+        self.time, self.last_step, self.behind = state["clock"].tolist()
         self.running, self.stale = state["flags"].tolist()
         self.state = State(state["s"].copy(), state["r"].copy(), state["v"].copy())
         self._configure()

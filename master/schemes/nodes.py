@@ -17,6 +17,8 @@ from railcosim.master.component import FloatArray
 from railcosim.master.law import IndexArray, Law
 from railcosim.master.schemes.variants import Variant
 
+_NOTHING = np.zeros(1)
+
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
@@ -28,14 +30,17 @@ class Nodes:
         Where the nodes are.
     contacts : int
         Of the law.
+    motions : int
+        Of a contact, m.
     places : array of int, shape (d,)
-        Which of a contact's motions are displacements.
+        Which of a contact's motions are displacements that steps find; what others give is known.
     rates, whose : array of int, shape (r,)
         Which are rates; and of which displacement, as a place among those.
     """
 
     variant: Variant
     contacts: int
+    motions: int
     places: IndexArray
     rates: IndexArray
     whose: IndexArray
@@ -51,11 +56,12 @@ class Nodes:
         """
         S = law.S.reshape(law.contacts, -1, len(law.inputs))
         is_rate = (S[:, :, law.rates] != 0.0).any(axis=(0, 2))
-        places, rates = np.flatnonzero(~is_rate), np.flatnonzero(is_rate)
+        kept = np.isin(np.arange(len(law.inputs)), moving)
+        is_found = (S[:, :, kept] != 0.0).any(axis=(0, 2))
+        places, rates = np.flatnonzero(~is_rate & is_found), np.flatnonzero(is_rate)
         folded = S[:, rates][:, :, law.rates]  # (contacts, r, number of rates)
         as_displacements = np.zeros((law.contacts, len(rates), len(law.inputs)))
         as_displacements[:, :, law.displacements] = folded
-        kept = np.isin(np.arange(len(law.inputs)), moving)
         whose = []
         for k in range(len(rates)):
             same = (S[:, places] == as_displacements[:, [k]]) | ~kept
@@ -66,23 +72,25 @@ class Nodes:
                     "displacements, so no step of its motion is that of the other"
                 )
             whose.append(found[0])
-        return cls(variant, law.contacts, places, rates, np.array(whose, dtype=np.intp))
+        whose_rate = np.array(whose, dtype=np.intp)
+        return cls(variant, law.contacts, S.shape[1], places, rates, whose_rate)
 
     @property
     def rows(self) -> IndexArray:
         """Which of all motions are displacements."""
-        m = len(self.places) + len(self.rates)
-        return (np.arange(self.contacts)[:, None] * m + self.places).ravel()
+        return (np.arange(self.contacts)[:, None] * self.motions + self.places).ravel()
 
     @cached_property
     def _arranged(self) -> IndexArray:
-        """Where displacements at the nodes, then their rates, have each motion of the law."""
+        """Where displacements at the nodes, their rates and 0 have each motion of the law."""
         nodes, d = len(self.variant.nodes), len(self.places)
-        at = np.empty(len(self.places) + len(self.rates), dtype=np.intp)
+        size, at = nodes * self.contacts * d, np.zeros(self.motions, dtype=np.intp)
         at[self.places] = np.arange(d)
-        at[self.rates] = self.whose + nodes * self.contacts * d
+        at[self.rates] = self.whose + size
         first = d * np.arange(nodes * self.contacts).reshape(nodes, self.contacts, 1)
         arranged: IndexArray = first + at
+        given = np.setdiff1d(np.arange(self.motions), [*self.places, *self.rates])
+        arranged[..., given] = 2 * size  # behind all, where nothing is
         return arranged
 
     def begin(self, sampled: FloatArray, h: float) -> FloatArray:
@@ -133,9 +141,9 @@ class Nodes:
     def _along(
         self, weights: FloatArray, slopes: FloatArray, sampled: FloatArray, h: float
     ) -> FloatArray:
-        if not self.rates.size:
+        if len(self.places) == self.motions:
             return (weights @ sampled).reshape(len(weights), self.contacts, -1)
-        both = np.concatenate([weights, slopes / h]) @ sampled
+        both = np.append(np.concatenate([weights, slopes / h]) @ sampled, _NOTHING)
         return both.take(self._arranged, mode="clip")  # which checks no index again
 
 

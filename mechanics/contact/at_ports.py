@@ -22,6 +22,8 @@ PORTS: tuple[tuple[Face, Direction], ...] = (
     *((RAIL, direction) for direction in DIMENSIONS["spatial"]),
 )
 """Of a contact, in the order of its motions and forces: the wheel's, then the rail's."""
+GIVEN = 2 * len(PORTS) + 1
+"""Numbers that forces of a contact follow from: motions at `PORTS`, their rates, and the speed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +74,7 @@ class AtPorts:
         """Of the force numbers: what a wheel does to its rail, shape (8,)."""
         return np.array([float(face.push) for face, _ in PORTS])
 
-    def force(self, q: Numbers, v: Numbers) -> Numbers:
+    def force(self, q: Numbers, v: Numbers, speed: FloatArray | None = None) -> Numbers:
         """What wheels do to rails.
 
         Parameters
@@ -80,6 +82,8 @@ class AtPorts:
         q, v : array, shape (..., n, 8)
             Motions at `PORTS`, m and rad, and their rates. An irregularity of the rail is added to
             the rail's motions, not to their rates.
+        speed : array, shape (..., n), optional
+            Of the moment, m/s; that of the law if not given.
 
         Returns
         -------
@@ -87,14 +91,28 @@ class AtPorts:
             N and N m. Those down and to the right are the same at wheel and rail; a moment about x
             is about the datum of the one or of the other, which move.
         """
-        f = self.contact.force(self._turned(q), self._turned(v))
+        return self._pushed(self.contact.force(self._turned(q), self._turned(v), speed))
+
+    def by_speed(self, v: FloatArray, by_v: FloatArray, speed: FloatArray) -> FloatArray:
+        """Derivatives of the forces by the speed, (..., n, 8), from those by rates.
+
+        Creep knows rates over the speed; what an axle's momentum makes of them grows with it.
+        """
+        turning = self._pushed(self.contact.turning(self._turned(v), speed))
+        of_rates = np.einsum("...ij,...j->...i", by_v, v)
+        found: FloatArray = (2 * turning - of_rates) / speed[..., None]
+        return found
+
+    def _pushed(self, f: Numbers) -> Numbers:
         found: Numbers = self.signs * np.einsum("nij,...ni->...nj", self.coordinates, f)
         return found
 
-    def tangents(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def tangents(
+        self, q: FloatArray, v: FloatArray, speed: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
         """Derivatives of the forces by motions and by rates, each (..., n, 8, 8)."""
         T = self.coordinates
-        by_q, by_v = self.contact.tangents(self._turned(q), self._turned(v))
+        by_q, by_v = self.contact.tangents(self._turned(q), self._turned(v), speed)
         signs = self.signs[:, None]
         to_ports = np.swapaxes(T, 1, 2)
         return signs * (to_ports @ by_q @ T), signs * (to_ports @ by_v @ T)
@@ -108,8 +126,9 @@ class AtPorts:
 class Rolls:
     """The law as one of the motions of wheels or of rails, whose body owns it; an `OwnLaw`.
 
-    Given of a contact are 16 numbers: motions at `PORTS`, then their rates. They add to the body's
-    own, so at its own ports stand irregularities, which have no rates, or nothing.
+    Given of a contact are `GIVEN` numbers: motions at `PORTS`, their rates, and the speed (m/s).
+    Motions and rates add to the body's own, so at its own ports stand irregularities, which have no
+    rates, or nothing.
 
     Attributes
     ----------
@@ -122,7 +141,7 @@ class Rolls:
     law: AtPorts
     face: Face
     of_rates: ClassVar[bool] = True
-    given: ClassVar[int] = 2 * len(PORTS)
+    given: ClassVar[int] = GIVEN
 
     @property
     def directions(self) -> int:
@@ -149,11 +168,17 @@ class Rolls:
         """Forces at `PORTS`."""
         return self.law.force(*self._at(q, v, given))
 
-    def _at(self, q: Numbers, v: Numbers, given: FloatArray) -> tuple[Numbers, Numbers]:
-        """Motions and rates at `PORTS`."""
+    def _at(self, q: Numbers, v: Numbers, given: FloatArray) -> tuple[Numbers, Numbers, FloatArray]:
+        """Motions and rates at `PORTS`, and the speed."""
         own = np.eye(len(PORTS))[_places(self.face)]
-        motions, rates = np.split(given, 2, axis=-1)
-        return q @ own + motions, v @ own + rates
+        motions, rates, speed = apart(given)
+        return q @ own + motions, v @ own + rates, speed
+
+
+def apart(given: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Motions and rates, each (..., n, 8), and speeds (..., n), of `GIVEN` numbers a contact."""
+    motions, rates, speed = np.split(given, [len(PORTS), 2 * len(PORTS)], axis=-1)
+    return motions, rates, speed[..., 0]
 
 
 def _places(face: Face) -> list[int]:

@@ -113,7 +113,8 @@ class RollingContact:
     side : array, shape (n,)
         LEFT or RIGHT of every contact.
     speed : float
-        Of the vehicle, m/s, above 0.
+        Of the vehicle, m/s, above 0; where a method is given that of the moment, shape (..., n), it
+        is that.
     creep : CreepLaw
         Of the tangential forces.
     flange : Flange or None
@@ -149,7 +150,7 @@ class RollingContact:
         """Along the normals, N, shape (..., n); nothing where wheel and rail part."""
         return self._normal(self.geometry.touch(q, self.side))
 
-    def force(self, q: Numbers, v: Numbers) -> Numbers:
+    def force(self, q: Numbers, v: Numbers, speed: FloatArray | None = None) -> Numbers:
         """Generalised forces on wheelsets and rails.
 
         Parameters
@@ -157,19 +158,23 @@ class RollingContact:
         q, v : array, shape (..., n, 8)
             Coordinates and their rates, m, rad; see `COORDINATES`. An irregularity of the rail
             belongs to q alone: it is no velocity of the rail's material.
+        speed : array, optional
+            Of the moment, m/s.
 
         Returns
         -------
         array, shape (..., n, 8)
             N and N m: with a coordinate's rate they give the power into its body.
         """
-        found: Numbers = self._total(q, *self._parts(q, v)) + self._turning(v)
+        V = self._at(speed)
+        found: Numbers = self._total(q, *self._parts(q, v, V)) + self.turning(v, V)
         return found
 
     def creep_forces(self, q: Numbers, v: Numbers) -> tuple[Numbers, Numbers]:
         """Creepages, and forces on the wheels in the planes of contact, both (..., n, 3)."""
-        _, _, slides, tangential = self._parts(q, v)
-        return self._creepage(slides, v), tangential
+        V = self._at(None)
+        _, _, slides, tangential = self._parts(q, v, V)
+        return _creepage(slides, v, V), tangential
 
     def at_datum(self, q: Numbers, v: Numbers) -> Numbers:
         """What the wheels do to the rails, at the rails' data.
@@ -180,7 +185,7 @@ class RollingContact:
             Forces along x, y and z (N), moments about x and z (N m). Those about y and those of
             second order of the moment about z are left out: a rail does not feel them.
         """
-        touch, normal, slides, tangential = self._parts(q, v)
+        touch, normal, slides, tangential = self._parts(q, v, self._at(None))
         down = self._total(q, touch, normal, slides, tangential)[..., 5:]
         alpha = touch.slope - q[..., 2]
         on_rail = -tangential
@@ -193,28 +198,43 @@ class RollingContact:
         found: Numbers = np.concatenate([on_rail[..., :1], down, yawing[..., None]], axis=-1)
         return found
 
-    def tangents(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def tangents(
+        self, q: FloatArray, v: FloatArray, speed: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
         """Derivatives of the forces by coordinates and by rates, each (..., n, 8, 8).
 
         Not one for each of 16 motions: a wheelset that moves across or down is a rail that moves
         the other way, nothing depends on the spin, and rates make creepages, of which there are
         three.
         """
-        k = len(_MOVED)
+        k, V = len(_MOVED), self._at(speed)
         rates: ComplexArray = v.astype(np.complex128)
 
         def total(x: ComplexArray) -> ComplexArray:
             at: ComplexArray = q + x[..., :k] @ _MOVED
             creepage: ComplexArray = x[..., k:]
-            return self._total(at, *self._parts(at, rates, creepage))
+            return self._total(at, *self._parts(at, rates, V, creepage))
 
         by = derivatives(total, np.zeros((*q.shape[:-1], k + 3)))
         J = slip(self.geometry.touch(q, self.side), q, self.geometry.radius).J
-        turning = np.swapaxes(self._turning(np.eye(len(COORDINATES))[:, None]), 0, 1)
-        return by[..., :k] @ _APART, by[..., k:] @ J / self.speed + np.swapaxes(turning, -1, -2)
+        unit = np.eye(len(COORDINATES)).reshape(-1, *(1 for _ in V.shape), len(COORDINATES))
+        return by[..., :k] @ _APART, by[..., k:] @ J / V[..., None, None] + np.moveaxis(
+            self.turning(unit, V), 0, -1
+        )
+
+    def turning(self, v: Numbers, speed: FloatArray) -> Numbers:
+        """Moments of the axle by its rates: a yaw turns its momentum forward, and a roll up."""
+        momentum = 0.5 * speed * np.divide(self.axle_inertia, self.geometry.radius)
+        found = np.zeros_like(v + momentum[..., None])
+        found[..., _ROLL], found[..., _YAW] = -momentum * v[..., _YAW], momentum * v[..., _ROLL]
+        return found
+
+    def _at(self, speed: FloatArray | None) -> FloatArray:
+        """The speed that counts, of every contact."""
+        return np.full(self.side.shape, self.speed) if speed is None else speed
 
     def _parts(
-        self, q: Numbers, v: Numbers, more: Numbers | float = 0.0
+        self, q: Numbers, v: Numbers, speed: FloatArray, more: Numbers | float = 0.0
     ) -> tuple[Touch[Numbers], Numbers, Slip[Numbers], Numbers]:
         """Contacts, normal forces, what slides, and forces in the planes of contact.
 
@@ -223,7 +243,7 @@ class RollingContact:
         touch = self.geometry.touch(q, self.side)
         normal = self._normal(touch)
         slides = slip(touch, q, self.geometry.radius)
-        creepage: Numbers = self._creepage(slides, v) + more
+        creepage: Numbers = _creepage(slides, v, speed) + more
         tangential: Numbers = self.creep.force(touch.patch, normal, creepage)
         return touch, normal, slides, tangential
 
@@ -243,21 +263,16 @@ class RollingContact:
         found: Numbers = total
         return found
 
-    def _turning(self, v: Numbers) -> Numbers:
-        """Moments of the axle by its rates: a yaw turns its momentum forward, and a roll up."""
-        momentum = 0.5 * self.speed * np.divide(self.axle_inertia, self.geometry.radius)
-        found = np.zeros_like(v + momentum[..., None])
-        found[..., _ROLL], found[..., _YAW] = -momentum * v[..., _YAW], momentum * v[..., _ROLL]
-        return found
-
     def _normal(self, touch: Touch[Numbers]) -> Numbers:
         closed = positive(touch.compression)
         found: Numbers = touch.patch.ellipse.C * closed * np.sqrt(closed)
         return found
 
-    def _creepage(self, slides: Slip[Numbers], v: Numbers) -> Numbers:
-        found: Numbers = np.einsum("...ij,...j->...i", slides.J, v) / self.speed + slides.rolling
-        return found
+
+def _creepage(slides: Slip[Numbers], v: Numbers, speed: FloatArray) -> Numbers:
+    rates = np.einsum("...ij,...j->...i", slides.J, v)
+    found: Numbers = rates / speed[..., None] + slides.rolling
+    return found
 
 
 @dataclass(frozen=True)

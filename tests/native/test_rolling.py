@@ -21,7 +21,7 @@ from railcosim.mechanics.contact.rolling import Flange, RollingContact
 from railcosim.mechanics.contact.saturation import Saturated, resultant
 
 FloatArray = NDArray[np.float64]
-Found = tuple[FloatArray, FloatArray, FloatArray]
+Found = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
 HERE = Path(__file__).parent / "c"
 B, FRICTION = 0.7465, 0.3
@@ -71,15 +71,25 @@ def test_forces_and_tangents(
     v = rng.standard_normal((CONTACTS, 8)) * [0.1, 0.1, 0.02, 0.1, 0.02, 0.1, 0.1, 0.1]
     v *= 10 ** rng.uniform(-2, 1.0, (CONTACTS, 1))
     all_cases_there(contact, *(np.einsum("nij,nj->ni", at_ports.coordinates, x) for x in (q, v)))
-    alike(asked(program, sanitizers, contact, q, v), at_ports, q, v)
+    V = rng.uniform(10.0, 90.0, CONTACTS)
+    alike(asked(program, sanitizers, contact, q, v, V), at_ports, q, v, V)
 
 
-def alike(found: Found, at_ports: AtPorts, q: FloatArray, v: FloatArray) -> None:
-    """Forces and tangents are those of the numpy law."""
-    wanted = (at_ports.force(q, v), *at_ports.tangents(q, v))
-    for a, b in zip(found, wanted, strict=True):
+def alike(found: Found, at_ports: AtPorts, q: FloatArray, v: FloatArray, V: FloatArray) -> None:
+    """Forces and tangents are those of the numpy law; by the speed also those of its differences."""
+    wanted = (at_ports.force(q, v, V), *at_ports.tangents(q, v, V))
+    for a, b in zip(found[:3], wanted, strict=True):
         largest = np.abs(b).reshape(CONTACTS, -1).max(axis=1)
         assert (np.abs(a - b).reshape(CONTACTS, -1).max(axis=1) <= CLOSE * largest).all()
+    by_rates = np.abs(wanted[2] * v[:, None]).sum(axis=(1, 2)) / V  # of which it is a sum
+    by_speed = at_ports.by_speed(v, wanted[2], V)
+    assert (np.abs(found[3] - by_speed).max(axis=1) <= CLOSE * by_rates).all()
+    h = 1e-4 * V
+    faster, slower = (at_ports.force(q, v, V + dV) for dV in (h, -h))
+    # h^2 / 6 of the third derivative; where friction gives way there is none.
+    off = np.abs((faster - slower) / (2 * h[:, None]) - by_speed).max(axis=1) / (by_rates + 1e-3)
+    assert np.median(off) < 1e-7
+    assert (off < 1e-3).mean() > 0.98
 
 
 @pytest.fixture(scope="module")
@@ -109,9 +119,10 @@ def test_forces_and_tangents_of_profiles(
     v = rng.standard_normal((CONTACTS, 8)) * [0.1, 0.1, 0.02, 0.1, 0.02, 0.1, 0.1, 0.1]
     normal = contact.normal_force(np.einsum("nij,nj->ni", at_ports.coordinates, q))
     assert CONTACTS / 10 < (normal > 0).sum() < CONTACTS * 9 / 10
-    alike(asked(program, sanitizers, contact, q, v), at_ports, q, v)
+    V = rng.uniform(10.0, 90.0, CONTACTS)
+    alike(asked(program, sanitizers, contact, q, v, V), at_ports, q, v, V)
     q[0, 1] = 0.02
-    force, _, _ = asked(program, sanitizers, contact, q, v)
+    force, *_ = asked(program, sanitizers, contact, q, v, V)
     assert np.isnan(force[0]).any()
     assert np.isfinite(force[1:]).all()
 
@@ -132,19 +143,24 @@ def all_cases_there(contact: RollingContact, q: FloatArray, v: FloatArray) -> No
 
 
 def asked(
-    program: Path, sanitizers: dict[str, str], contact: RollingContact, q: FloatArray, v: FloatArray
+    program: Path,
+    sanitizers: dict[str, str],
+    contact: RollingContact,
+    q: FloatArray,
+    v: FloatArray,
+    V: FloatArray,
 ) -> Found:
-    """Forces and both tangents by the C law."""
-    rows = np.column_stack([contact.side, q, v])
+    """Forces and their derivatives by the C law."""
+    rows = np.column_stack([contact.side, q, v, V])
     text = " ".join(map(repr, [*law_of(contact), *rows.ravel().tolist()]))
     told = subprocess.run(
         [str(program)], input=text, capture_output=True, text=True, check=False,
         env=os.environ | sanitizers,
     )  # fmt: skip
     assert told.returncode == 0, told.stderr
-    found = np.array(told.stdout.split(), float).reshape(CONTACTS, 8 + 64 + 64)
-    force, by_q, by_v = np.split(found, [8, 72], axis=1)
-    return force, by_q.reshape(-1, 8, 8), by_v.reshape(-1, 8, 8)
+    found = np.array(told.stdout.split(), float).reshape(CONTACTS, 8 + 64 + 64 + 8)
+    force, by_q, by_v, by_speed = np.split(found, [8, 72, 136], axis=1)
+    return force, by_q.reshape(-1, 8, 8), by_v.reshape(-1, 8, 8), by_speed
 
 
 def law_of(contact: RollingContact) -> list[float]:
@@ -153,7 +169,7 @@ def law_of(contact: RollingContact) -> list[float]:
         told = contact.geometry.told()
         table = np.array([told["columns"][name] for name in COLUMNS]).T
         friction = contact.creep.friction if isinstance(contact.creep, Saturated) else 0.0
-        law = [0.0] * 10 + [friction] + [0.0] * 3 + [float(contact.axle_inertia), contact.speed]
+        law = [0.0] * 10 + [friction] + [0.0] * 3 + [float(contact.axle_inertia)]
         about = [told[name] for name in NUMBERS]
         return [*law, float(len(table)), *about, *table.ravel().tolist()]
     return [*numbers(contact), 0.0]
@@ -170,5 +186,5 @@ def numbers(contact: RollingContact) -> list[float]:
         cone.radius, cone.half_distance, cone.conicity, cone.head_radius,
         float(isinstance(cone, TextbookCone)), float(cone.patch.ellipse.C), *f, friction,
         flange.stiffness, flange.clearance, flange.depth,
-        float(contact.axle_inertia), contact.speed,
+        float(contact.axle_inertia),
     ]  # fmt: skip

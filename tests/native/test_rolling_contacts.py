@@ -24,7 +24,7 @@ SWINGS = {
     "wheel_vz": 0.03, "wheel_vy": 0.3, "wheel_vroll": 0.01, "wheel_vx": 0.05, "wheel_vyaw": 0.05,
     "rail_z": 5e-5, "rail_y": 3e-3, "rail_roll": 1e-4,
     "rail_vz": 0.02, "rail_vy": 0.2, "rail_vroll": 0.02,
-    "irregularity_z": 2e-5, "irregularity_y": 2e-4,
+    "irregularity_z": 2e-5, "irregularity_y": 2e-4, "speed": 30.0,
 }  # fmt: skip
 PRESSED = {"wheel_z": 1e-3, "rail_z": -6e-5}
 LAWS = {
@@ -32,7 +32,7 @@ LAWS = {
     "flanges": {
         "contact.friction": 0.2, "contact.textbook": False, "contact.flange_clearance": 1e-3
     },
-    "textbook": {"contact.conicity": 0.1, "contact.textbook": True, "speed": 20.0},
+    "textbook": {"contact.conicity": 0.1, "contact.textbook": True},
 }  # fmt: skip
 
 
@@ -140,14 +140,18 @@ def twin(content, parameters, steps, ahead):
         if v.causality == "parameter":
             given[v.role, v.index] = float(parameters.get(v.name, v.start or 0))
     made.configure(given)
-    now = made.read(swung(table, 0.0))
+    before = swung(table, 0.0)
+    now = made.read(before)
     y = np.empty((steps + 1, sum(v.causality == "output" for v in table)))
-    state = made.rest(now)
+    state, behind = made.rest(now), 0.0
     made.write(state, now, 0.0, y[0])
     for k in range(steps):
-        now, end = (made.read(swung(table, (k + more) * STEP)) for more in (0, ahead))
+        begin, after = (swung(table, (k + more) * STEP) for more in (0, ahead))
+        now, end = made.read(begin), made.read(after)
         state = made.mover.step(state, now, end, STEP)
-        made.write(state, end, (k + 1) * STEP, y[k + 1])
+        behind += made.behind(k * STEP, STEP, before, begin, after)
+        made.write(state, end, made.speed(after) * (k + 1) * STEP - behind, y[k + 1])
+        before = after
     return y
 
 
@@ -155,7 +159,10 @@ def twin(content, parameters, steps, ahead):
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("ahead", [0, 1], ids=["held", "rolling on"])
 def test_against_the_numpy_runtime(both, native, name, law, ahead):
-    """Inputs held, so that wheels jump from step to step; and lines, on which they roll on."""
+    """Inputs held, so that wheels jump from step to step; and lines, on which they roll on.
+
+    The speed is one of them.
+    """
     held_against_numpy(both[name][0], native(name, LAWS[law]), LAWS[law], ahead)
 
 
@@ -241,9 +248,10 @@ def test_derivative_of_a_step(both, native, name, ahead):
     inputs = [v.name.rpartition(".")[2] for v in table if v.causality == "input"]
     ways = np.random.default_rng(1).uniform(0.5, 1.0, (4, u.size))
     kinds = {
-        "motions": [q in SWINGS and not q.split("_")[1].startswith("v") for q in inputs],
-        "rates": [q in SWINGS and q.split("_")[1].startswith("v") for q in inputs],
+        "motions": [q in SWINGS and "_" in q and "_v" not in q for q in inputs],
+        "rates": ["_v" in q for q in inputs],
         "places": [q == "position" for q in inputs],
+        "speed": [q == "speed" for q in inputs],
     }
 
     def after(values):
@@ -251,7 +259,7 @@ def test_derivative_of_a_step(both, native, name, ahead):
         one.step(3, values)
         return one.get()
 
-    for way, (kind, chosen) in zip(ways, kinds.items(), strict=False):
+    for way, (kind, chosen) in zip(ways, kinds.items(), strict=True):
         if not any(chosen):
             continue
         direction = way * np.array([SWINGS.get(q, 0.1) for q in inputs]) * chosen

@@ -27,7 +27,9 @@ CLOSE = 1e-12
 def motions(times: int = 50) -> np.ndarray:
     rng = np.random.default_rng(3)
     sizes = [2e-4, 1.2e-3, 1e-4, 1e-3, 4e-3, 1e-4, 1.2e-3, 1e-3, *(8 * [0.05])]
-    return rng.standard_normal((times, LAYOUT.contacts, 16)) * sizes
+    moving = rng.standard_normal((times, LAYOUT.contacts, 16)) * sizes
+    speed = rng.uniform(10.0, 90.0, (times, LAYOUT.contacts, 1))
+    return np.concatenate([moving, speed], axis=-1)
 
 
 @pytest.fixture(scope="module")
@@ -53,8 +55,8 @@ def test_it_is_the_numpy_law(kind: str, worn: Profiled) -> None:
     given |= {"contact.textbook": kind == "textbook"}
     given |= {"contact.friction": 0.0 if kind == "without bound" else 0.3}
     profiles = worn if kind == "profiles" else None
-    law = at_ports(given, LAYOUT, SPEED, profiles)
-    fast = compiled_rolling(law, numbers(given, LAYOUT, SPEED), profiles)
+    law = at_ports(given, LAYOUT, profiles)
+    fast = compiled_rolling(law, numbers(given, LAYOUT), profiles)
     assert fast is not None
     q = motions()
     slow = OverRates(law)
@@ -67,8 +69,8 @@ def test_it_is_the_numpy_law(kind: str, worn: Profiled) -> None:
 
 
 def test_a_wheel_beyond_its_table_is_told(worn: Profiled) -> None:
-    law = at_ports(CONE, LAYOUT, SPEED, worn)
-    fast = compiled_rolling(law, numbers(CONE, LAYOUT, SPEED), worn)
+    law = at_ports(CONE, LAYOUT, worn)
+    fast = compiled_rolling(law, numbers(CONE, LAYOUT), worn)
     assert fast is not None
     q = motions(1)
     q[0, 0, 1] = 0.05

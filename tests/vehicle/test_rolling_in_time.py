@@ -47,7 +47,9 @@ def one_step(body: ModalBody, law: Rolls, height: float, h: float) -> np.ndarray
     n, r = body.poles.size, body.rigid_out.shape[1]
     there = np.concatenate([np.ones(n), body.poles.imag != 0, np.ones(2 * r)]).astype(bool)
     wheelsets = body.layout.wheelsets
-    rails = Inputs(np.zeros(wheelsets), np.zeros(2 * wheelsets * law.given))
+    given = np.zeros((2 * wheelsets, law.given))
+    given[:, -1] = law.law.contact.speed
+    rails = Inputs(np.zeros(wheelsets), given.ravel())
     mover = Mover(body, OwnContact(law), h)
     rest = numbers(body.on(np.full(wheelsets, height)))
 

@@ -41,8 +41,9 @@ void contact_at(const ContactLaw *law, size_t k, const double *q, const double *
     double motion[MOST_MOTIONS], rate[MOST_MOTIONS];
     meet(law, q, v, given, motion, rate);
     if (law->of_rates) {
-        rolling_force(&law->rolling[k], k < law->left ? -1 : 1, motion, rate, contact->force,
-                      changes ? contact->by_q : NULL, changes ? contact->by_v : NULL);
+        rolling_force(&law->rolling[k], given[ROLLING_SPEED], k < law->left ? -1 : 1, motion, rate,
+                      contact->force, changes ? contact->by_q : NULL,
+                      changes ? contact->by_v : NULL);
         return;
     }
     const double d = motion[0], number = law->number[k], root = d > 0 ? sqrt(d) : 0;
@@ -51,8 +52,21 @@ void contact_at(const ContactLaw *law, size_t k, const double *q, const double *
     contact->by_v[0][0] = 0;
 }
 
-void contact_change(const ContactLaw *law, const Contact *contact, const double *dq,
-                    const double *dv, const double *dgiven, double dforce[MOST_MOTIONS])
+/* What a change of the speed adds. */
+static void add_faster(const ContactLaw *law, size_t k, const Contact *contact, const double *q,
+                       const double *v, const double *given, double change,
+                       double dforce[MOST_MOTIONS])
+{
+    double motion[MOST_MOTIONS], rate[MOST_MOTIONS], by_speed[MOST_MOTIONS];
+    meet(law, q, v, given, motion, rate);
+    rolling_by_speed(&law->rolling[k], given[ROLLING_SPEED], rate, contact->by_v, by_speed);
+    for (size_t i = 0; i < law->motions; i++)
+        dforce[i] += by_speed[i] * change;
+}
+
+void contact_change(const ContactLaw *law, size_t k, const Contact *contact, const double *q,
+                    const double *v, const double *given, const double *dq, const double *dv,
+                    const double *dgiven, double dforce[MOST_MOTIONS])
 {
     double motion[MOST_MOTIONS], rate[MOST_MOTIONS];
     meet(law, dq, dv, dgiven, motion, rate);
@@ -65,6 +79,8 @@ void contact_change(const ContactLaw *law, const Contact *contact, const double 
         for (size_t j = 0; j < law->motions; j++)
             dforce[i] += contact->by_q[i][j] * motion[j] + contact->by_v[i][j] * rate[j];
     }
+    if (dgiven[ROLLING_SPEED] != 0)
+        add_faster(law, k, contact, q, v, given, dgiven[ROLLING_SPEED], dforce);
 }
 
 /* A node of Gauss's rule, which is exact for a line times a parabola: its place from the middle of
@@ -124,7 +140,7 @@ void contact_over_step(const ContactLaw *law, size_t k, const Way *way, const do
                        double *force, double *tangent)
 {
     const size_t own = law->own, wide = 2 * own;
-    double q[MOST_OWN], v[MOST_OWN], given[2 * MOST_MOTIONS];
+    double q[MOST_OWN], v[MOST_OWN], given[ROLLING_GIVEN];
     Contact contact;
     memset(force, 0, wide * sizeof(double));
     if (tangent != NULL)
@@ -146,8 +162,8 @@ void contact_over_step(const ContactLaw *law, size_t k, const Way *way, const do
 void contact_over_step_change(const ContactLaw *law, size_t k, const Way *way, const double *x,
                               const Way *change, const double *dx, double *dforce)
 {
-    double q[MOST_OWN], v[MOST_OWN], given[2 * MOST_MOTIONS], found[MOST_MOTIONS];
-    double dq[MOST_OWN], dv[MOST_OWN], dgiven[2 * MOST_MOTIONS];
+    double q[MOST_OWN], v[MOST_OWN], given[ROLLING_GIVEN], found[MOST_MOTIONS];
+    double dq[MOST_OWN], dv[MOST_OWN], dgiven[ROLLING_GIVEN];
     Contact contact;
     memset(dforce, 0, 2 * law->own * sizeof(double));
     for (int j = 0; j < 3; j++) {
@@ -155,7 +171,7 @@ void contact_over_step_change(const ContactLaw *law, size_t k, const Way *way, c
         pass(law, k, way, node, x, q, v, given);
         pass(law, k, change, node, dx, dq, dv, dgiven);
         contact_at(law, k, q, v, given, 1, &contact);
-        contact_change(law, &contact, dq, dv, dgiven, found);
+        contact_change(law, k, &contact, q, v, given, dq, dv, dgiven, found);
         for (size_t i = 0; i < law->own; i++) {
             dforce[i] += node->weight * found[law->first + i];
             dforce[law->own + i] += 3 * node->odd * node->weight * found[law->first + i];

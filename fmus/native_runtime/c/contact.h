@@ -11,7 +11,7 @@ enum { MOST_MOTIONS = ROLLING_MOTIONS, MOST_OWN = ROLLING_WHEEL };
    wheels that roll. A contact has `motions`: those of the body's own ports, from `first` on, and of
    the other's, from `beyond` on; and as many forces. Beside what its own ports do, q and v, a law is
    `given` numbers a contact: what pressed contacts meet is so high; of rolling ones, what adds to
-   their motions and to their rates. */
+   their motions and to their rates, and the speed. */
 typedef struct {
     size_t motions, given, own, first, other, beyond;
     int of_rates;
@@ -32,11 +32,12 @@ typedef struct {
 } Contact;
 
 /* Contact k, where its body's ports move by q, at rates v; and, if `changes` are asked for, how its
-   forces change. */
+   forces change there. */
 void contact_at(const ContactLaw *law, size_t k, const double *q, const double *v,
                 const double *given, int changes, Contact *contact);
-void contact_change(const ContactLaw *law, const Contact *contact, const double *dq,
-                    const double *dv, const double *dgiven, double dforce[MOST_MOTIONS]);
+void contact_change(const ContactLaw *law, size_t k, const Contact *contact, const double *q,
+                    const double *v, const double *given, const double *dq, const double *dv,
+                    const double *dgiven, double dforce[MOST_MOTIONS]);
 
 /* What contacts do over a step of length h: motions of all own ports at the beginning; at the
    beginning, on average and at the end, by how much motions where the wheels are differ from those of

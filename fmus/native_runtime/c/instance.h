@@ -32,6 +32,7 @@ typedef struct {
     double has_slopes;     /* input derivatives were set for the next step */
     double step;           /* length of the last step, s; 0: none yet */
     double before, change; /* u over the last step follows the value set by before + change t */
+    double behind;         /* the sum of t dV, m: wheels have come V t less this */
 } Clock;
 
 typedef struct {
@@ -142,7 +143,11 @@ void instance_inputs(const Instance *instance, const double *u, Inputs *inputs);
 void instance_path(const Instance *instance, double *const u[3], InputPath *path);
 /* Whether all inputs are finite; if not, it is logged. */
 int instance_inputs_are_finite(Instance *instance, const double *u);
+/* Whether wheels creep at the speed among the inputs; if not, it is logged. */
+int instance_creeps(Instance *instance, const double *u);
 double instance_parameter(const Instance *instance, Role role);
+/* The speed at the end of the last step. */
+double instance_speed(const Instance *instance);
 /* Take the parameters. */
 void instance_configure(Instance *instance);
 /* Take the parameters, and find the state at rest unless the FMU runs. */

@@ -6,7 +6,7 @@
 /* Change of everything outputs depend on. */
 typedef struct {
     const double *u; /* inputs at which; what changes by is in i->change */
-    double time, position, speed; /* s; start_position, m; m/s */
+    double time, position, gone; /* s; start_position, m; the way since then, m */
     const double *dx;
 } Direction;
 
@@ -27,7 +27,7 @@ static double *seed_of(const Instance *i, Seeds *seeds, uint32_t ref)
         return &seeds->du[v->place];
     if (v->role == ROLE_TIME)
         return &seeds->time;
-    /* Numbers of rolling contacts, of which the speed is one, are none of these. */
+    /* Numbers of rolling contacts are none of these. */
     if (!starting || (i->model.rolls && v->role != ROLE_START_POSITION && v->role != ROLE_START_Z))
         return NULL;
     switch (v->role) {
@@ -90,10 +90,7 @@ static double output_change(Instance *i, const Variable *v, const Direction *d,
     const Model *m = &i->model;
     const Body *body = &i->motion.body;
     switch (v->role) {
-    case ROLE_OUT_POSITION: {
-        const double speed = i->value[m->of_role[ROLE_SPEED]];
-        return d->position + d->time * speed + d->speed * i->clock->time;
-    }
+    case ROLE_OUT_POSITION: return d->position + d->time * instance_speed(i) + d->gone;
     case ROLE_OUT_FORCE: return i->pushed[v->index];
     case ROLE_OUT_CONTACT_Z: return i->z[v->index];
     case ROLE_OUT_CONTACT_VZ: return i->vz[v->index];
@@ -203,6 +200,18 @@ static void states_change(Instance *i, const Direction *d, const uint32_t *refs,
     }
 }
 
+/* By how much further wheels come by inputs over the last step; at the start, by a speed, since time 0. */
+static double gone_change(const Instance *i, const Seeds *seeds, const double *du, int stepped)
+{
+    const uint32_t ref = i->model.of_role[ROLE_IN_SPEED];
+    const double t = i->clock->time, step = i->clock->step;
+    const double faster = ref == UINT32_MAX ? seeds->speed : du[i->model.variable[ref].place];
+    if (instance_phase(i) & (STARTED | INITIALISING))
+        return faster * t;
+    return stepped && ref != UINT32_MAX
+               ? faster * step * (i->clock->before + 0.5 * i->clock->change * step) : 0;
+}
+
 Status instance_directional(Instance *i, const uint32_t *unknowns, size_t n_unknowns,
                             const uint32_t *knowns, size_t n_knowns, const double *seed,
                             double *sensitivity)
@@ -216,6 +225,7 @@ Status instance_directional(Instance *i, const uint32_t *unknowns, size_t n_unkn
     if (read_seeds(i, knowns, n_knowns, seed, &seeds) != OK ||
         check_unknowns(i, unknowns, n_unknowns) != OK || instance_settle(i) != OK)
         return ERROR;
+    const double gone = gone_change(i, &seeds, du, stepped);
     if (stepped) {
         failed = step_change(i, du, i->dx);
         for (size_t k = 0; k < i->model.inputs; k++)
@@ -229,7 +239,7 @@ Status instance_directional(Instance *i, const uint32_t *unknowns, size_t n_unkn
     }
     if (failed != NULL)
         return instance_fail(i, "derivative of the last step: %s", failed);
-    const Direction d = {end, seeds.time, seeds.position, seeds.speed, i->dx};
+    const Direction d = {end, seeds.time, seeds.position, gone, i->dx};
     outputs_change(i, &d, unknowns, n_unknowns, sensitivity);
     states_change(i, &d, unknowns, n_unknowns, sensitivity); /* uses the same scratch */
     return OK;

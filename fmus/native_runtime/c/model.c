@@ -7,7 +7,9 @@
 
 enum { MAX_WHOLE = 1 << 30 }; /* of what becomes an int */
 enum { MOST_SEEN = 1 << 12, MOST_GAPS = 256 }; /* rows */
-static const double LEAST_INTERNAL_STEP = 1e-7; /* s, as in stepping_variables.py: it bounds work */
+/* As in stepping_variables.py. */
+static const double LEAST_INTERNAL_STEP = 1e-7; /* s: it bounds work */
+static const double LEAST_SPEED = 0.1;          /* m/s, at which wheels creep */
 
 typedef struct {
     Model *model;
@@ -136,7 +138,7 @@ static void read_sizes(Reader *reader)
                        m->directions == (m->contact_sign > 0 ? WHEEL_DIRECTIONS : RAIL_DIRECTIONS),
            "directions of a contact inside");
     m->rolls = m->contact_sign != 0 && m->directions > 1;
-    m->given = m->rolls ? 2 * (WHEEL_DIRECTIONS + RAIL_DIRECTIONS) : m->directions;
+    m->given = m->rolls ? ROLLING_GIVEN : m->directions;
     demand(reader, (m->nodes > 0) != (m->coordinates > 0), "neither a track nor a vehicle");
     demand(reader, m->nodes == 0 || (m->nodes > 1 && m->cells > 0 && m->rigid == 0),
            "track");
@@ -363,6 +365,7 @@ static size_t owners(const Model *m, int role)
     case ROLE_OUT_COORDINATE: case ROLE_OUT_RATE: return m->coordinates;
     case ROLE_OUT_ACCELERATION: return m->coordinates;
     case ROLE_OUT_SEEN: return m->seen.outputs;
+    case ROLE_IN_SPEED: return m->rolls ? 1 : 0;
     default: return law_number((Role)role) < LAW_NUMBERS ? m->wheelsets : 1;
     }
 }
@@ -371,7 +374,7 @@ static int causality_of(int role)
 {
     if (role == ROLE_TIME)
         return INDEPENDENT;
-    if (role <= ROLE_IN_LOAD_LESS)
+    if (role <= ROLE_IN_LOAD_LESS || role == ROLE_IN_SPEED)
         return INPUT;
     return role <= ROLE_OUT_ACCELERATION || role == ROLE_OUT_SEEN ? OUTPUT : PARAMETER;
 }
@@ -400,7 +403,8 @@ static void read_variable(Reader *reader, size_t k, const int32_t row[4], const 
     demand(reader, v->type == REAL || fabs(v->start) <= MAX_WHOLE, "a start value");
     demand(reader, role != ROLE_INTERNAL_STEP || v->minimum >= LEAST_INTERNAL_STEP,
            "the shortest internal step");
-    if (v->causality == PARAMETER && role != ROLE_START_Z)
+    demand(reader, role != ROLE_IN_SPEED || v->minimum >= LEAST_SPEED, "the lowest speed");
+    if ((v->causality == PARAMETER && role != ROLE_START_Z) || role == ROLE_IN_SPEED)
         m->of_role[role] = (uint32_t)k;
     if (law_number(v->role) < LAW_NUMBERS)
         m->law[law_number(v->role) * m->wheelsets + v->index] = (uint32_t)k;
@@ -448,7 +452,8 @@ static int is_needed(const Model *m, int role)
     case ROLE_INTERNAL_STEP: return m->contact_sign != 0 || m->nodes > 0;
     case ROLE_NONLINEAR: return m->contact_sign != 0 && !m->rolls;
     case ROLE_TEXTBOOK: return m->rolls && m->profile.rows == 0;
-    case ROLE_SPEED: return m->coordinates > 0 || m->rolls;
+    case ROLE_SPEED: return m->coordinates > 0 && !m->rolls;
+    case ROLE_IN_SPEED: return m->rolls;
     case ROLE_START_POSITION: return m->coordinates > 0;
     default: return 0;
     }

@@ -66,6 +66,7 @@ typedef enum {
     ROLE_TEXTBOOK = 32, /* of all */
     ROLE_DERIVATIVES_OF_STEP = 33,
     ROLE_OUT_SEEN = 34, /* of an output of what is seen at fixed places */
+    ROLE_IN_SPEED = 35, /* of wheels that creep: the last number that each contact is given */
     ROLES
 } Role;
 
@@ -192,7 +193,7 @@ typedef struct {
     const double *through; /* acceleration of a coordinate by a force at once, (coordinates, rows) */
     const double *wheelset_x, *start_r;
     const double *preloads; /* contact forces that load nothing: a vehicle's own weight, N */
-    size_t given; /* loads of a contact: forces; a height; or motions and rates of wheel and rail */
+    size_t given; /* loads of a contact: forces; a height; or what rolling follows from */
     int rolls;    /* whether it has contacts of its own that roll */
     RollingProfile profile; /* of its wheels on their rails; without rows they are cones */
     int contact_sign; /* 0: forces from outside; 1: moving down presses; -1: it relieves */
@@ -200,7 +201,8 @@ typedef struct {
     size_t variables, inputs, outputs;
     Variable *variable;
     uint32_t *input, *output; /* references */
-    uint32_t of_role[ROLES];  /* reference of a parameter; UINT32_MAX if there is none */
+    uint32_t of_role[ROLES];  /* reference of a parameter, or of the speed that is an input;
+                                 UINT32_MAX if there is none */
     uint32_t *law;            /* references of the law's numbers, (LAW_NUMBERS, wheelsets) */
 } Model;
 

@@ -155,7 +155,8 @@ static void change(const Motion *motion, size_t count, size_t first, const Input
     for (size_t k = 0; k < wheels_of(motion); k++) {
         const size_t port = k * law->own, given = k * law->given;
         contact_at(law, k, z + port, vz + port, now->load + given, 1, &contact);
-        contact_change(law, &contact, dz + port, dvz + port, along->load + given, found);
+        contact_change(law, k, &contact, z + port, vz + port, now->load + given, dz + port,
+                       dvz + port, along->load + given, found);
         memcpy(dforce + k * count, found + first, count * sizeof(double));
     }
 }

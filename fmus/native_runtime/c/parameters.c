@@ -8,6 +8,15 @@ double instance_parameter(const Instance *i, Role role)
     return ref == UINT32_MAX ? 0 : i->value[ref];
 }
 
+double instance_speed(const Instance *i)
+{
+    const uint32_t ref = i->model.of_role[ROLE_IN_SPEED];
+    const int starting = (instance_phase(i) & (STARTED | INITIALISING)) != 0;
+    if (ref == UINT32_MAX)
+        return instance_parameter(i, ROLE_SPEED);
+    return (starting ? i->shown : i->u_end)[i->model.variable[ref].place];
+}
+
 /* A number of the law of contact k. */
 static double law_value(const Instance *i, Role role, size_t k)
 {
@@ -19,7 +28,6 @@ static RollingLaw rolling_law_of(const Instance *i, size_t k)
 {
     const RollingProfile *profile = &i->model.profile;
     double number[ROLLING_NUMBERS] = {0};
-    number[NUMBER_SPEED] = instance_parameter(i, ROLE_SPEED);
     number[NUMBER_AXLE_INERTIA] = law_value(i, ROLE_AXLE_INERTIA, k);
     if (profile->rows > 0) {
         number[NUMBER_FRICTION] = law_value(i, ROLE_FRICTION, k);

@@ -40,12 +40,12 @@ static void add_normal(const Press *press, const Known *N, Forces *f)
 }
 
 /* `patch` is NULL where what the contact does is the same wherever it is. */
-static void add_creep(const RollingLaw *law, const Patch *patch, const Slip *slip, const Known *N,
-                      const double v[SIX], Forces *f)
+static void add_creep(const RollingLaw *law, double speed, const Patch *patch, const Slip *slip,
+                      const Known *N, const double v[SIX], Forces *f)
 {
     Known creepage[3];
     double force[3], by[3][CREEP_BY_ALL], by_rates[3][SIX], own[4];
-    creepages(slip, v, law->speed, creepage, by_rates);
+    creepages(slip, v, speed, creepage, by_rates);
     const double at[3] = {creepage[0].at, creepage[1].at, creepage[2].at};
     for (int j = 0; patch != NULL && j < 4; j++)
         own[j] = patch->creep[j].at;
@@ -88,7 +88,7 @@ static void nowhere(Forces *f)
         f->force[a] = NAN;
 }
 
-static void add_contact(const RollingLaw *law, double side, const double q[SIX],
+static void add_contact(const RollingLaw *law, double speed, double side, const double q[SIX],
                         const double v[SIX], Forces *f)
 {
     Press press;
@@ -108,7 +108,7 @@ static void add_contact(const RollingLaw *law, double side, const double q[SIX],
         return;
     const Known N = normal_force(hertz, press.overlap);
     add_normal(&press, &N, f);
-    add_creep(law, patch, &slip, &N, v, f);
+    add_creep(law, speed, patch, &slip, &N, v, f);
 }
 
 /* A stiff stop across, without friction. */
@@ -128,9 +128,9 @@ static void add_flange(const RollingLaw *law, double side, const double q[SIX], 
 }
 
 /* Half the moments of the axle that turns by -speed/r0, as a gyroscope; closed or not. */
-static void add_turning(const RollingLaw *law, const double v[SIX], Forces *f)
+static void add_turning(const RollingLaw *law, double speed, const double v[SIX], Forces *f)
 {
-    const double momentum = 0.5 * law->axle_inertia * law->speed / law->radius;
+    const double momentum = 0.5 * law->axle_inertia * speed / law->radius;
     f->force[ROLL] -= momentum * v[YAW];
     f->force[YAW] += momentum * v[ROLL];
     f->by_v[ROLL][YAW] -= momentum;
@@ -183,9 +183,9 @@ static void matrix_to_ports(const RollingLaw *law, double side, double f[SIX][SI
     to_ports(law, side, ROLLING_MOTIONS, half[0], at_ports[0]);
 }
 
-void rolling_force(const RollingLaw *law, double side, const double q[ROLLING_MOTIONS],
-                   const double v[ROLLING_MOTIONS], double force[ROLLING_MOTIONS],
-                   double by_q[ROLLING_MOTIONS][ROLLING_MOTIONS],
+void rolling_force(const RollingLaw *law, double speed, double side,
+                   const double q[ROLLING_MOTIONS], const double v[ROLLING_MOTIONS],
+                   double force[ROLLING_MOTIONS], double by_q[ROLLING_MOTIONS][ROLLING_MOTIONS],
                    double by_v[ROLLING_MOTIONS][ROLLING_MOTIONS])
 {
     double six[SIX], rates[SIX];
@@ -193,12 +193,30 @@ void rolling_force(const RollingLaw *law, double side, const double q[ROLLING_MO
     memset(&f, 0, sizeof f);
     coordinates_of(law, side, q, six);
     coordinates_of(law, side, v, rates);
-    add_contact(law, side, six, rates, &f);
+    add_contact(law, speed, side, six, rates, &f);
     add_flange(law, side, six, &f);
-    add_turning(law, rates, &f);
+    add_turning(law, speed, rates, &f);
     to_ports(law, side, 1, f.force, force);
     if (by_q != NULL)
         matrix_to_ports(law, side, f.by_q, by_q);
     if (by_v != NULL)
         matrix_to_ports(law, side, f.by_v, by_v);
+}
+
+/* Creep knows rates over the speed, v / V; what an axle's momentum makes of them grows with it: by
+   rates these are all but that, and that, which by the speed have opposite signs. */
+void rolling_by_speed(const RollingLaw *law, double speed, const double v[ROLLING_MOTIONS],
+                      const double by_v[ROLLING_MOTIONS][ROLLING_MOTIONS],
+                      double by_speed[ROLLING_MOTIONS])
+{
+    const double momentum = 0.5 * law->axle_inertia * speed / law->radius, slow = 1 / speed;
+    for (int i = 0; i < ROLLING_MOTIONS; i++) {
+        by_speed[i] = 0;
+        for (int j = 0; j < ROLLING_MOTIONS; j++)
+            by_speed[i] -= by_v[i][j] * v[j];
+    }
+    by_speed[2] += 2 * momentum * v[4]; /* about the forward axis, by the yaw, and the reverse */
+    by_speed[4] -= 2 * momentum * v[2];
+    for (int i = 0; i < ROLLING_MOTIONS; i++)
+        by_speed[i] *= slow;
 }

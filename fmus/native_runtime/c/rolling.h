@@ -7,6 +7,8 @@
 /* Motions of a contact: z, y, roll, x, yaw of the wheel's datum, then z, y, roll of the rail's; and
    the forces of the wheel on the rail that do work on them (mechanics/contact/at_ports.py). */
 enum { ROLLING_WHEEL = 5, ROLLING_MOTIONS = 8 };
+/* What forces follow from: motions, their rates, and the speed, m/s, above 0. */
+enum { ROLLING_GIVEN = 2 * ROLLING_MOTIONS + 1, ROLLING_SPEED = ROLLING_GIVEN - 1 };
 #define ROLLING_REFERENCE 1e5 /* normal force at which creep coefficients are told, N */
 
 /* Where a wheel touches its rail and how, a row every `step` of how far it has gone outwards on it
@@ -37,14 +39,17 @@ typedef struct {
     double friction;              /* 0: creep without bound */
     double flange_stiffness, flange_clearance, flange_depth; /* N/m (0: none), m, m */
     double axle_inertia;                                     /* of the wheelset, kg m2 */
-    double speed;                                            /* m/s, above 0 */
 } RollingLaw;
 
 /* Forces of the contact on a side (-1 left, 1 right), and (NULL: not asked for) their derivatives by
    motions and by rates; no numbers where the wheel is beyond the table of its profile. */
-void rolling_force(const RollingLaw *law, double side, const double q[ROLLING_MOTIONS],
-                   const double v[ROLLING_MOTIONS], double force[ROLLING_MOTIONS],
-                   double by_q[ROLLING_MOTIONS][ROLLING_MOTIONS],
+void rolling_force(const RollingLaw *law, double speed, double side,
+                   const double q[ROLLING_MOTIONS], const double v[ROLLING_MOTIONS],
+                   double force[ROLLING_MOTIONS], double by_q[ROLLING_MOTIONS][ROLLING_MOTIONS],
                    double by_v[ROLLING_MOTIONS][ROLLING_MOTIONS]);
+/* Their derivatives by the speed, from those by rates. */
+void rolling_by_speed(const RollingLaw *law, double speed, const double v[ROLLING_MOTIONS],
+                      const double by_v[ROLLING_MOTIONS][ROLLING_MOTIONS],
+                      double by_speed[ROLLING_MOTIONS]);
 
 #endif

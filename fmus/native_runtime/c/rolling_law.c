@@ -10,8 +10,7 @@ RollingLaw rolling_law(const double number[ROLLING_NUMBERS], const RollingProfil
     if (profile != NULL) {
         const RollingLaw of_profile = {
             .profile = profile, .radius = profile->radius, .half_distance = profile->half_distance,
-            .friction = number[NUMBER_FRICTION], .axle_inertia = number[NUMBER_AXLE_INERTIA],
-            .speed = number[NUMBER_SPEED]};
+            .friction = number[NUMBER_FRICTION], .axle_inertia = number[NUMBER_AXLE_INERTIA]};
         return of_profile;
     }
     const RollingLaw law = {
@@ -29,7 +28,6 @@ RollingLaw rolling_law(const double number[ROLLING_NUMBERS], const RollingProfil
         number[NUMBER_FLANGE_CLEARANCE],
         number[NUMBER_FLANGE_DEPTH],
         number[NUMBER_AXLE_INERTIA],
-        number[NUMBER_SPEED],
     };
     return law;
 }
@@ -80,14 +78,19 @@ void railcosim_rolling_ask(const void *laws, size_t times, const double *motions
     const Laws *all = laws;
     const size_t n = ROLLING_MOTIONS;
     double by_q[ROLLING_MOTIONS][ROLLING_MOTIONS], by_v[ROLLING_MOTIONS][ROLLING_MOTIONS];
+    double by_speed[ROLLING_MOTIONS];
     const int asked = tangents != NULL;
-    for (size_t at = 0; at < times * all->contacts; at++, motions += 2 * n, forces += n) {
+    for (size_t at = 0; at < times * all->contacts; at++, motions += ROLLING_GIVEN, forces += n) {
         const Wheel *wheel = &all->wheel[at % all->contacts];
-        rolling_force(&wheel->law, wheel->side, motions, motions + n, forces, asked ? by_q : NULL,
-                      asked ? by_v : NULL);
-        for (size_t i = 0; asked && i < n; i++, tangents += 2 * n) {
+        const double speed = motions[ROLLING_SPEED];
+        rolling_force(&wheel->law, speed, wheel->side, motions, motions + n, forces,
+                      asked ? by_q : NULL, asked ? by_v : NULL);
+        if (asked)
+            rolling_by_speed(&wheel->law, speed, motions + n, by_v, by_speed);
+        for (size_t i = 0; asked && i < n; i++, tangents += ROLLING_GIVEN) {
             memcpy(tangents, by_q[i], sizeof by_q[i]);
             memcpy(tangents + n, by_v[i], sizeof by_v[i]);
+            tangents[ROLLING_SPEED] = by_speed[i];
         }
     }
 }

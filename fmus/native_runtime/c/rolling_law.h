@@ -9,11 +9,10 @@
 enum {
     NUMBER_RADIUS, NUMBER_HALF_DISTANCE, NUMBER_CONICITY, NUMBER_HEAD_RADIUS, NUMBER_CREEP,
     NUMBER_FRICTION = NUMBER_CREEP + 4, NUMBER_FLANGE_STIFFNESS, NUMBER_FLANGE_CLEARANCE,
-    NUMBER_FLANGE_DEPTH, NUMBER_HERTZ, NUMBER_TEXTBOOK, NUMBER_SPEED,
-    NUMBER_AXLE_INERTIA, ROLLING_NUMBERS
+    NUMBER_FLANGE_DEPTH, NUMBER_HERTZ, NUMBER_TEXTBOOK, NUMBER_AXLE_INERTIA, ROLLING_NUMBERS
 };
 
-/* With a table of profiles (NULL: cones) only friction, speed and the axle's inertia count. */
+/* With a table of profiles (NULL: cones) only friction and the axle's inertia count. */
 RollingLaw rolling_law(const double number[ROLLING_NUMBERS], const RollingProfile *profile);
 
 /* --- for who has no FMU: a master that owns the contact ---------------------------------------- */
@@ -34,8 +33,8 @@ FOR_MASTERS size_t railcosim_rolling_size(size_t contacts);
 FOR_MASTERS int railcosim_rolling_make(void *laws, size_t contacts, const double *side,
                                        const double *numbers, size_t rows, const double *table,
                                        const double *about);
-/* Forces, (times, contacts, ROLLING_MOTIONS), of motions and then rates of each; and their
-   derivatives, (times, contacts, ROLLING_MOTIONS, 2 ROLLING_MOTIONS), if they are asked for. */
+/* Forces, (times, contacts, ROLLING_MOTIONS), of motions, rates and speed of each; and their
+   derivatives, (times, contacts, ROLLING_MOTIONS, ROLLING_GIVEN), if they are asked for. */
 FOR_MASTERS void railcosim_rolling_ask(const void *laws, size_t times, const double *motions,
                                        double *forces, double *tangents);
 

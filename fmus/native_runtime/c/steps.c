@@ -83,6 +83,26 @@ static void plan(Instance *i, double step, double *before, double *change)
     }
 }
 
+/* Inputs at the end of the next step, into i->plan[3]: an interpolated path ends at the value set, to
+   the bit. */
+static void plan_end(Instance *i, double step, double before)
+{
+    for (size_t k = 0; before != 0 && k < i->model.inputs; k++)
+        i->plan[3][k] = i->plan[0][k] + step * (i->plan[1][k] + 0.5 * step * i->plan[2][k]);
+}
+
+/* The integral of t dV from the end of the last step to that of the next one. */
+static double falls_behind(const Instance *i, double step)
+{
+    const uint32_t ref = i->model.of_role[ROLE_IN_SPEED];
+    if (ref == UINT32_MAX)
+        return 0;
+    const size_t k = i->model.variable[ref].place;
+    const double slope = i->plan[1][k], curve = i->plan[2][k], t = i->clock->time;
+    return t * (i->plan[0][k] - i->u_end[k]) +
+           step * (slope * (t + 0.5 * step) + curve * step * (0.5 * t + step / 3));
+}
+
 /* The step itself, into i->next; a sentence if it fails. */
 static const char *move(Instance *i, double step)
 {
@@ -119,10 +139,13 @@ Status instance_step(Instance *i, double time, double step)
                                i->clock->time);
     for (size_t k = 0; k < u; k++)
         i->plan[3][k] = i->value[m->input[k]];
-    if (!instance_inputs_are_finite(i, i->plan[3]))
+    if (!instance_inputs_are_finite(i, i->plan[3]) || !instance_creeps(i, i->plan[3]))
         return ERROR;
     instance_configure(i);
     plan(i, step, &before, &change);
+    plan_end(i, step, before);
+    if (!instance_creeps(i, i->plan[3]))
+        return ERROR;
     const char *failed = move(i, step);
     if (failed != NULL)
         return instance_fail(i, "step of %g s at t = %g s: %s", step, time, failed);
@@ -132,10 +155,8 @@ Status instance_step(Instance *i, double time, double step)
     i->next = oldest;
     for (int order = 0; order < 3; order++)
         memcpy(i->path[order], i->plan[order], bytes);
-    for (size_t k = 0; k < u; k++) /* an interpolated path ends at the value set, to the bit */
-        i->shown[k] = before == 0 ? i->plan[3][k]
-                                  : i->plan[0][k] + step * (i->plan[1][k] +
-                                                            0.5 * step * i->plan[2][k]);
+    i->clock->behind += falls_behind(i, step);
+    memcpy(i->shown, i->plan[3], bytes);
     memcpy(i->u_end, i->shown, bytes);
     memset(i->u_slope, 0, bytes);
     memset(i->u_curve, 0, bytes);

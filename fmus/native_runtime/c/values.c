@@ -11,6 +11,10 @@ void instance_inputs(const Instance *i, const double *u, Inputs *inputs)
         const Variable *v = &i->model.variable[i->model.input[k]];
         if (v->role == ROLE_IN_POSITION)
             inputs->position[v->index] = u[k];
+        else if (v->role == ROLE_IN_SPEED)
+            for (size_t at = ROLLING_SPEED; at < i->model.sides * i->model.wheelsets * i->model.given;
+                 at += i->model.given)
+                inputs->load[at] = u[k];
         else
             inputs->load[v->index] += v->role == ROLE_IN_LOAD ? u[k] : -u[k];
     }
@@ -34,9 +38,22 @@ int instance_inputs_are_finite(Instance *i, const double *u)
     return 1;
 }
 
+int instance_creeps(Instance *i, const double *u)
+{
+    const uint32_t ref = i->model.of_role[ROLE_IN_SPEED];
+    if (ref == UINT32_MAX)
+        return 1;
+    const Variable *v = &i->model.variable[ref];
+    if (u[v->place] >= v->minimum)
+        return 1;
+    instance_fail(i, "input %s = %g: must be at least %g, also at the end of a step: standing "
+                     "wheels do not creep, they hold", v->name, u[v->place], v->minimum);
+    return 0;
+}
+
 Status instance_settle(Instance *i)
 {
-    if (!instance_inputs_are_finite(i, i->shown))
+    if (!instance_inputs_are_finite(i, i->shown) || !instance_creeps(i, i->shown))
         return ERROR;
     instance_configure(i);
     if (instance_phase(i) & (RUNNING | TERMINATED))
@@ -59,8 +76,8 @@ static double output(Instance *i, const Variable *v, const double *acceleration)
     switch (v->role) {
     case ROLE_OUT_POSITION:
         return instance_parameter(i, ROLE_START_POSITION) + m->wheelset_x[v->index] -
-               m->wheelset_x[m->wheelsets - 1] +
-               instance_parameter(i, ROLE_SPEED) * i->clock->time;
+               m->wheelset_x[m->wheelsets - 1] + instance_speed(i) * i->clock->time -
+               i->clock->behind;
     case ROLE_OUT_FORCE: return i->pushed[v->index];
     case ROLE_OUT_CONTACT_Z: return i->z[v->index];
     case ROLE_OUT_CONTACT_VZ: return i->vz[v->index];

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, fsolve
 
-from railcosim.mechanics.contact.at_ports import AtPorts, Rolls
+from railcosim.mechanics.contact.at_ports import GIVEN, AtPorts, Rolls, apart
 from railcosim.mechanics.contact.creep import LINEAR
 from railcosim.mechanics.contact.geometry import LEFT, RIGHT, Cone
 from railcosim.mechanics.contact.rolling import RollingContact
@@ -24,7 +24,7 @@ from railcosim.mechanics.stepping import State
 from railcosim.track.parameters import Mesh, Track
 from railcosim.track.reduced import reduce_track
 
-B, R0, LOAD = 0.7465, 0.43, 80e3
+B, R0, LOAD, SPEED = 0.7465, 0.43, 80e3, 50.0
 MASS = np.array([1800.0, 100.0, 1800.0, 950.0, 950.0])  # z, spin, y, roll, yaw
 OMEGA = np.sqrt(np.array([2e6, 1e5, 4e6, 1e6, 5e6]) / MASS)
 SHAPES = np.array([
@@ -38,7 +38,7 @@ SHAPES = np.array([
 PLACE = np.array([5.3])
 SHEN = Saturated(friction=0.3)
 CREEP = pytest.mark.parametrize("creep", [LINEAR, SHEN], ids=["linear", "Shen"])
-MIRROR = np.array([1, -1, -1, 1, -1, 1, -1, -1] * 2)
+MIRROR = np.array([*[1, -1, -1, 1, -1, 1, -1, -1] * 2, 1])
 """Of given numbers."""
 
 
@@ -55,13 +55,20 @@ def wheelset():
     )  # fmt: skip
 
 
-def rolling(face, creep=LINEAR, speed=50.0, conicity=0.1):
+def rolling(face, creep=LINEAR, speed=SPEED, conicity=0.1):
     cone = Cone(
         radius=R0, half_distance=B, conicity=conicity, head_radius=0.3, shear_modulus=7.9e10,
         poisson_ratio=0.3,
     )  # fmt: skip
     contact = RollingContact(geometry=cone, side=np.array([LEFT, RIGHT]), speed=speed, creep=creep)
     return Rolls(AtPorts(contact=contact, half_distance=B), face)
+
+
+def passing(speed=SPEED):
+    """Given numbers of two wheels, nothing of which moves but them, along."""
+    given = np.zeros((2, GIVEN))
+    given[:, -1] = speed
+    return given
 
 
 @dataclass
@@ -107,8 +114,8 @@ def test_the_line_does_the_work_of_the_law(creep, h):
     """
     body, law = wheelset(), Noted(rolling(WHEEL, creep))
     contact, met, state = law.law.law.contact, body.at(PLACE), kicked()
-    given = np.zeros((2, 16))
-    given[:, 5:8], given[:, 13:] = [[1e-6, 2e-6, 0.0]], [[1e-4, 2e-3, 1e-3]]
+    given = passing()
+    given[:, 5:8], given[:, 13:16] = [[1e-6, 2e-6, 0.0]], [[1e-4, 2e-3, 1e-3]]
     same = Inputs(PLACE, given.ravel())
     after = Mover(body, OwnContact(law), h).step(state, same, same, h)
     q, v, at_nodes, force = law.nodes
@@ -120,7 +127,7 @@ def test_the_line_does_the_work_of_the_law(creep, h):
     own, T = np.eye(8)[:5], law.law.law.coordinates
     q8, v8 = (
         np.einsum("nik,jnk->jni", T, x @ own + other)
-        for x, other in zip((q, v), np.split(at_nodes, 2, axis=-1), strict=True)
+        for x, other in zip((q, v), apart(at_nodes)[:2], strict=True)
     )
     creepage, tangential = contact.creep_forces(q8, v8)
     assert np.einsum("jnk,jnk->jn", creepage, tangential).max() < 0
@@ -133,7 +140,7 @@ def test_energy_falls_in_time(creep):
     """Of cylinders, which a pull gives nothing but where they yaw: at no step does it grow."""
     body, law = wheelset(), rolling(WHEEL, creep, conicity=0.0)
     C = law.law.contact.geometry.patch.ellipse.C
-    rails = Inputs(PLACE, np.zeros(32))
+    rails = Inputs(PLACE, passing().ravel())
 
     def total(state):
         motion = body.at(PLACE).motion(state)
@@ -155,7 +162,7 @@ def test_energy_falls_in_time(creep):
 def test_order_in_the_internal_step():
     """Rails move on a ramp and carry on: the fourth, as with springs alone."""
     body, law = wheelset(), OwnContact(rolling(WHEEL))
-    begin, end = np.zeros((2, 16)), np.zeros((2, 16))
+    begin, end = passing(), passing()
     end[:, 5:7], end[:, 13:15] = [2e-5, 1e-4], [0.02, 0.1]
     ends = [Inputs(PLACE, given.ravel()) for given in (begin, end)]
 
@@ -181,7 +188,7 @@ def test_a_free_wheelset_runs_along_klingels_wave():
     )  # fmt: skip
     law = rolling(WHEEL, speed=speed, conicity=conicity)
     depth = at_rest(law.law.contact, LOAD)[0, 1]
-    mover, rails = Mover(body, OwnContact(law), h), Inputs(PLACE, np.zeros(32))
+    mover, rails = Mover(body, OwnContact(law), h), Inputs(PLACE, passing(speed).ravel())
     rest = np.array([depth, 0, 0, 0, 0, *np.zeros(5)])
 
     def after(x):
@@ -205,8 +212,8 @@ def track():
     return reduced.under(Layout(1, SIDES, DIMENSIONS["spatial"]))
 
 
-def pressing(z=1e-3, y=2e-4):
-    given = np.zeros((2, 16))
+def pressing(z=1e-3, y=2e-4, speed=SPEED):
+    given = passing(speed)
     given[:, 0], given[:, 1], given[:, 4], given[:, 9] = z, y, 1e-3, 0.02
     return given
 
@@ -241,8 +248,8 @@ def test_order_of_the_track_contact(track, rolled, order):
 def test_force_at_an_instant(track, creep, speed):
     """It agrees with the rates that it makes, by which it would change more than by itself."""
     law, met = rolling(RAIL, creep, speed), track.at(PLACE)
-    own, given = OwnContact(law), pressing(y=0.0)
-    given[:, 8:] = 0.0
+    own, given = OwnContact(law), pressing(y=0.0, speed=speed)
+    given[:, 8:16] = 0.0
     state = met.rest(own.rest(met, given.ravel()))
     given[:, :2] += 1e-4
     given[:, 9] = 1e-3 * speed
@@ -268,7 +275,7 @@ def test_track_rests_under_a_wheelset(track):
         return np.append(1e3 * missing, (force[:, 0].sum() / 2 - LOAD) / LOAD)
 
     x = fsolve(balance, np.r_[1.0, np.zeros(6)], xtol=1e-13)
-    given = np.zeros((2, 16))
+    given = passing()
     given[:, 0] = 1e-3 * x[0]
     force = OwnContact(law).rest(met, given.ravel())
     assert force[[0, 3]] == pytest.approx(LOAD, rel=1e-9)
@@ -318,9 +325,9 @@ def test_small_swings_against_the_linear_wheelset(moved):
     track = reduce_track(Track(mesh=mesh), DIMENSIONS["spatial"]).under(layout)
     law, h, omega, speed = rolling(RAIL, speed=70.0), 1e-4, 2 * np.pi * 60.0, 70.0
     met, own = track.at(PLACE), OwnContact(law)
-    given = np.zeros((2, 16))
+    given = passing(speed)
     given[:, 0] = brentq(
-        lambda z: own.rest(met, np.tile([z, *np.zeros(15)], 2))[0] - LOAD, 5e-4, 3e-3, rtol=1e-10
+        lambda z: own.rest(met, np.tile([z, *np.zeros(15), speed], 2))[0] - LOAD, 5e-4, 3e-3, rtol=1e-10
     )
     state, n = met.rest(own.rest(met, given.ravel())), track.poles.size
     mover = Mover(track, own, h)
@@ -335,7 +342,7 @@ def test_small_swings_against_the_linear_wheelset(moved):
         "y": np.tile([0, 1, 0, 0, 0], (2, 1)),
         "yaw": np.array([[0, 0, 0, s * B, 1] for s in (1, -1)]),
     }
-    place, rate, still = np.zeros((3, 2, 16))
+    place, rate, still = np.zeros((3, 2, GIVEN))
     place[:, :5], rate[:, 8:13] = way[moved], way[moved]
     size, rest = 1e-8, np.concatenate([state.s.real, state.s.imag])
     scale = size * np.abs(rest).max() * 1e2

@@ -1,6 +1,6 @@
 /* Reads a rolling law, the rows of a table of profiles (0: cones), what is about it and the table, then
-   contacts: a side, motions and rates of each; writes forces, and their derivatives by motions and by
-   rates. */
+   contacts: a side, motions, rates and speed of each; writes forces, and their derivatives by motions,
+   by rates and by the speed. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -44,25 +44,28 @@ static int read_profile(double rows)
 
 int main(void)
 {
-    double n[16], rows, side, q[N], v[N], force[N], alone[N], by_q[N][N], by_v[N][N];
-    if (!read(16, n) || !read(1, &rows) || (rows > 0 && !read_profile(rows)))
+    double n[15], rows, side, q[N], v[N], speed, force[N], alone[N], by_q[N][N], by_v[N][N];
+    double by_speed[N];
+    if (!read(15, n) || !read(1, &rows) || (rows > 0 && !read_profile(rows)))
         return 1;
     RollingLaw law = {NULL, n[0], n[1], n[2], n[3], n[4] != 0, n[5], {n[6], n[7], n[8], n[9]},
-                            n[10], n[11], n[12], n[13], n[14], n[15]};
+                            n[10], n[11], n[12], n[13], n[14]};
     if (rows > 0) {
         law.profile = &profile;
         law.radius = profile.radius;
         law.half_distance = profile.half_distance;
     }
-    while (read(1, &side) && read(N, q) && read(N, v)) {
-        rolling_force(&law, side, q, v, force, by_q, by_v);
-        rolling_force(&law, side, q, v, alone, NULL, NULL);
+    while (read(1, &side) && read(N, q) && read(N, v) && read(1, &speed)) {
+        rolling_force(&law, speed, side, q, v, force, by_q, by_v);
+        rolling_force(&law, speed, side, q, v, alone, NULL, NULL);
+        rolling_by_speed(&law, speed, v, by_v, by_speed);
         for (size_t k = 0; k < N; k++)
             if (force[k] != alone[k] && force[k] == force[k])
                 return 2;
         write(N, force);
         write(N * N, by_q[0]);
         write(N * N, by_v[0]);
+        write(N, by_speed);
         printf("\n");
     }
     free((void *)profile.table);
