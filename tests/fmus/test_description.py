@@ -265,7 +265,8 @@ class Machine:
         """Outputs and derivatives, of a State."""
         now = self.prepare(known)
         y = np.empty(len(self.outputs))
-        self.model.write(state, now, known["time"], y)
+        gone = self.model.speed(np.array([known[name] for name in self.inputs])) * known["time"]
+        self.model.write(state, now, gone, y)
         found = dict(zip(self.outputs, y, strict=True))
         if not self.shows_states:
             return found
