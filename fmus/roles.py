@@ -61,7 +61,7 @@ class Role(IntEnum):
     OUT_SEEN = 34
     """Of what is seen at fixed places."""
     IN_SPEED = 35
-    """Of wheels that creep on the body's own contacts, each of which is given it behind the rest."""
+    """Of wheels that creep on the body's own contacts, each of which is given it last."""
 
 
 class Slot(NamedTuple):

@@ -37,9 +37,7 @@ def vehicle(tmp_path_factory):
 def flown(path, inertia):
     """Rates of roll and yaw of the first axle, thrown up by a rail, which then falls away."""
     with FmuComponent.load(path) as fmu:
-        fmu.set_parameters(
-            {"contact.axle_inertia": inertia, "contact.flange_stiffness": 0.0}
-        )
+        fmu.set_parameters({"contact.axle_inertia": inertia, "contact.flange_stiffness": 0.0})
         fmu.enter_initialization(0.0)
         fmu.exit_initialization()
         fmu.set_hold(Hold.CONSTANT)

@@ -76,7 +76,7 @@ def test_forces_and_tangents(
 
 
 def alike(found: Found, at_ports: AtPorts, q: FloatArray, v: FloatArray, V: FloatArray) -> None:
-    """Forces and tangents are those of the numpy law; by the speed also those of its differences."""
+    """Forces and tangents are those of the numpy law; by the speed those of differences, too."""
     wanted = (at_ports.force(q, v, V), *at_ports.tangents(q, v, V))
     for a, b in zip(found[:3], wanted, strict=True):
         largest = np.abs(b).reshape(CONTACTS, -1).max(axis=1)

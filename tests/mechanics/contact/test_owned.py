@@ -327,7 +327,10 @@ def test_small_swings_against_the_linear_wheelset(moved):
     met, own = track.at(PLACE), OwnContact(law)
     given = passing(speed)
     given[:, 0] = brentq(
-        lambda z: own.rest(met, np.tile([z, *np.zeros(15), speed], 2))[0] - LOAD, 5e-4, 3e-3, rtol=1e-10
+        lambda z: own.rest(met, np.tile([z, *np.zeros(15), speed], 2))[0] - LOAD,
+        5e-4,
+        3e-3,
+        rtol=1e-10,
     )
     state, n = met.rest(own.rest(met, given.ravel())), track.poles.size
     mover = Mover(track, own, h)
