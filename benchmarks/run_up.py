@@ -2,9 +2,9 @@
 
     python benchmarks/run_up.py [PICTURE]
 
-Manchester vehicle 1, whose own contacts creep at the speed of the moment (`VehicleWithContact`), on rails
-out of line by a few hundredths of a millimetre. Beside it what `limit-cycle` finds at speeds that do not
-change. Half a minute of a processor.
+Manchester vehicle 1, whose own contacts creep at the speed of the moment (`VehicleWithContact`), on
+rails out of line by a few hundredths of a millimetre. Beside it what `limit-cycle` finds at speeds that
+do not change. Two minutes of a processor.
 """
 
 from __future__ import annotations
@@ -23,8 +23,6 @@ from railcosim.fmus.export import BARE
 from railcosim.master.component import Hold
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.mechanics.ports import Layout
-from railcosim.plots.chart import Chart, Curve, Panel
-from railcosim.plots.picture import save_picture
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.running import running
