@@ -2,9 +2,9 @@
 
     python benchmarks/run_up.py [PICTURE]
 
-Manchester vehicle 1, whose own contacts creep at the speed of the moment (`VehicleWithContact`), on
-rails out of line by a few hundredths of a millimetre. Beside it what `limit-cycle` finds at speeds that
-do not change. Two minutes of a processor.
+Manchester vehicle 1, whose own contacts creep at the speed of the moment (`VehicleWithContact`),
+on rails out of line by a few hundredths of a millimetre. Beside it what `limit-cycle` finds at speeds
+that do not change. Two minutes of a processor.
 """
 
 from __future__ import annotations
