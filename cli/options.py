@@ -107,9 +107,9 @@ ThenOption = Annotated[
     list[str] | None,
     typer.Option(
         "--then",
-        help="Another kind of track from PLACE on, m: a file or a built-in one, such as "
+        help="Another kind of track from X on, m: a file or a built-in one, such as "
         "ballasted@30, where a cell of the one before ends. Repeat it for more.",
-        metavar="TRACK@PLACE",
+        metavar="TRACK@X",
     ),
 ]
 LawOption = Annotated[
