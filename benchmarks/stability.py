@@ -51,6 +51,7 @@ from railcosim.vehicle.train import Train, train_of
 INTERNAL_STEP = {"8e9": 2e-5}  # s, of the owner of the contact; else its default
 STIFFNESS = ("1e8", "1e9", "8e9", "hertz")  # N/m
 FIRST_STEP = LONGEST / 1.5**14  # s: 0.034 ms, of schemes that are not predicted
+ANY = (2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4)  # s: steps of schemes that are said to grow at any
 # What pairs in space run by until their axles have found their speed, at 0.1 ms.
 SETTLING = {
     Owner.TRACK: "gauss-seidel-linear-vehicle-first",
@@ -161,13 +162,25 @@ def figures(
 ) -> tuple[str, ...]:
     """What a row says of a scheme."""
     if first is not None and first.fast <= 0.0:
-        return ("0", *[""] * 5)
+        return at_any(bench, coupling, scheme)
     found = limit_in_runs(bench, scheme, coupling, first)
     predicted = first.fast if first else math.inf
     both = math.isinf(predicted) and math.isinf(found.step)
     difference = 0.0 if both else 100.0 * (found.step / predicted - 1.0)
     return (ms(predicted), ms(found.step), f"{difference:+.2f}",
             ms(found.at), f"{found.predicted:.4g}", f"{found.measured:.4g}")  # fmt: skip
+
+
+def at_any(bench: Bench, coupling: Coupling, scheme: Scheme) -> tuple[str, ...]:
+    """The same of a scheme that is said to grow at any step: whether it does at each of `ANY`.
+
+    After a kick, which ends as a mixture of all that grows: the rates told are those of the step
+    at which they differ least, and the step simulated is the longest at which nothing grew.
+    """
+    found = [(h, coupling.growth(h), bench.kicked(scheme, h)) for h in ANY]
+    held = max((h for h, _, measured in found if measured <= coupling.fast), default=0.0)
+    at, predicted, measured = min(found, key=lambda one: abs(one[2] / one[1] - 1.0))
+    return ("0", ms(held), "", ms(at), f"{predicted:.4g}", f"{measured:.4g}")
 
 
 def seen(bench: Bench, scheme: Scheme, most: float) -> tuple[str, ...]:

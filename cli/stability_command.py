@@ -106,6 +106,7 @@ def stability(
     console.print(_table(table.limits, texts))
     if any(_closed(limit) for row in table.limits.values() for limit in row):
         console.print(_windows(table.limits, texts))
+    _tell_of_refused(table.refused)
     for growth, text in zip(table.growth, texts, strict=True):
         tell_of_growth(growth, text)
     chart = partial(stability_chart, longest=LONGEST)
@@ -126,12 +127,16 @@ def _of_system(path: Path, law: Path | None, words: list[str], out: Path | None)
         steps = (_in_s(step, found.longest) for step in (limit.step, limit.fast))
         table.add_row(name, *steps, str(limit.evaluations))
     console.print(table)
-    for name, why in found.refused.items():
-        errors.print(f"note: {name}: {why}")
+    _tell_of_refused(found.refused)
     for name, way in found.ways.items():
         console.print(f"{name}: {way}")
     tell_of_growing(found.growth)
     keep(found.to_dataset(), out)
+
+
+def _tell_of_refused(refused: dict[str, str]) -> None:
+    for name, why in refused.items():
+        errors.print(f"note: {name}: {why}")
 
 
 def _in_s(step: float, longest: float) -> str:

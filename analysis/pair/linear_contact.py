@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from railcosim.master.component import Component, FloatArray, Variable
-from railcosim.master.connections import connect_by_name
+from railcosim.master.connections import Connection, connect_by_name
 from railcosim.master.law import IndexArray, Tangents
 from railcosim.master.linear.modal import Modal, modal
 from railcosim.master.linear.state_space import ComplexArray, StateSpace
@@ -32,6 +33,13 @@ SLOW = 0.01
 """Rate (1/s) at which what nothing holds and no law asks for, such as an axle's angle, goes back to
 rest against creep: as slow as what counts as no growth. Else it would stay on the edge of growing
 for ever, where rounding decides."""
+PLACE = Variable(name="place", unit="m")
+"""Of a wheel on its rail, of whose displacement FMUs state that it depends on it at once: so it is
+read before forces are exchanged, and its rates, which depend on these, once before and once after.
+Here wheels stand: nothing comes of it."""
+MOTION = Variable(name="motion", unit="m")
+"""Of a vehicle that owns the contacts, told beside forces: it depends on nothing at once, so forces
+are read with it, as the step left them, before anything is exchanged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +166,10 @@ class LinearLaw:
             for v, row in zip(side.outputs, side.feedthrough, strict=True)
             if v.name in self._rates(face) and row.any()
         }
-        made = connect_by_name(components)
+        made = [*connect_by_name(components)]
+        if owner is not Owner.TRACK:
+            height = components[0].outputs[0].name
+            made.append(Connection("irregularity", height, "track", PLACE.name))
         return System(
             components, [replace(c, delayed=(c.source, c.output) in jumping) for c in made]
         )
@@ -176,8 +187,12 @@ class LinearLaw:
             D = np.concatenate([np.zeros_like(body.C @ body.B), body.at_once[rates]])
             inputs = tuple(self.law.outputs[k] for k in rows)
             outputs = tuple(self.law.inputs[k] for k in at)
+        stated: NDArray[np.bool_] | None = None
         model: Modal | StateSpace
         if face is WHEEL:
+            if owns:
+                C, D = (np.pad(M, ((0, 1), (0, 0))) for M in (C, D))
+                outputs = (*outputs, MOTION)
             model = StateSpace(
                 name=name, A=csc_array(A), B=B, C=C, D=D, inputs=inputs, outputs=outputs
             )
@@ -186,8 +201,12 @@ class LinearLaw:
         else:
             t = self.part.track
             shown = np.concatenate([t.C, (t.C * t.poles)[rates]])
-            model = replace(t, name=name, C=shown, D=D, inputs=inputs, outputs=outputs)
-        return Open(name, inputs, outputs, model)
+            B, D = (np.pad(M, ((0, 0), (0, 1))) for M in (t.B, D))
+            inputs = (*inputs, PLACE)
+            stated = np.zeros(D.shape, dtype=bool)
+            stated[: len(body.C), -1] = True
+            model = replace(t, name=name, B=B, C=shown, D=D, inputs=inputs, outputs=outputs)
+        return Open(name, inputs, outputs, model, stated)
 
     def _with_law(
         self, face: Face, body: _Body

@@ -135,7 +135,12 @@ def _options(
     pair, error = SprungPair(parts, owner, k_H), ForceError(parts, k_H, source)
     found = []
     for i, (name, scheme) in enumerate(schemes.items()):
-        option = longest_step(name, owner, Coupling(pair, scheme), accuracy, error)
+        progress(i, len(schemes))
+        try:
+            coupling = Coupling(pair, scheme)
+        except ValueError:  # it does not suit the contacts
+            continue
+        option = longest_step(name, owner, coupling, accuracy, error)
         found += [option] if option is not None else []
-        progress(i + 1, len(schemes))
+    progress(len(schemes), len(schemes))
     return found

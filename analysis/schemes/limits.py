@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
@@ -52,6 +52,7 @@ class StabilityTable:
     limits: Found
     stiffness: list[float]
     growth: list[float]
+    refused: dict[str, str] = field(default_factory=dict)
 
     def to_dataset(self) -> xr.Dataset:
         """Steps and windows of each scheme and owner over the stiffness."""
@@ -93,21 +94,23 @@ def stability(
     Raises
     ------
     ArgumentError
-        If a scheme cannot be predicted.
+        If a scheme cannot be predicted, or none suits the contacts.
     """
     names = predictable(schemes)
     tell(f"{counted(names, len(contacts))} of largest stable steps")
     pair = files_of(vehicle), Path(track)
     k_H = [static_stiffness(*pair, contact, position, speed) for contact in contacts]
     parts = linear_parts(*pair, lambda a, b: progress(LINEARISING * a / b, 1.0), position)
-    found = _all_limits(
+    found, refused = _all_limits(
         parts, k_H, names,
         foretold(
             lambda a, b: progress(LINEARISING + (1 - LINEARISING) * a / b, 1.0), tell, CORES - 1
         ),
     )  # fmt: skip
+    if not found:
+        raise ArgumentError("schemes", ",".join(schemes), next(iter(refused.values())))
     stiffness = [largest(k) for k in k_H]
-    return StabilityTable(found, stiffness, [exact_growth(parts, k) for k in k_H])
+    return StabilityTable(found, stiffness, [exact_growth(parts, k) for k in k_H], refused)
 
 
 def predictable(words: Sequence[str], known: Mapping[str, Member] | None = None) -> list[str]:
@@ -158,8 +161,8 @@ def _all_limits(
     k_H: list[Stiffness],
     names: list[str],
     update: Progress,
-) -> Found:
-    """By scheme and owner, one for each stiffness; on all cores."""
+) -> tuple[Found, dict[str, str]]:
+    """By scheme and owner, one for each stiffness, and what is refused; on all cores."""
     catalogue = members()
     tasks = []
     for owner in Owner:
@@ -177,16 +180,21 @@ def _all_limits(
                 )
     total = sum(task.cost for task in tasks)
     results: dict[tuple[str, str, str], Limit] = {}
+    refused: dict[str, str] = {}
     with Workers(update) as workers:
         for task, part in workers.completed(tasks, total):
             owner_name, i_k, _ = task.split()
-            results |= {(owner_name, i_k, name): limit for name, limit in part.items()}
+            for name, limit in part.items():
+                if isinstance(limit, Limit):
+                    results[owner_name, i_k, name] = limit
+                else:
+                    refused[name] = limit
     return {
         (name, owner): [results[owner.value, str(i), name] for i in range(len(k_H))]
         for name in names
         for owner in Owner
-        if owner in catalogue[name].owners
-    }
+        if owner in catalogue[name].owners and name not in refused
+    }, refused
 
 
 def _limits(
@@ -195,12 +203,17 @@ def _limits(
     k_H: Stiffness,
     schemes: dict[str, Scheme],
     progress: Progress,
-) -> dict[str, Limit]:
-    """Largest stable steps of several schemes at one contact, by their names."""
+) -> dict[str, Limit | str]:
+    """Largest stable steps of several schemes at one contact, or why there are none, by name."""
     pair = SprungPair(parts, owner, k_H)
-    found = {}
+    found: dict[str, Limit | str] = {}
     for i, (name, scheme) in enumerate(schemes.items()):
-        found[name] = Coupling(pair, scheme).limit()
+        try:
+            coupling = Coupling(pair, scheme)
+        except ValueError as error:  # it does not suit the contacts
+            found[name] = str(error)
+        else:
+            found[name] = coupling.limit()
         progress(i + 1, len(schemes))
     return found
 

@@ -10,6 +10,8 @@ from railcosim.master.linear.partial_fractions import PartialFractions
 from railcosim.master.linear.state_space import ComplexArray
 from railcosim.master.stability.argument_principle import Turning, solve_triangular, windings
 
+POINTS = 512
+"""Of a circle, at once. A circle may take 200,000, each of which takes 200 kB in space."""
 _STARTS = 8
 """Points of a circle from which a zero beyond it is sought."""
 _FAR = 100.0
@@ -103,7 +105,11 @@ class Determinant:
         return self._circles[radius]
 
     def _factor(self, z: ComplexArray) -> ComplexArray:
-        """Logarithm of F."""
+        """Logarithm of F, of so many points at once that what is in between stays small."""
+        parts = np.split(z, range(POINTS, len(z), POINTS))
+        return np.concatenate([self._factor_of(part) for part in parts])
+
+    def _factor_of(self, z: ComplexArray) -> ComplexArray:
         H = self._inner(z) + self._P
         L = self._L.at(z)
         around = L @ H if self._is_wide else H @ L

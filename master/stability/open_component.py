@@ -22,10 +22,20 @@ class Open(Component):
 
     What it is fed within a step shows only in what goes straight through.
 
-    Attributes
+    Parameters
     ----------
+    name, inputs, outputs
+        See `Component`.
     model : Modal, StateSpace or None
         What moves; None for a signal.
+    stated : array of bool, shape (n_outputs, n_inputs), optional
+        Outputs that are stated to depend at once on an input, whatever comes of it: what is read
+        how often at a communication point depends on that.
+
+    Attributes
+    ----------
+    model
+        As given.
     motion : dict of (int, bool) to array, shape (n_outputs,)
         The outputs, or their rates if True; by time after the beginning of the step, in ticks.
         These are what a scheme has asked for so far.
@@ -43,12 +53,14 @@ class Open(Component):
         inputs: Sequence[Variable],
         outputs: Sequence[Variable],
         model: Modal | StateSpace | None = None,
+        stated: NDArray[np.bool_] | None = None,
     ) -> None:
         super().__init__(name, inputs, outputs)
         self.model = model
         self.motion: dict[tuple[int, bool], FloatArray] = {}
         self.fed: tuple[tuple[int, float, FloatArray], ...] = ()
         self._D = np.zeros((len(self.outputs), 0)) if model is None else model.D
+        self._stated = np.zeros(self._D.shape, dtype=bool) if stated is None else stated
         self._now = 0
         self._inputs = self.u.copy()
         self._derivatives: FloatArray = np.zeros((2, len(self.inputs)))
@@ -58,7 +70,7 @@ class Open(Component):
         """Whether an output depends at once on an input, shape (n_outputs, n_inputs)."""
         if self.model is None:
             return np.ones(self._D.shape, dtype=bool)
-        through: NDArray[np.bool_] = self._D != 0.0
+        through: NDArray[np.bool_] = (self._D != 0.0) | self._stated
         return through
 
     def begin(self) -> None:
@@ -78,6 +90,7 @@ class Open(Component):
         """Take note of the step."""
         taylor = np.concatenate([self._inputs[None], self._derivatives])
         self.fed = (*self.fed, (self._now, h, taylor))
+        self._inputs = np.array([1.0, h, h * h / 2.0]) @ taylor  # as FMUs leave them
         self._derivatives = np.zeros((2, len(self.inputs)))
         self._now += round(h / TICK)
 

@@ -1,5 +1,7 @@
 """One step as a linear map: roots counted around a circle against eigenvalues of whole matrices."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
@@ -279,3 +281,23 @@ def test_where_it_is_not_followed_eigenvalues_are_counted(monkeypatch) -> None:
     assert 0 < known[0] < len(again.eigenvalues()) / 2
     assert again.growing(0.5) == known[0]
     assert again.growth_above(0.5) == pytest.approx(known[1], rel=2 * SAME)
+
+
+def test_many_points_of_a_circle_take_no_more_memory_than_some() -> None:
+    """A circle may take 200,000 points: what lies between them and F is made piece by piece."""
+    random, n, few = np.random.default_rng(5), 60, 12
+    one = Determinant(
+        *(
+            0.1 * random.standard_normal(shape)
+            for shape in ((n, n), (n, few), (few, n), (few, few))
+        ),
+        0.9 * np.exp(1j * np.linspace(0.1, 3.0, n)),
+        *(random.standard_normal(shape).astype(complex) for shape in ((n, few), (few, n))),
+    )
+    z = 1.1 * np.exp(1j * np.linspace(0.0, np.pi, 20_000))
+    tracemalloc.start()
+    found = one._factor(z)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 50e6  # 0.4 GB at once
+    np.testing.assert_allclose(found[-3:], one._factor(z[-3:]), rtol=1e-9)

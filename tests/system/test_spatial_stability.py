@@ -16,6 +16,7 @@ from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.disturbed import Disturbance
 from railcosim.analysis.schemes.force_error import ForceError, excitation
 from railcosim.analysis.schemes.growth import Bench
+from railcosim.analysis.schemes.limits import _limits
 from railcosim.analysis.schemes.motion import fastest_motion
 from railcosim.analysis.schemes.stability import FAST, Coupling, SprungPair
 from railcosim.analysis.schemes.study_point import ContactCase, Point, measure, reference
@@ -162,6 +163,30 @@ def test_rates_that_come_late_need_a_scheme_that_makes_them_agree(spatial, parts
     swing = np.abs(found[Owner.TRACK] - found[Owner.TRACK][0]).max()
     assert swing > 20.0
     assert np.abs(found[Owner.VEHICLE] - found[Owner.TRACK]).max() < 0.02 * swing
+
+
+def test_what_is_read_twice_at_a_point_is_predicted_so(spatial, parts) -> None:
+    """Forces that rates make at once, and the other way, in the order in which a run reads them.
+
+    A rail's displacement depends at once on its place, so a track is read before forces are
+    exchanged and after. Read once, Gauss-Seidel with lines grew at any step, 1.8 times in each.
+    """
+    scheme = members()["gauss-seidel-linear-track-first"].scheme
+    coupling = Coupling(SprungPair(parts, Owner.VEHICLE, tangents(spatial)), scheme)
+    disturbance = Disturbance()
+    journey = Journey(speed=SPEED, held=True, profile=disturbance)
+    with open_pair(*files(spatial, Owner.VEHICLE), HERTZ, journey) as pair:
+        bench = Bench(pair, disturbance)
+        for h, grows in ((5e-6, False), (2e-5, True)):
+            assert (coupling.growth(h) > FAST) == grows
+            assert (bench.kicked(scheme, h) > FAST) == grows
+
+
+def test_schemes_that_do_not_suit_rates_are_refused_by_name(spatial, parts) -> None:
+    """Next to others that do; a scheme that would begin with rates that jump."""
+    schemes = {name: members()[name].scheme for name in ("interface-jacobian-hermite",)}
+    found = _limits(parts, Owner.MASTER, tangents(spatial), schemes, lambda done, total: None)
+    assert "asks for rates" in found["interface-jacobian-hermite"]
 
 
 def test_orders_predicted_and_by_runs(spatial, parts) -> None:
