@@ -143,13 +143,13 @@ def test_a_vehicle_that_hunts_grows_whatever_the_step(spatial, parts) -> None:
 def test_rates_that_come_late_need_a_scheme_that_makes_them_agree(spatial, parts) -> None:
     """The contact in the vehicle: what creep answers to a rail, times what that yields, is above 1.
 
-    Within 10 us, that is, in which the rail answers. So nothing that exchanges once is stable at
+    Within 13 us, that is, in which the rail answers. So nothing that exchanges once is stable at
     longer steps; quasi-Newton steps give the forces of other owners.
     """
     coupling = Coupling(
         SprungPair(parts, Owner.VEHICLE, tangents(spatial)), members()["jacobi-linear"].scheme
     )
-    assert not any(coupling.is_stable(h) for h in (1e-5, 3e-5, 1e-4, 1e-3))
+    assert not any(coupling.is_stable(h) for h in (2e-5, 3e-5, 1e-4, 1e-3))
     profile, found = synthesise("german-low", 3.0, quantities=("all",)), {}
     for owner, name in (
         (Owner.VEHICLE, "iqn-ils-linear"), (Owner.TRACK, "gauss-seidel-linear-vehicle-first"),
