@@ -38,8 +38,8 @@ from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.static_load import static_stiffness
 from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.disturbed import Disturbance
-from railcosim.analysis.schemes.growth import Bench
-from railcosim.analysis.schemes.run_limit import limit_in_runs
+from railcosim.analysis.schemes.growth import Bench, kicked_steps
+from railcosim.analysis.schemes.run_limit import CERTAIN, limit_in_runs
 from railcosim.analysis.schemes.stability import FAST, LONGEST, Coupling, SprungPair, Window
 from railcosim.fmus.export import WITH_STATES, export
 from railcosim.master.schemes import Scheme
@@ -191,7 +191,7 @@ def seen(bench: Bench, scheme: Scheme, most: float) -> tuple[str, ...]:
     held, h, rate = 0.0, FIRST_STEP, -math.inf
     while h <= LONGEST * 1.0001:
         rate = bench.kicked(scheme, h)
-        if rate > most:
+        if rate > most and rate * kicked_steps(h) * h > 2.0 * CERTAIN:  # else beats of others
             return ("", ms(held), "", ms(h), "", f"{rate:.4g}")
         held, h = h, 1.5 * h
     return ("", "inf", "", ms(held), "", f"{rate:.4g}")

@@ -201,11 +201,12 @@ class LinearLaw:
         else:
             t = self.part.track
             shown = np.concatenate([t.C, (t.C * t.poles)[rates]])
-            B, D = (np.pad(M, ((0, 0), (0, 1))) for M in (t.B, D))
+            D = np.pad(D, ((0, 0), (0, 1)))
             inputs = (*inputs, PLACE)
             stated = np.zeros(D.shape, dtype=bool)
             stated[: len(body.C), -1] = True
-            model = replace(t, name=name, B=B, C=shown, D=D, inputs=inputs, outputs=outputs)
+            B_modes = np.pad(t.B, ((0, 0), (0, 1)))
+            model = replace(t, name=name, B=B_modes, C=shown, D=D, inputs=inputs, outputs=outputs)
         return Open(name, inputs, outputs, model, stated)
 
     def _with_law(
