@@ -89,7 +89,7 @@ def assemble(path: Path, structure: Structure, fmus: dict[str, LoadedFmu]) -> Lo
         lengths = {
             k: start.value
             for k, start in structure.starts[name].items()
-            if k in known and known[k].is_structural
+            if k in known and known[k].is_structural and not isinstance(start.value, bytes)
         }
         if lengths:
             fmu.set_parameters(lengths)
@@ -231,7 +231,8 @@ def _starts(
         except UnitError as error:
             raise FmuError(f"{path}: {full}: {error}") from None
         try:
-            starts[name] = _converted(start, linear)
+            kind = settable[name].kind.name if name in settable else ""
+            starts[name] = _converted(start, linear, kind)
             if name in inputs:
                 _number(starts[name], next(v for v in fmu.inputs if v.name == name))
         except ValueError as error:
@@ -256,8 +257,14 @@ def _table(linear: Table, output: Variable, input_: Variable) -> dict[float, flo
     return found
 
 
-def _converted(start: Start, linear: Linear | Table) -> Scalar:
-    """A value in the unit of its variable."""
+def _converted(start: Start, linear: Linear | Table, kind: str) -> Scalar:
+    """A value in the unit of its variable, whose kind is empty if it is an input."""
+    if isinstance(start.value, bytes):
+        if kind != "Binary" or linear != IDENTITY:
+            raise ValueError(
+                f"{start.value.hex()[:40]} is Binary, which only Binary takes as it is"
+            )
+        return start.value.hex()
     if isinstance(linear, Table):
         return linear.of(start.value)
     # A function that does nothing leaves whole numbers whole and Booleans Booleans.

@@ -95,9 +95,17 @@ def _values(package: Package, root: Element, prefix: str, units: Units) -> Itera
             yield Bound(name, Start(_scalar(package, name, found), way))
 
 
-def _scalar(package: Package, name: str, element: Element) -> Scalar:
+def _scalar(package: Package, name: str, element: Element) -> Scalar | bytes:
     """The value of an entry."""
     kind = local(element)
+    if kind == "Binary":
+        text = package.need(element, "value")
+        try:
+            return bytes.fromhex(text)
+        except ValueError:
+            raise package.error(
+                f"parameter {name}: {text[:40]!r} must be bytes, two hexadecimal digits each"
+            ) from None
     if kind == "Boolean":
         return is_true(package.need(element, "value"))
     if kind in {"String", "Enumeration"}:

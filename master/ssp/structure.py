@@ -94,13 +94,13 @@ class Start:
 
     Attributes
     ----------
-    value : float, int, bool or str
+    value : float, int, bool, str or bytes
         The number, text, or name of an enumeration's item.
     way : Way
         To the variable.
     """
 
-    value: Scalar
+    value: Scalar | bytes
     way: Way
 
 

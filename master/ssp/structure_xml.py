@@ -23,7 +23,8 @@ _NAMESPACES = {
     "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations",
     "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
 }
-TYPES = {t: t for t in ("Real", "Integer", "Boolean", "String")} | {"Enumeration": "Integer"}
+TYPES = {t: t for t in ("Real", "Integer", "Boolean", "String", "Binary")}
+TYPES |= {"Enumeration": "Integer"}
 """SSP's types for FMI's, of the values that can be written."""
 VERSIONS: Mapping[str, Mapping[str, str]] = {
     "1.0": {},

@@ -23,10 +23,10 @@ def exports(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     made = []
 
-    def export(vehicle, track, dimension, changes, out, progress):
+    def export(vehicle, track, dimension, changes, line, out, progress):
         files = {name: out / f"{name}.fmu" for name in NAMES}
         for name, path in files.items():
-            path.write_text(f"{name} {vehicle} {track} {dimension} {changes}")
+            path.write_text(f"{name} {vehicle} {track} {dimension} {changes} {line}")
         made.append(out)
         return files
 

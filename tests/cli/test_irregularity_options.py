@@ -86,8 +86,7 @@ def test_commands_refuse_a_profile_that_ends_before_anything_is_made(
     ("options", "said"),
     [(("--defect", "dib:at=3"), "--defect dib:at=3: must be dip, joint"),
      (("--speed", "fast"), "--speed fast: must be a number, km/h, or a file"),
-     (("--speed", "brakes.csv", "--time", "3"), "speed brakes.csv: ends after 2 s"),
-     (("--speed", "brakes.csv", "--dimension", "spatial"), "--speed brakes.csv: changes")],
+     (("--speed", "brakes.csv", "--time", "3"), "speed brakes.csv: ends after 2 s")],
 )  # fmt: skip
 def test_defects_and_speeds_are_refused_before_anything_is_made(
     options, said, railcosim, tmp_path, monkeypatch

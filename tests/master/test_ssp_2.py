@@ -11,6 +11,7 @@ from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.ssp import Part, open_ssp, write_ssp
 
 from . import anybody
+from .anybody3 import make_fmu3
 from .plant import (
     ROUNDING,
     component,
@@ -68,7 +69,8 @@ def test_units_of_its_types_convert(tmp_path):
     [
         ('<ssv:UInt64 value="18446744073709551615"/>', "does not fit"),
         ('<ssv:Int8 value="3"/>', ""),
-        ('<ssv:Binary value="00"/>', "Binary values are not supported"),
+        ('<ssv:Binary value="00"/>', r"a\.n: 00 is Binary, which only Binary takes as it is"),
+        ('<ssv:Binary value="0"/>', "parameter n: '0' must be bytes, two hexadecimal digits each"),
         ('<ssv:Int16 value="x"/>', "must be a number"),
     ],
 )
@@ -81,6 +83,22 @@ def test_values_of_its_types(plant_fmu, tmp_path, entry, told):
         return
     with open_ssp(path) as loaded:
         assert loaded.starts["a"] == {"n": 3}
+
+
+def test_bytes_are_bytes(tmp_path):
+    """There and back; the FMU adds them up."""
+    fmu = make_fmu3(tmp_path / "P.fmu", variables="u x data sum")
+    entry = '<ssv:Parameter name="data"><ssv:Binary value="0102FF"/></ssv:Parameter>'
+    one = component("a", more=values(entry), u="input", x="output")
+    text = second(ssd(f"<ssd:Elements>{one}</ssd:Elements>"))
+    with open_ssp(pack(tmp_path / "S.ssp", text, P__fmu=fmu)) as loaded:
+        assert loaded.starts["a"] == {"data": "0102ff"}
+        assert run(loaded)["a.sum"][-1] == 1 + 2 + 255
+    with FmuComponent.load(fmu, name="a") as a:
+        part = Part(name="a", description=a.description, starts={"data": "0102ff"})
+        path = write_ssp(tmp_path / "W.ssp", [part], [], step=0.125, stop=1.0, version="2.0")
+    with open_ssp(path) as loaded:
+        assert loaded.starts["a"] == {"data": "0102ff"}
 
 
 @pytest.mark.parametrize("version", ["1.0", "2.0"])

@@ -240,7 +240,7 @@ def test_values_of_all_types_in_an_ssp(tmp_path, fmu):
         (one("n", "String", "5"), r"a\.n: '5' is no Integer"),
         (one("x", "Real", "1"), r"a\.x cannot be set: only parameters, inputs .* causality output"),
         (one("k", "String", "1"), "k is a Real; '1' does not fit"),
-        (one("k", "Binary", "00"), "parameter k: Binary values are not supported"),
+        (one("k", "Binary", "00"), r"a\.k: 00 is Binary, which only Binary takes as it is"),
     ],
 )
 def test_values_that_cannot_be_set_are_refused(tmp_path, fmu, entry, words):
