@@ -59,7 +59,7 @@ static void add_faster(const ContactLaw *law, size_t k, const Contact *contact, 
 {
     double motion[MOST_MOTIONS], rate[MOST_MOTIONS], by_speed[MOST_MOTIONS];
     meet(law, q, v, given, motion, rate);
-    rolling_by_speed(&law->rolling[k], given[ROLLING_SPEED], rate, contact->by_v, by_speed);
+    rolling_by_speed(&law->rolling[k], given[ROLLING_SPEED], rate, contact->by_v[0], by_speed);
     for (size_t i = 0; i < law->motions; i++)
         dforce[i] += by_speed[i] * change;
 }

@@ -87,7 +87,6 @@ static void law_change(Instance *i, const Seeds *seeds, const Inputs *now, Input
 static double output_change(Instance *i, const Variable *v, const Direction *d,
                             const double *dacceleration)
 {
-    const Model *m = &i->model;
     const Body *body = &i->motion.body;
     switch (v->role) {
     case ROLE_OUT_POSITION: return d->position + d->time * instance_speed(i) + d->gone;

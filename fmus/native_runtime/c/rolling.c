@@ -206,14 +206,13 @@ void rolling_force(const RollingLaw *law, double speed, double side,
 /* Creep knows rates over the speed, v / V; what an axle's momentum makes of them grows with it: by
    rates these are all but that, and that, which by the speed have opposite signs. */
 void rolling_by_speed(const RollingLaw *law, double speed, const double v[ROLLING_MOTIONS],
-                      const double by_v[ROLLING_MOTIONS][ROLLING_MOTIONS],
-                      double by_speed[ROLLING_MOTIONS])
+                      const double *by_v, double by_speed[ROLLING_MOTIONS])
 {
     const double momentum = 0.5 * law->axle_inertia * speed / law->radius, slow = 1 / speed;
     for (int i = 0; i < ROLLING_MOTIONS; i++) {
         by_speed[i] = 0;
         for (int j = 0; j < ROLLING_MOTIONS; j++)
-            by_speed[i] -= by_v[i][j] * v[j];
+            by_speed[i] -= by_v[i * ROLLING_MOTIONS + j] * v[j];
     }
     by_speed[2] += 2 * momentum * v[4]; /* about the forward axis, by the yaw, and the reverse */
     by_speed[4] -= 2 * momentum * v[2];

@@ -47,9 +47,8 @@ void rolling_force(const RollingLaw *law, double speed, double side,
                    const double q[ROLLING_MOTIONS], const double v[ROLLING_MOTIONS],
                    double force[ROLLING_MOTIONS], double by_q[ROLLING_MOTIONS][ROLLING_MOTIONS],
                    double by_v[ROLLING_MOTIONS][ROLLING_MOTIONS]);
-/* Their derivatives by the speed, from those by rates. */
+/* Their derivatives by the speed, from those by rates, row after row. */
 void rolling_by_speed(const RollingLaw *law, double speed, const double v[ROLLING_MOTIONS],
-                      const double by_v[ROLLING_MOTIONS][ROLLING_MOTIONS],
-                      double by_speed[ROLLING_MOTIONS]);
+                      const double *by_v, double by_speed[ROLLING_MOTIONS]);
 
 #endif

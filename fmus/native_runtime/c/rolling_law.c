@@ -86,7 +86,7 @@ void railcosim_rolling_ask(const void *laws, size_t times, const double *motions
         rolling_force(&wheel->law, speed, wheel->side, motions, motions + n, forces,
                       asked ? by_q : NULL, asked ? by_v : NULL);
         if (asked)
-            rolling_by_speed(&wheel->law, speed, motions + n, by_v, by_speed);
+            rolling_by_speed(&wheel->law, speed, motions + n, by_v[0], by_speed);
         for (size_t i = 0; asked && i < n; i++, tangents += ROLLING_GIVEN) {
             memcpy(tangents, by_q[i], sizeof by_q[i]);
             memcpy(tangents + n, by_v[i], sizeof by_v[i]);
