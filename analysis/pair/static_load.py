@@ -7,6 +7,7 @@ from pathlib import Path
 from railcosim.master.component import FloatArray
 from railcosim.master.fmi.description import describe_file
 from railcosim.master.law import Law
+from railcosim.mechanics.contact.at_ports import PORTS
 from railcosim.mechanics.ports import Layout
 from railcosim.track.irregularity import flat
 from railcosim.track.irregularity.quantities import ALL
@@ -80,8 +81,9 @@ def _layout(vehicle: Vehicles) -> Layout:
 
 
 def _tangents(pair: Pair) -> FloatArray:
-    """Of the law in the master, (n_contacts, k, m), where the pair is at rest."""
+    """Of the law in the master, (n_contacts, k, m), where the pair is at rest, at one speed."""
     pair.system.exchange()
     (law,) = (component for component in pair.system.components if isinstance(component, Law))
     u = pair.system.gather(pair.system.index(law.name))
-    return law.law.tangent((law.S @ u).reshape(law.contacts, -1))
+    by: FloatArray = law.law.tangent((law.S @ u).reshape(law.contacts, -1))
+    return by[..., : 2 * len(PORTS)]

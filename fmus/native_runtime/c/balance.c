@@ -63,15 +63,16 @@ static void move(const Question *question, const double *G, const double *free, 
 static void ask_all(const Question *question, const double *x, double *found, double *tangents)
 {
     const size_t own = question->law->own, n = question->n, parts = question->parts;
-    const size_t each = tangents == NULL ? 0 : parts * own * parts * own;
     double at[2 * MOST_OWN], force[2 * MOST_OWN];
-    for (size_t port = 0; port < n; port += own, tangents += each) {
+    for (size_t port = 0; port < n; port += own) {
         const size_t first = question->port == NULL ? port : question->port[port];
         for (size_t part = 0; part < parts; part++)
             memcpy(at + part * own, x + part * n + port, own * sizeof(double));
         question->ask(question, first / own, at, force, tangents);
         for (size_t part = 0; part < parts; part++)
             memcpy(found + part * n + port, force + part * own, own * sizeof(double));
+        if (tangents != NULL)
+            tangents += parts * own * parts * own;
     }
 }
 
