@@ -86,11 +86,14 @@ class Hollow:
             instance._library._dll = self
             for name in instance._functions:
                 instance._functions[name] = self._ok
-            for call in instance._prepared.values():
+            for call in instance._prepared:
                 call.function = self._ok
-        yield
-        for library, dll in libraries:  # which frees the instance
-            library._dll = dll
+                call.row.function = ctypes.cast(self._ok, ctypes.c_void_p).value  # of C's list
+        try:
+            yield
+        finally:
+            for library, dll in libraries:  # which frees the instance
+                library._dll = dll
 
 
 def seconds(work: Callable[[], object], repeats: int = REPEATS) -> float:

@@ -66,19 +66,21 @@ def a_step(folder: Path, owner: Owner, scheme: Scheme, step: float) -> tuple[flo
 def on_rigid_rails(path: Path, internal: float, step: float) -> float:
     """Least cost of a step of a vehicle alone on uneven rigid rails: inputs, outputs, a step."""
     with FmuComponent.load(path) as fmu:
-        fmu.set_parameters({"speed": SPEED, "internal_step": internal})
+        fmu.set_parameters({"internal_step": internal})
         quantity = np.array([v.name.rpartition(".")[2] for v in fmu.inputs])
         size = np.select(
             [quantity == "irregularity_z", quantity == "irregularity_y"], [2e-5, 3e-4], 0.0
         )
+        steady = np.where(quantity == "speed", SPEED, 0.0)
         omega, shift = 2 * np.pi * SPEED / WAVE, np.arange(size.size)
         fmu.enter_initialization(0.0)
+        fmu.set_inputs(steady)
         fmu.exit_initialization()
         least = float("inf")
         for first in range(0, BLOCKS * STEPS, STEPS):
             begun = process_time()
             for k in range(first, first + STEPS):
-                fmu.set_inputs(size * np.sin(omega * k * step + shift))
+                fmu.set_inputs(steady + size * np.sin(omega * k * step + shift))
                 fmu.do_step(k * step, step)
                 fmu.read_outputs()
             least = min(least, process_time() - begun)
