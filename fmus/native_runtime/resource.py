@@ -31,7 +31,7 @@ ALIGNMENT = 64
 TYPES = {np.dtype("<f8"): 1, np.dtype("<i4"): 2, np.dtype("u1"): 3, np.dtype("<f4"): 4}
 VALUE_TYPES = {"Real": 0, "Integer": 1, "Boolean": 2}
 MOST_MODES, LARGEST_TABLE = 1_000_000, 1_900_000_000  # a little less than model.c takes
-MOST_GAPS = 256  # as model.c takes
+MOST_GAPS = 256  # as model_track.c takes
 OUTSIDE = 0  # whose motion presses the contact: nobody's
 
 Sections = dict[str, NDArray[Any]]
