@@ -9,30 +9,28 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from railcosim.analysis.schemes.usual import PREDICTED
 from railcosim.track.irregularity import QUALITIES
 
-from .options import (
+from .option_types import (
     DimensionName,
     DimensionOption,
-    LawOption,
     PlotFile,
     PositionsOption,
     Speed,
-    SystemOption,
-    console,
+)
+from .options import (
     contact_parameters,
-    errors,
     positions_of,
     positive,
-    progress,
-    refuse_of_pair,
-    refuse_of_system,
     speed_of,
 )
 from .parameter_options import FmuOptions
+from .progress import progress
 from .results import PICTURES, Suffixes, keep
+from .scheme_options import EVERY, SchemesOption
 from .stability_command import OF_A_PAIR, in_ms, tell_of_growing, tell_of_growth
+from .system_options import SystemOptions
+from .terminal import console, errors
 
 if TYPE_CHECKING:
     from railcosim.analysis.schemes.advised import Advice, Option
@@ -60,21 +58,14 @@ def advise(
     contact_stiffness: Annotated[
         str, typer.Option("--contact-stiffness", help="N/m, or hertz at the static load.")
     ] = "hertz",
-    schemes: Annotated[
-        str,
-        typer.Option(
-            help="Schemes, or how their names begin; several with commas.",
-            show_default=", ".join(PREDICTED),  # which folds
-        ),
-    ] = ",".join(PREDICTED),
+    schemes: SchemesOption = EVERY,
     speed: Speed = 250.0,
     irregularity: Annotated[
         str, typer.Option("--class", help=f"Class of the track: {', '.join(QUALITIES)}.")
     ] = "german-low",
     position: PositionsOption = None,
     given: FmuOptions,
-    system: SystemOption = None,
-    law: LawOption = None,
+    instead: SystemOptions,
     time: TimeOption = None,
     plot: PlotFile = None,
     context: typer.Context,
@@ -95,11 +86,9 @@ def advise(
     PICTURES.check(plot)
     check_accuracy(accuracy)
     words = [word.strip() for word in schemes.split(",")]
-    if system is not None:
-        refuse_of_pair(context, system, OF_THE_PAIR)
-        _of_system(system, law, time, accuracy, words, out, plot)
+    if system := instead.file(context, OF_THE_PAIR, of_system=("time",)):
+        _of_system(system, instead.law, time, accuracy, words, out, plot)
         return
-    refuse_of_system(context, ("law", "time"))
     predictable(words)
     quality(irregularity)
     v = speed_of(speed)

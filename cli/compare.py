@@ -12,22 +12,13 @@ from railcosim.analysis.pair.owner import Owner
 
 from .fmus import FreshOption, made
 from .irregularity_options import IrregularityOptions
-from .options import (
-    ContactStiffness,
-    Frequencies,
-    PositionOption,
-    Speed,
-    console,
-    doubted,
-    foretelling,
-    frequencies_of,
-    positive,
-    speed_of,
-    stiffness_of,
-)
+from .option_types import ContactStiffness, Frequencies, PositionOption, Speed
+from .options import doubted, frequencies_of, positive, speed_of, stiffness_of
 from .parameter_options import PairOptions
+from .progress import foretelling
 from .results import folder_of
 from .scheme_options import ContactOption, InputsOption, SchemeOption
+from .terminal import console
 from .uncoupled import compare_uncoupled
 
 if TYPE_CHECKING:

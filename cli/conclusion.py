@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from railcosim.storage.interruption import finishing
 
-from .options import progress
+from .progress import progress
 from .results import ResultError, keep
 
 if TYPE_CHECKING:

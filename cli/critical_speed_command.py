@@ -10,15 +10,13 @@ from rich.table import Table
 
 from railcosim.analysis.response.choices import CONICITIES, Gravity
 
-from .modes_command import GravityOption, OutFile
-from .options import (
-    PlotFile,
-    UsageError,
-    console,
-    progress,
-)
+from .modes_command import GravityOption
+from .option_types import OutFile, PlotFile
+from .options import UsageError
 from .parameter_options import PairOptions
+from .progress import progress
 from .results import PICTURES, RESULTS, keep
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

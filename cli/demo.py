@@ -11,8 +11,9 @@ from rich.table import Table
 
 from .conclusion import concluded
 from .export import exported
-from .options import console, progress
+from .progress import progress
 from .results import folder_of, keep
+from .terminal import console
 
 if TYPE_CHECKING:
     from railcosim.analysis.response.models import Models

@@ -9,11 +9,13 @@ import typer
 
 from railcosim.analysis.response.choices import Rails
 
-from .modes_command import OutFile
-from .options import Frequencies, PlotFile, console, frequencies_of, progress, speed_of
+from .option_types import Frequencies, OutFile, PlotFile
+from .options import frequencies_of, speed_of
 from .parameter_options import TrackOptions
+from .progress import progress
 from .receptance import Along
 from .results import PICTURES, RESULTS, keep
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

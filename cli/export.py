@@ -13,18 +13,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .fmus import tell_of_losses
-from .options import (
-    DimensionName,
-    LocalOption,
-    ThenOption,
-    UsageError,
-    console,
-    errors,
-    status,
-)
+from .option_types import DimensionName, LocalOption, ThenOption
+from .options import UsageError
 from .parameter_options import changes_at
+from .progress import status
 from .results import folder_of
 from .sensor_options import ObservedPair
+from .terminal import console, errors
 
 if TYPE_CHECKING:
     from railcosim.fmus.export import Runtime

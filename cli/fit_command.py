@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from .modes_command import OutFile
-from .options import PlotFile, console, progress
+from .option_types import OutFile, PlotFile
 from .parameter_options import TrackOptions
+from .progress import progress
 from .receptance import Load
 from .results import PICTURES, RESULTS, keep
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

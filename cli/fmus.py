@@ -11,7 +11,9 @@ import typer
 
 from railcosim.analysis.pair.owner import Owner
 
-from .options import UsageError, errors, status
+from .options import UsageError
+from .progress import status
+from .terminal import errors
 
 if TYPE_CHECKING:
     from railcosim.track.closed_line import ClosedLine

@@ -6,16 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .options import (
-    Frequencies,
-    Out,
-    PlotFile,
-    Speed,
-    UsageError,
-    frequencies_of,
-    progress,
-    speed_of,
-)
+from .option_types import Frequencies, Out, PlotFile, Speed
+from .options import UsageError, frequencies_of, speed_of
+from .progress import progress
 from .results import PICTURES, RESULTS, keep
 from .sensor_options import ObservedMeeting
 

@@ -12,8 +12,10 @@ from railcosim.track.irregularity.quantities import ASIDE, DOWN
 from railcosim.track.irregularity.usual import SEED
 
 from .irregularity_options import QUANTITIES_HELP, quantities_of
-from .options import PlotFile, console, positive
+from .option_types import PlotFile
+from .options import positive
 from .results import PICTURES, Suffixes, draw
+from .terminal import console
 
 if TYPE_CHECKING:
     from railcosim.plots.chart import Chart, Curve

@@ -7,16 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from .modes_command import OutFile
-from .options import (
-    PlotFile,
-    console,
-    grid_of,
-    positive,
-    progress,
-)
+from .option_types import OutFile, PlotFile
+from .options import grid_of, positive
 from .parameter_options import VehicleOptions
+from .progress import progress
 from .results import PICTURES, RESULTS, keep
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,18 +11,12 @@ from rich.table import Table
 
 from railcosim.track.irregularity.quantities import QUANTITIES
 
-from .options import (
-    LIMITS,
-    Out,
-    PlotFile,
-    UsageError,
-    console,
-    grid_of,
-    progress,
-    speed_of,
-)
+from .option_types import Out, PlotFile
+from .options import LIMITS, UsageError, grid_of, speed_of
+from .progress import progress
 from .results import PICTURES, Suffixes, keep
 from .sensor_options import ObservedMeeting
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,14 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .options import (
-    DimensionName,
-    LocalOption,
-    PositionsOption,
-    UsageError,
-    positions_of,
-    stiffness_of,
-)
+from .option_types import DimensionName, LocalOption, PositionsOption
+from .options import UsageError, positions_of, stiffness_of
 from .parameter_options import FmuOptions
 
 if TYPE_CHECKING:

@@ -11,14 +11,11 @@ from rich.table import Table
 
 from railcosim.analysis.response.choices import Gravity, Wheels
 
-from .options import (
-    UsageError,
-    console,
-    progress,
-    speed_of,
-)
+from .options import UsageError, speed_of
 from .parameter_options import PairOptions
+from .progress import progress
 from .results import RESULTS, keep
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,22 +1,14 @@
-"""What the commands share: how options are spelt, checked and read, and progress bars."""
+"""What is given to options that commands share: how it is checked and read."""
 
 from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from enum import StrEnum
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from railcosim.parameters import UnusualWarning, Usual
-from railcosim.storage.interruption import noting
-
-from .terminal import console, errors
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,8 +17,6 @@ if TYPE_CHECKING:
     from .parameter_options import FmuOptions
 
     FloatArray = NDArray[np.float64]
-
-__all__ = ["console", "errors"]  # beside what is defined here
 
 MAX_FREQUENCIES = 1_000_000
 LIMITS = {  # wider than anything that is built: what is outside is a slip, or overflows
@@ -52,90 +42,6 @@ class UsageError(ValueError):
     """The command line asks for something that cannot be; exit status 2."""
 
 
-VehicleFmus = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--vehicle-fmu",
-        help="Vehicle FMU; ours if not given. Several, from the front, if given again.",
-        metavar="F",
-    ),
-]
-TrackFmu = Annotated[
-    Path | None,
-    typer.Option("--track-fmu", help="Track FMU; ours if not given.", metavar="F"),
-]
-Out = Annotated[Path, typer.Option("--out", help="Result: .nc or .csv.", metavar="FILE")]
-PlotFile = Annotated[
-    Path | None, typer.Option("--plot", help="Picture as well: .png, .svg or .pdf.", metavar="FILE")
-]
-Frequencies = Annotated[
-    str,
-    typer.Option(
-        "--frequencies", help="start:stop:step in Hz, stop included, or start:stop:N@log."
-    ),
-]
-ContactStiffness = Annotated[
-    str, typer.Option("--contact-stiffness", help="Linear contact stiffness k_H, N/m.")
-]
-PositionOption = Annotated[
-    float | None,
-    typer.Option(
-        "--position", help="Where the last wheelset stands, m; as the FMU has it if not given."
-    ),
-]
-PositionsOption = Annotated[
-    str | None,
-    typer.Option(
-        "--position",
-        help="Where the last wheelset stands, m, or at a railseat or midspan of our track; of "
-        "several vehicles that of each, such as 25.1,0.3. As the FMU has it if not given.",
-        metavar="PLACE",
-    ),
-]
-LocalOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--local",
-        help="What is different at one place: how much of a fastening or a layer is left (0: "
-        "it hangs), fastening@railseat+1=0, kg more on a rail, mass@1.2=15, or a gap in m that "
-        "closes, in time, sleeper@railseat=gap:1e-3. PLACE is in m along the track, as --position. "
-        "Repeat it for more.",
-        metavar="CHANGE",
-    ),
-]
-ThenOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--then",
-        help="Another kind of track from X on, m: a file or a built-in one, such as "
-        "ballasted@30, where a cell of the one before ends. Repeat it for more.",
-        metavar="TRACK@X",
-    ),
-]
-LawOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--law",
-        help="Springs and dampers between the system's FMUs, in the master: a TOML file.",
-        metavar="F.toml",
-    ),
-]
-SystemOption = Annotated[
-    Path | None,
-    typer.Option("--system", help="Any system of FMUs instead, an SSP file.", metavar="F.ssp"),
-]
-SchedulerOption = Annotated[
-    str | None,
-    typer.Option(
-        "--scheduler",
-        help="Run on the workers of this dask scheduler, such as tcp://host:8786; on the cores "
-        "of this machine if not given.",
-        metavar="ADDRESS",
-    ),
-]
-Speed = Annotated[float, typer.Option("--speed", help="km/h")]
-
-
 _SPEED = Usual(15.0, 600.0, "shunting to records")
 USUAL = {
     "--contact-stiffness": (Usual(1e7, 1e11, "the paper has 0.1 to 8 GN/m"), "N/m"),
@@ -149,21 +55,6 @@ def given_here(context: typer.Context, name: str) -> bool:
     """Whether an option was given on the command line."""
     source = context.get_parameter_source(name)
     return source is not None and source.name == "COMMANDLINE"
-
-
-def refuse_of_pair(context: typer.Context, system: Path, options: tuple[str, ...]) -> None:
-    """Refuse options given on the command line that say nothing of a system in a file."""
-    for name in options:
-        if given_here(context, name):
-            option = "--" + name.strip("_").replace("_", "-")
-            raise UsageError(f"{option}: is of our pair; {system} has its own FMUs. Leave it out")
-
-
-def refuse_of_system(context: typer.Context, options: tuple[str, ...]) -> None:
-    """Refuse options given on the command line that say nothing without ``--system``."""
-    for name in options:
-        if given_here(context, name):
-            raise UsageError(f"--{name.replace('_', '-')}: is of FMUs of --system")
 
 
 def positions_of(text: str | None, given: FmuOptions) -> list[float] | None:
@@ -227,24 +118,6 @@ def grid_of(
     return grid if stop - grid[-1] < 1e-9 * stop else np.append(grid, stop)
 
 
-class DimensionName(StrEnum):
-    """How dimensions are spelt."""
-
-    VERTICAL = "vertical"
-    SPATIAL = "spatial"
-
-
-DimensionOption = Annotated[
-    DimensionName,
-    typer.Option(
-        "--dimension",
-        metavar="NAME",
-        help="Of our FMUs: spatial, where wheels roll on rails that move aside and turn as well; "
-        "with --vehicle-fmu or --track-fmu theirs counts.",
-    ),
-]
-
-
 def contact_parameters(text: str) -> dict[str, float | bool]:
     """FMU parameters for ``hertz``, ``hertz:k_H``, or a stiffness k_H in N/m.
 
@@ -304,41 +177,3 @@ def speed_of(speed: float, option: str = "--speed") -> float:
             stacklevel=2,
         )
     return kmh / 3.6
-
-
-@contextmanager
-def progress(text: str) -> Iterator[Callable[[float, float], None]]:
-    """A progress bar on standard error; the callable takes what is done and the total.
-
-    Ctrl-C is obeyed at the next call; see `noting`.
-    """
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-    bar = Progress(
-        *columns, TimeRemainingColumn(), console=errors, transient=True,
-        disable=not errors.is_terminal,  # else it leaves an empty line
-    )  # fmt: skip
-    with noting() as obey, bar:
-        task = bar.add_task(text, total=None)
-
-        def update(done: float, total: float) -> None:
-            obey()
-            bar.update(task, completed=done, total=total)
-
-        yield update
-
-
-@contextmanager
-def foretelling(text: str) -> Iterator[Callable[[float, float], None]]:
-    """A progress bar of work of some seconds: it is told before, and soon for how long."""
-    from railcosim.master.progress import foretold
-
-    errors.print(text)
-    with progress(text) as update:
-        yield foretold(update, lambda more: errors.print(f"{text}: {more}"))
-
-
-@contextmanager
-def status(text: str) -> Iterator[Callable[[str], None]]:
-    """A line that tells what is being done."""
-    with errors.status(text) as line:
-        yield lambda now: line.update(f"{text}: {now}")

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from .options import UsageError, console, progress
+from .options import UsageError
+from .progress import progress
 from .results import folder_of
+from .terminal import console
 
 VISIBLE = 1e-3  # of a number: what a table of four digits shows
 

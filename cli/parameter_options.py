@@ -17,7 +17,8 @@ from railcosim.track.names import BUILT_IN as TRACKS
 from railcosim.vehicle.names import BUILT_IN, PAPER
 
 from .fmus import FreshOption, fmus_of
-from .options import TrackFmu, UsageError, VehicleFmus
+from .option_types import TrackFmu, VehicleFmus
+from .options import UsageError
 
 if TYPE_CHECKING:
     from railcosim.track.closed_line import ClosedLine

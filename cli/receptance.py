@@ -11,20 +11,12 @@ import typer
 from railcosim.analysis.response.choices import Method
 from railcosim.track.names import PAPER
 
-from .options import (
-    Frequencies,
-    LocalOption,
-    Out,
-    PlotFile,
-    PositionOption,
-    UsageError,
-    console,
-    frequencies_of,
-    positive,
-    progress,
-)
+from .option_types import Frequencies, LocalOption, Out, PlotFile, PositionOption
+from .options import UsageError, frequencies_of, positive
 from .parameter_options import TrackOptions
+from .progress import progress
 from .results import PICTURES, RESULTS, keep
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,7 +16,8 @@ from railcosim.storage.interruption import finishing
 from railcosim.storage.lock import HeldError, held
 from railcosim.storage.whole import TargetError, check_folder, check_target, why
 
-from .options import UsageError, console
+from .options import UsageError
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

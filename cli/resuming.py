@@ -12,7 +12,7 @@ import typer
 
 from railcosim.storage.whole import write_whole
 
-from .options import errors
+from .terminal import errors
 
 FREE = (
     "out", "plot", "time", "limit", "checkpoint", "every", "resume", "isolate", "believe", "fresh",

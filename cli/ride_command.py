@@ -11,17 +11,11 @@ from rich.table import Table
 from railcosim.track.irregularity import QUALITIES
 
 from .meeting_options import MeetingOptions
-from .options import (
-    Frequencies,
-    Out,
-    PlotFile,
-    Speed,
-    console,
-    frequencies_of,
-    progress,
-    speed_of,
-)
+from .option_types import Frequencies, Out, PlotFile, Speed
+from .options import frequencies_of, speed_of
+from .progress import progress
 from .results import PICTURES, RESULTS, keep
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

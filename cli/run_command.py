@@ -12,7 +12,7 @@ from railcosim.analysis.pair.owner import FMUS, Owner
 from .conclusion import concluded
 from .irregularity_options import IrregularityOptions
 from .keeping_options import KeepingOptions
-from .options import (
+from .option_types import (
     DimensionName,
     DimensionOption,
     LocalOption,
@@ -20,19 +20,16 @@ from .options import (
     PlotFile,
     PositionsOption,
     ThenOption,
-    UsageError,
-    contact_parameters,
-    doubted,
-    errors,
-    positions_of,
-    refuse_of_pair,
 )
+from .options import UsageError, contact_parameters, doubted, positions_of
 from .results import PICTURES, RESULTS
 from .resuming import keep_fmus, told_how_to_resume
 from .run_system_command import run_system
 from .scheme_options import ContactOption, CourseOptions
 from .sensor_options import ObservedFmus
 from .speed_option import SpeedOrFile, travel_of
+from .system_options import refuse_of_pair
+from .terminal import errors
 
 if TYPE_CHECKING:
     from railcosim.master.course import Course, Keeping

@@ -9,7 +9,8 @@ import typer
 
 from .conclusion import concluded
 from .keeping_options import KeepingOptions
-from .options import LawOption, Out, PlotFile, UsageError
+from .option_types import LawOption, Out, PlotFile
+from .options import UsageError
 from .results import PICTURES, RESULTS
 from .resuming import told_how_to_resume
 from .scheme_options import CourseOptions

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from .modes_command import OutFile
-from .options import PlotFile, UsageError, console, speed_of
+from .option_types import OutFile, PlotFile
+from .options import UsageError, speed_of
 from .results import PICTURES, RESULTS, keep
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

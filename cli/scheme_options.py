@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from railcosim.analysis.pair.owner import Owner
+from railcosim.analysis.schemes.usual import PREDICTED
 from railcosim.master.names import INPUTS, SCHEMES
 
 from .options import UsageError, positive
@@ -44,6 +45,15 @@ SchemeOption = Annotated[
         help=f"Coupling scheme: {', '.join(SCHEMES)}; if not given, gauss-seidel where the "
         "track owns the contact, jacobi where the vehicle does, interface-jacobian where the "
         "master does.",
+    ),
+]
+EVERY = ",".join(PREDICTED)
+SchemesOption = Annotated[
+    str,
+    typer.Option(
+        "--schemes",
+        help="Schemes, or how their names begin; several with commas.",
+        show_default=", ".join(PREDICTED),  # which folds
     ),
 ]
 InputsOption = Annotated[

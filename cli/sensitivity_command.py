@@ -10,9 +10,11 @@ from rich.table import Table
 
 from railcosim.analysis.response.choices import Subject
 
-from .options import UsageError, console, progress
+from .options import UsageError
 from .parameter_options import PairOptions
+from .progress import progress
 from .results import RESULTS, keep
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

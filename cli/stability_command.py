@@ -10,27 +10,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from railcosim.analysis.schemes.usual import PREDICTED
-
-from .options import (
+from .option_types import (
     DimensionName,
     DimensionOption,
-    LawOption,
     PlotFile,
     PositionsOption,
     Speed,
-    SystemOption,
-    console,
-    contact_parameters,
-    errors,
-    positions_of,
-    progress,
-    refuse_of_pair,
-    refuse_of_system,
-    speed_of,
 )
+from .options import contact_parameters, positions_of, speed_of
 from .parameter_options import FmuOptions
+from .progress import progress
 from .results import PICTURES, RESULTS, keep
+from .scheme_options import EVERY, SchemesOption
+from .system_options import SystemOptions
+from .terminal import console, errors
 
 if TYPE_CHECKING:
     from railcosim.analysis.schemes.limits import Found
@@ -55,17 +48,10 @@ def stability(
         str,
         typer.Option("--contact-stiffness", help="k_H in N/m, or hertz; several with commas."),
     ] = "0.1e9,1e9,8e9",
-    schemes: Annotated[
-        str,
-        typer.Option(
-            help="Schemes, or how their names begin; several with commas.",
-            show_default=", ".join(PREDICTED),  # which folds
-        ),
-    ] = ",".join(PREDICTED),
+    schemes: SchemesOption = EVERY,
     position: PositionsOption = None,
     given: FmuOptions,
-    system: SystemOption = None,
-    law: LawOption = None,
+    instead: SystemOptions,
     plot: PlotFile = None,
     context: typer.Context,
 ) -> None:
@@ -77,11 +63,9 @@ def stability(
     contact springs is taken to integrate them exactly. Wheels of pairs in space creep at the speed,
     and any stiffness is that at the static load.
     """
-    if system is None:
-        refuse_of_system(context, ("law",))
-    else:
-        refuse_of_pair(context, system, (*OF_A_PAIR, "plot"))
-        _of_system(system, law, [word.strip() for word in schemes.split(",")], out)
+    words, texts = ([word.strip() for word in of.split(",")] for of in (schemes, contact_stiffness))
+    if system := instead.file(context, (*OF_A_PAIR, "plot")):
+        _of_system(system, instead.law, words, out)
         return
     from railcosim.analysis.schemes.limits import predictable
     from railcosim.analysis.schemes.limits import stability as predicted
@@ -90,7 +74,6 @@ def stability(
 
     RESULTS.check(out)
     PICTURES.check(plot)
-    words, texts = ([word.strip() for word in of.split(",")] for of in (schemes, contact_stiffness))
     predictable(words)
     v = speed_of(speed)
     parameters = [contact_parameters(text) for text in texts]

@@ -17,34 +17,33 @@ from railcosim.analysis.pair.owner import Owner
 
 from .fmus import FreshOption, made
 from .irregularity_options import IrregularityOptions
-from .options import (
+from .option_types import (
     DimensionName,
     DimensionOption,
-    LawOption,
     PlotFile,
     PositionOption,
     SchedulerOption,
     Speed,
-    SystemOption,
+)
+from .options import (
     UsageError,
-    console,
     contact_parameters,
     doubted,
     given_here,
     positive,
-    progress,
-    refuse_of_pair,
-    refuse_of_system,
     speed_of,
 )
 from .parameter_options import PairOptions
+from .progress import progress
 from .results import PICTURES, folder_of
-from .terminal import Terminal
+from .system_options import SystemOptions
+from .terminal import Terminal, console
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from railcosim.analysis.schemes.grid_run import Studied
+    from railcosim.analysis.schemes.study_point import ContactCase
 
 WIDTH = 120  # of the table, characters
 
@@ -87,8 +86,7 @@ def study(
     out: Annotated[
         Path, typer.Option("--out", help="Folder for what is finished.", metavar="DIR")
     ] = Path("railcosim-study"),
-    system: SystemOption = None,
-    law: LawOption = None,
+    instead: SystemOptions,
     plot: PlotFile = None,
     scheduler: SchedulerOption = None,
     context: typer.Context,
@@ -104,47 +102,48 @@ def study(
     from railcosim.analysis.schemes.grid_run import study as studied
     from railcosim.analysis.schemes.grid_run import study_system
     from railcosim.analysis.schemes.study import Grid
-    from railcosim.analysis.schemes.study_point import ContactCase
 
     PICTURES.check(plot)
     folder_of("--out", out)
-    if system is not None:
-        refuse_of_pair(context, system, OF_THE_PAIR)
+    if system := instead.file(context, OF_THE_PAIR):
         chosen = [_step(text, system) for text in _parts("--steps", steps)]
         make = partial(
             study_system, system, out, _parts("--schemes", schemes),
-            chosen if given_here(context, "steps") else (), law=law,
+            chosen if given_here(context, "steps") else (), law=instead.law,
             time=positive("--time", time, "s") if given_here(context, "time") else None,
         )  # fmt: skip
         _finish(make, scheduler, out, plot)
         return
-    refuse_of_system(context, ("law",))
     v = speed_of(speed)
     aside = dimension is DimensionName.SPATIAL
     profile = rough.profile(v * positive("--time", time, "s"), spatial=aside)
     defects = rough.defects()
-    laws = _parts("--contact-stiffness", contact_stiffness)
-    at_rest = "hertz:" if aside else ""  # rolling wheels have no other
     asked = (
         _parts("--schemes", schemes),
         _parts("--owners", owners),
-        [
-            ContactCase(
-                label=text,
-                parameters=contact_parameters(text if "hertz" in text else at_rest + text),
-            )
-            for text in laws
-        ],
+        _contacts(_parts("--contact-stiffness", contact_stiffness), aside=aside),
         [_step(text) for text in _parts("--steps", steps)],
     )
-    grid = Grid.of(*asked)
-    grid.check(time)
+    Grid.of(*asked).check(time)
     with made(*given.pair(), dimension=dimension, fresh=fresh) as fmus:
         make = partial(
             studied, fmus, out, *asked, time=time, speed=v, irregularity=profile,
             defects=defects, position=position,
         )  # fmt: skip
         _finish(make, scheduler, out, plot)
+
+
+def _contacts(texts: list[str], *, aside: bool) -> list[ContactCase]:
+    """What ``--contact-stiffness`` says; wheels that roll have none but that at the static load."""
+    from railcosim.analysis.schemes.study_point import ContactCase
+
+    at_rest = "hertz:" if aside else ""
+    return [
+        ContactCase(
+            label=text, parameters=contact_parameters(text if "hertz" in text else at_rest + text)
+        )
+        for text in texts
+    ]
 
 
 def _finish(

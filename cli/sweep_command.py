@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterable, Sequence, Set
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,9 +13,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .commands import COMMANDS, loaded
-from .options import PlotFile, SchedulerOption, UsageError, console, errors, progress
+from .option_types import PlotFile, SchedulerOption
+from .options import UsageError
+from .progress import progress
 from .results import PICTURES, Suffixes, folder_of, keep
 from .sweep_point import blanks_in, filled, measured, options_of
+from .terminal import console, errors
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,16 +71,59 @@ def sweep(
     from railcosim.analysis.pair.kept_fmus import MOST as MOST_KEPT
     from railcosim.analysis.schemes.grid_run import NoDaskError
     from railcosim.analysis.sweep import sweep as swept
-    from railcosim.plots.sweep import sweep_chart
 
     NETCDF.check(out)
     PICTURES.check(plot)
+    asked = _asked(command, list(context.args), set_ or ())
+    points = folder_of("--out", out.with_name(f"{out.name}.points"))
+    files = asked.files()
+    about: dict[str, Any] = {
+        "command": command,
+        "arguments": asked.arguments,
+        "files": [hashlib.sha256(content).hexdigest() for content in files.values()],
+    }
+    names = [name.strip() for name in only.split(",")] if only else []
+    measure = partial(
+        measured, command, asked.arguments, files if scheduler else {},
+        kept=asked.pairs <= MOST_KEPT,
+    )  # fmt: skip
+    with progress("sweeping") as update:
+        try:
+            found = swept(
+                measure, asked.axes, points, about=about, only=names, scheduler=scheduler,
+                progress=update, tell=console.print,
+            )  # fmt: skip
+        except NoDaskError as error:
+            raise UsageError(str(error)) from error
+    if found.dataset is not None:
+        _keep(found.dataset, asked.axes, out, plot, show, f"sweep of {command}")
+    if found.failed:
+        for one in found.failed[:3]:
+            errors.print(f"note: {one}")
+        raise SweepFailedError(f"{len(found.failed)} points failed, NaN in the result")
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Asked:
+    """Calls of a command that differ in values."""
+
+    arguments: list[str]
+    axes: dict[str, list[Value]]
+    pairs: int  # how many FMUs of ours it may take
+
+    def files(self) -> dict[str, bytes]:
+        """Files that arguments name, such as --track=a.toml, and what is in them."""
+        words = [word for one in self.arguments for word in (one, one.partition("=")[2])]
+        return {one: Path(one).read_bytes() for one in words if Path(one).is_file()}
+
+
+def _asked(command: str, arguments: list[str], texts: Sequence[str]) -> _Asked:
+    """What is to be called, by the command line."""
     if command not in COMMANDS or not _gives_results(command):
         known = ", ".join(name for name in COMMANDS if _gives_results(name))
         raise UsageError(f"sweep {command}: must be one of {known}")
-    arguments = list(context.args)
     options, blanks = options_of(command), blanks_in(arguments)
-    axes = _axes(command, set_ or (), {*options, *blanks})
+    axes = _axes(command, texts, {*options, *blanks})
     for blank in blanks:
         if blank not in axes:
             raise UsageError(f"{{{blank}}}: has no values; give --set {blank}= and {FORM}")
@@ -93,39 +140,24 @@ def sweep(
         raise UsageError(f"--set: give at least one axis, KEY= and {FORM}")
     arguments = filled(command, arguments, same)
     _check(command, filled(command, arguments, {k: v[0] for k, v in axes.items()}))
-    words = [word for one in arguments for word in (one, one.partition("=")[2])]  # --track=a.toml
-    files = {one: Path(one).read_bytes() for one in words if Path(one).is_file()}
-    points = folder_of("--out", out.with_name(f"{out.name}.points"))
-    about: dict[str, Any] = {
-        "command": command,
-        "arguments": arguments,
-        "files": [hashlib.sha256(content).hexdigest() for content in files.values()],
-    }
-    names = [name.strip() for name in only.split(",")] if only else []
-    measure = partial(
-        measured, command, arguments, files if scheduler else {}, kept=pairs <= MOST_KEPT
-    )
-    with progress("sweeping") as update:
-        try:
-            found = swept(
-                measure, axes, points, about=about, only=names, scheduler=scheduler,
-                progress=update, tell=console.print,
-            )  # fmt: skip
-        except NoDaskError as error:
-            raise UsageError(str(error)) from error
-    if found.dataset is not None:
-        _tell_units(found.dataset, axes)
-        chart = partial(sweep_chart, axes=list(axes), shown=show, title=f"sweep of {command}")
-        size = " x ".join(f"{len(values)} {key}" for key, values in axes.items())
-        drawn = show is None or show in found.dataset.data_vars
-        keep(found.dataset, out, size, plot if drawn else None, chart)
-        if not drawn:
-            known = ", ".join(map(str, found.dataset.data_vars))
-            raise UsageError(f"--show {show}: must be one of {known}; the result is in {out}")
-    if found.failed:
-        for one in found.failed[:3]:
-            errors.print(f"note: {one}")
-        raise SweepFailedError(f"{len(found.failed)} points failed, NaN in the result")
+    return _Asked(arguments=arguments, axes=axes, pairs=pairs)
+
+
+def _keep(
+    result: xr.Dataset, axes: dict[str, list[Value]], out: Path, plot: Path | None,
+    show: str | None, title: str,
+) -> None:  # fmt: skip
+    """Save, and draw if there is what is to be shown."""
+    from railcosim.plots.sweep import sweep_chart
+
+    _tell_units(result, axes)
+    chart = partial(sweep_chart, axes=list(axes), shown=show, title=title)
+    size = " x ".join(f"{len(values)} {key}" for key, values in axes.items())
+    drawn = show is None or show in result.data_vars
+    keep(result, out, size, plot if drawn else None, chart)
+    if not drawn:
+        known = ", ".join(map(str, result.data_vars))
+        raise UsageError(f"--show {show}: must be one of {known}; the result is in {out}")
 
 
 def _gives_results(command: str) -> bool:

@@ -12,10 +12,12 @@ from rich.table import Table
 from railcosim.track.irregularity import QUALITIES
 
 from .decay_rate_command import bands_of, nominal
-from .modes_command import OutFile
-from .options import PlotFile, Speed, UsageError, console, progress, speed_of, stiffness_of
+from .option_types import OutFile, PlotFile, Speed
+from .options import UsageError, speed_of, stiffness_of
 from .parameter_options import PairOptions
+from .progress import progress
 from .results import PICTURES, RESULTS, keep
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

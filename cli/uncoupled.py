@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from .options import console, progress
+from .progress import progress
 from .results import keep
+from .terminal import console
 
 if TYPE_CHECKING:
     import xarray as xr

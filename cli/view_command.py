@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from .options import UsageError, console
+from .options import UsageError
 from .results import Suffixes
+from .terminal import console
 
 PAGES = Suffixes("--out", (".html",))
 RUNS = (".nc", ".csv")

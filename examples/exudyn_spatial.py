@@ -25,7 +25,7 @@ from exudyn_track import (
 )
 
 from railcosim.analysis.pair.pair import Journey
-from railcosim.cli.options import progress
+from railcosim.cli.progress import progress
 from railcosim.mechanics.ports import Layout, Y, Z
 from railcosim.track.irregularity import Profile
 from railcosim.vehicle.multibody import SPATIAL, build_multibody

@@ -14,7 +14,7 @@ from fmpy.fmi2 import FMU2Slave
 
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
-from railcosim.cli.options import progress
+from railcosim.cli.progress import progress
 from railcosim.fmus.export import export
 from railcosim.master.course import Course
 from railcosim.master.schemes.jacobi import jacobi

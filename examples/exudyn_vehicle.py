@@ -17,7 +17,7 @@ import numpy as np
 from exudyn_track import Times, TrackFmu, masters_run, print_row, run_example, save_comparison
 
 from railcosim.analysis.pair.pair import Journey
-from railcosim.cli.options import progress
+from railcosim.cli.progress import progress
 from railcosim.fmus.content import contact_defaults
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.irregularity import synthesise
