@@ -21,11 +21,12 @@ if TYPE_CHECKING:
     from railcosim.analysis.response.hunting import critical_speed
     from railcosim.analysis.response.limit_cycle import limit_cycles
     from railcosim.analysis.response.map import response_map
-    from railcosim.analysis.response.receptance import receptance, track_receptance
+    from railcosim.analysis.response.receptance import receptance
     from railcosim.analysis.response.ride import ride
     from railcosim.analysis.response.safety import running_safety
     from railcosim.analysis.response.sensitivity import sensitivities
     from railcosim.analysis.response.track_modes import track_modes
+    from railcosim.analysis.response.track_receptance import track_receptance
     from railcosim.analysis.response.transmission import transmission
     from railcosim.analysis.response.vehicle_modes import vehicle_modes
     from railcosim.analysis.run import run
@@ -135,7 +136,7 @@ _PLACES = {
     "track_decay_rate": "analysis.response.decay_rate:track_decay_rate",
     "track_dispersion": "analysis.response.dispersion:track_dispersion",
     "track_modes": "analysis.response.track_modes:track_modes",
-    "track_receptance": "analysis.response.receptance:track_receptance",
+    "track_receptance": "analysis.response.track_receptance:track_receptance",
     "transmission": "analysis.response.transmission:transmission",
     "vehicle_modes": "analysis.response.vehicle_modes:vehicle_modes",
 }

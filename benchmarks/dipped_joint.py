@@ -23,7 +23,7 @@ from rich.console import Console
 from rich.table import Table
 
 from railcosim.analysis.pair.kept_fmus import fmus_of_pair
-from railcosim.analysis.response.receptance import track_receptance
+from railcosim.analysis.response.track_receptance import track_receptance
 from railcosim.analysis.run import run
 from railcosim.fmus.content import contact_defaults
 from railcosim.plots.chart import Chart, Curve, Panel

@@ -82,7 +82,7 @@ class MeetingOptions(FmuOptions):
         if self.dimension is DimensionName.SPATIAL:
             raise UsageError("--local: single places change in the vertical model only")
         from railcosim.analysis.response.local_track import Local
-        from railcosim.analysis.response.receptance import change_of
+        from railcosim.analysis.response.track_words import change_of
 
         track = self.pair()[1]
         return Local(track, [change_of(track, text) for text in self.local])

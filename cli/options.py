@@ -69,7 +69,7 @@ def positions_of(text: str | None, given: FmuOptions) -> list[float] | None:
                 f"--position {text}: must be m, with commas; railseat and midspan are known of "
                 "our own track, and not of --track-fmu"
             ) from error
-    from railcosim.analysis.response.receptance import place_of
+    from railcosim.analysis.response.track_words import place_of
 
     return [place_of(given.rails(), part.strip()) for part in text.split(",")]
 

@@ -131,7 +131,7 @@ class TrackOptions:
         """A track and the kinds that follow it, as ``--then`` says, on a ring."""
         if not then or track is None:
             return None
-        from railcosim.analysis.response.receptance import line_of
+        from railcosim.analysis.response.track_words import line_of
         from railcosim.track.closed_line import ClosedLine
 
         return ClosedLine(line=line_of(track, str(self.track or PAPER), then))
@@ -218,7 +218,7 @@ def changes_at(track: Track | None, texts: Sequence[str] | None) -> list[LocalCh
     """What ``--local`` says is different at single places of a track."""
     if not texts or track is None:
         return []
-    from railcosim.analysis.response.receptance import change_of
+    from railcosim.analysis.response.track_words import change_of
 
     return [change_of(track, text) for text in texts]
 

@@ -153,7 +153,8 @@ def track_receptance(
     """
     import numpy as np
 
-    from railcosim.analysis.response import receptance as of
+    from railcosim.analysis.response import track_receptance as of
+    from railcosim.analysis.response.track_words import change_of, line_of
 
     RESULTS.check(out)
     PICTURES.check(plot)
@@ -167,7 +168,7 @@ def track_receptance(
                 f"{option}: --then joins tracks without end, each equal all along, in the vertical "
                 "model; leave one out"
             )
-        line = of.line_of(parameters, str(given.track or PAPER), then)
+        line = line_of(parameters, str(given.track or PAPER), then)
         with progress("solving") as update:
             result = of.transition_receptance(
                 line, frequency, position=_metres(position), both_rails=load is Load.BOTH,
@@ -180,7 +181,7 @@ def track_receptance(
             parameters, frequency,
             direction=direction, response=response or direction, position=position, offset=offset,
             both_rails=load is Load.BOTH, ring=ring, progress=update,
-            changes=[of.change_of(parameters, text) for text in local or ()],
+            changes=[change_of(parameters, text) for text in local or ()],
         )  # fmt: skip
     if not np.any(result["receptance"]):
         plot = None

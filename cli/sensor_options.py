@@ -79,7 +79,7 @@ def sensor_of(track: Track, text: str) -> Sensor:
     A place is in m along the track, or ``railseat`` or ``midspan`` with ``+2`` so many bays
     further.
     """
-    from railcosim.analysis.response.receptance import place_of
+    from railcosim.analysis.response.track_words import place_of
     from railcosim.track.parameters import Sensor
 
     found = FORM.fullmatch(text)

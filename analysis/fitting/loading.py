@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from railcosim.analysis.response.receptance import place_of
+from railcosim.analysis.response.track_words import place_of
 from railcosim.track.parameters import Track
 
 from .table import Table

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from railcosim.analysis.response.decay_rate import LINES, lines_of
-from railcosim.analysis.response.receptance import direction_of, place_of
+from railcosim.analysis.response.track_words import direction_of, place_of
 from railcosim.master.component import FloatArray
 from railcosim.master.linear.realisation import ComplexArray
 from railcosim.mechanics.ports import Direction, Y, Z

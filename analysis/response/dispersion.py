@@ -15,7 +15,7 @@ from railcosim.track.parameters import Track
 from railcosim.track.section import directions_for
 
 from .choices import Rails
-from .receptance import direction_of
+from .track_words import direction_of
 
 MOTIONS = {"w": "vertical bending", "v": "lateral bending", "phi": "torsion"}
 KMH = 3.6

@@ -129,7 +129,7 @@ class Local:
     track : Track
         Parameters that the track FMU was made of.
     changes : sequence of LocalChange
-        See `railcosim.analysis.response.receptance.change_of`.
+        See `railcosim.analysis.response.track_words.change_of`.
 
     Raises
     ------

@@ -43,8 +43,8 @@ from railcosim.vehicle.train import Train
 
 from .choices import Subject
 from .modes_on_track import Following
-from .receptance import place_of
 from .track_modes import asked_of, called
+from .track_words import place_of
 
 STEP = 1e-4  # of a parameter; matrices are products and quotients of few: 1e-8 of curvature
 OF_POLE = 1e-6  # of a pole: as in `modes_on_track`

@@ -30,7 +30,7 @@ from railcosim.vehicle.train import Train
 
 from .decay_rate import LINES, bands_of, lines_of
 from .frf import SPEED
-from .receptance import place_of
+from .track_words import place_of
 
 FIRST = 0  # the band of 1 Hz
 REFERENCE = 1e-9  # m/s: 1e-6 mm/s

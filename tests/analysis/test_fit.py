@@ -9,7 +9,7 @@ from railcosim.analysis.fitting.identified import identified
 from railcosim.analysis.fitting.measured import read_measured
 from railcosim.analysis.fitting.table import Unit
 from railcosim.analysis.response.decay_rate import track_decay_rate
-from railcosim.analysis.response.receptance import track_receptance
+from railcosim.analysis.response.track_receptance import track_receptance
 from railcosim.master.files import save
 from railcosim.parameters import ArgumentError, ParameterError, changed
 from railcosim.track.parameters import Slab, Track

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from railcosim.analysis.response.frf import Assembly, frequency_response
-from railcosim.analysis.response.receptance import receptance, track_receptance
+from railcosim.analysis.response.receptance import receptance
+from railcosim.analysis.response.track_receptance import track_receptance
 from railcosim.mechanics.ports import ROLL, Y
 from railcosim.parameters import ArgumentError
 from railcosim.track.receptance import Point, infinite_receptance

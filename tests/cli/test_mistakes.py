@@ -229,7 +229,7 @@ def test_exhausted_memory_is_one_line_and_status_1(railcosim, monkeypatch):
     def exhausted(*_args, **_named):
         raise MemoryError("Unable to allocate 3 PiB")
 
-    monkeypatch.setattr("railcosim.analysis.response.receptance.direct_receptance", exhausted)
+    monkeypatch.setattr("railcosim.analysis.response.track_receptance.direct_receptance", exhausted)
     status, _, err = railcosim("track-receptance", "--out", "r.nc", "--frequencies", "1:1:1")
     assert status == 1
     assert err == "error: out of memory: ask for less at once (Unable to allocate 3 PiB)\n"

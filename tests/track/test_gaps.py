@@ -8,7 +8,7 @@ import pytest
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from railcosim.analysis.response.receptance import change_of
+from railcosim.analysis.response.track_words import change_of
 from railcosim.mechanics.gaps import Gaps
 from railcosim.mechanics.motion import FromOutside, Inputs, Mover
 from railcosim.mechanics.ports import Layout, Z
