@@ -1,8 +1,10 @@
 """Models that take seconds to make, made once."""
 
+import mmap
 import os
 import signal
 from functools import cache
+from pathlib import Path
 
 # As the command line does, and before numpy is loaded: the matrices are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -25,6 +27,37 @@ settings.load_profile("always alike")
 # A shell lets what it begins in the background ignore Ctrl-C, and that is inherited; tests send it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def loaded_files_stay_whole():
+    """No test cuts what is loaded here, such as a library: that ends the process by SIGBUS, later.
+
+    Who replaces such a file writes another and gives it the name, as `storage.whole` does.
+    """
+    yield
+    assert cut_while_mapped() == []
+
+
+def cut_while_mapped():
+    """Files that this process has mapped beyond their end; none where no system says so."""
+    maps, ends = Path("/proc/self/maps"), {}
+    for line in maps.read_text().splitlines() if maps.exists() else []:
+        span, rights, offset, _, inode, *path = line.split(maxsplit=5)
+        if path and "r" in rights:  # others are holes between the parts of a library
+            begin, end = (int(part, 16) for part in span.split("-"))
+            file = path[0], int(inode)
+            ends[file] = max(ends.get(file, 0), int(offset, 16) + end - begin)
+    return sorted(path for (path, inode), end in ends.items() if is_cut(path, inode, end))
+
+
+def is_cut(path, inode, end):
+    """Whether it is shorter; what has been removed is whole as long as it is mapped."""
+    try:
+        file = Path(path).stat()
+    except OSError:
+        return False
+    return file.st_ino == inode and end - mmap.PAGESIZE >= file.st_size
 
 
 @pytest.fixture(scope="session")
