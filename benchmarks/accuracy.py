@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.analysis.compare import frequency_errors
+from railcosim.analysis.comparison.springs import frequency_errors
 from railcosim.analysis.response.models import Models, linear_models
 from railcosim.cli.compare import error_table
 from railcosim.fmus.export import WITH_STATES, export

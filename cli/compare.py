@@ -12,8 +12,23 @@ from railcosim.analysis.pair.owner import Owner
 
 from .fmus import FreshOption, made
 from .irregularity_options import IrregularityOptions
-from .option_types import ContactStiffness, Frequencies, PositionOption, Speed
-from .options import doubted, frequencies_of, positive, speed_of, stiffness_of
+from .option_types import (
+    ContactStiffness,
+    DimensionName,
+    DimensionOption,
+    Frequencies,
+    PositionOption,
+    Speed,
+)
+from .options import (
+    UsageError,
+    doubted,
+    frequencies_of,
+    given_here,
+    positive,
+    speed_of,
+    stiffness_of,
+)
 from .parameter_options import PairOptions
 from .progress import foretelling
 from .results import folder_of
@@ -22,13 +37,14 @@ from .terminal import console
 from .uncoupled import compare_uncoupled
 
 if TYPE_CHECKING:
-    from railcosim.analysis.compare import Errors
+    from railcosim.analysis.comparison.held import Errors
 
 
 def compare(
     *,
     given: PairOptions,
     fresh: FreshOption = False,
+    dimension: DimensionOption = DimensionName.VERTICAL,
     contact_stiffness: ContactStiffness = "1e9",
     frequencies: Frequencies = "0.3:1500:60@log",
     scheme: SchemeOption = None,
@@ -51,11 +67,13 @@ def compare(
     out: Annotated[
         Path, typer.Option("--out", help="Folder for the page of --uncoupled.", metavar="DIR")
     ] = Path("railcosim-uncoupled"),
+    context: typer.Context,
 ) -> None:
     """Compare coupled FMUs with the monolithic solution, in time and in frequency.
 
     Time: Newmark with steps four times shorter, wheels held, irregularity moving. Frequency: one
-    direct solve of everything at each frequency.
+    direct solve of everything at each frequency. In space wheels press by Hertz's law and creep at
+    the speed, and forces down and aside and responses to irregularities are compared.
 
     With --uncoupled: what each part of the coupling changes, and where it may be neglected.
     """
@@ -65,6 +83,8 @@ def compare(
 
     if uncoupled:
         folder_of("--out", out)
+    if dimension is DimensionName.SPATIAL:
+        _refuse_in_space(context)
     k_H = stiffness_of(contact_stiffness)
     chosen, owner = choice_of(scheme, contact)
     v = speed_of(speed)
@@ -75,7 +95,7 @@ def compare(
     defects = rough.defects()
     frequency = frequencies_of(frequencies)
     cars, rails = given.pair()
-    with made(cars, rails, fresh=fresh) as fmus:
+    with made(cars, rails, dimension=dimension, fresh=fresh) as fmus:
         if uncoupled:
             compare_uncoupled(fmus, frequency, k_H, v, out, position)
             return
@@ -85,18 +105,32 @@ def compare(
             step=step, time=time, speed=v, irregularity=profile, defects=defects,
             position=position, stage=foretelling,
         )  # fmt: skip
+    shares = ", ".join(f"{name} {error:.2e}" for name, error in found.of_forces.items())
     console.print(
-        f"contact force in time, {found.scheme.describe()}, step {step:g} s: relative RMS error "
-        f"{found.in_time:.2e} of its dynamic part"
+        f"contact forces in time, {found.scheme.describe()}, step {step:g} s: relative RMS error "
+        f"of their dynamic part: {shares}"
     )
-    title = f"Relative error of the coupled FRF, k_H = {k_H / 1e9:g} GN/m"
+    title = f"Relative error of the coupled FRF, {found.title}"
     console.print(error_table(found.in_frequency, title))
     found.check()
 
 
+def _refuse_in_space(context: typer.Context) -> None:
+    """Refuse options that say nothing of wheels that roll."""
+    why = {
+        "contact_stiffness": "in space wheels press by Hertz's law, by the vehicle's [contact]",
+        "uncoupled": "its simpler models are vertical",
+    }
+    for name, reason in why.items():
+        if given_here(context, name):
+            raise UsageError(
+                f"--{name.replace('_', '-')}: {reason}; leave it out, or --dimension spatial"
+            )
+
+
 def _short(output: str) -> str:
     """Without the component in front, which a contact force does not have."""
-    from railcosim.analysis.compare import is_force
+    from railcosim.analysis.comparison.held import is_force
 
     return output if is_force(output) else output.partition(".")[2]
 
@@ -105,7 +139,7 @@ def error_table(errors: Errors, title: str) -> Table:
     """Show the worst error of every output."""
     import numpy as np
 
-    from railcosim.analysis.compare import WEAK
+    from railcosim.analysis.comparison.held import WEAK
 
     table = Table(
         title=f"{title}\nworst outside 1 % of antiresonances; in brackets: where the response is "
@@ -113,13 +147,15 @@ def error_table(errors: Errors, title: str) -> Table:
     )
     table.add_column("output", no_wrap=True)
     for excitation in errors:
-        table.add_column(excitation, justify="right", no_wrap=True)
+        table.add_column(excitation, justify="right")
     for output in next(iter(errors.values())):
         cells = []
         for by_output in errors.values():
             error, strong = by_output[output]
             cells.append(
                 f"{np.nanmax(error):.1e} ({np.nanmax(error, where=strong, initial=0):.1e})"
+                if np.isfinite(error).any()
+                else "-"
             )
         table.add_row(_short(output), *cells)
     return table

@@ -102,7 +102,7 @@ def frequency_response(
     mono: Monolithic,
     omega: FloatArray,
     contacts: Linearised,
-    loads: FloatArray,
+    loads: FloatArray | ComplexArray,
     progress: Callable[[int, int], None] | None = None,
 ) -> ComplexArray:
     """All displacements under harmonic loads, one direct solve a frequency.

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from railcosim.mechanics.arrays import FloatArray
-from railcosim.mechanics.contact.geometry import LEFT, OF_WHEELSET, RIGHT, Cone, TextbookCone
+from railcosim.mechanics.contact.geometry import (
+    LEFT,
+    OF_WHEELSET,
+    RIGHT,
+    Cone,
+    Geometry,
+    TextbookCone,
+)
 from railcosim.mechanics.contact.wheelset import NAMES, linear_wheelset
 from railcosim.parameters import ArgumentError
 
@@ -107,34 +114,34 @@ def standing(body: Multibody) -> Contacts:
     return Contacts(K=K, C=np.zeros_like(K))
 
 
-def creeping(body: Multibody, cones: tuple[Cone, ...]) -> Contacts:
+def creeping(body: Multibody, wheels: Sequence[Geometry]) -> Contacts:
     """Wheels that creep, about straight running at 1 m/s.
 
     Creepages are velocities over the speed, so the damping of linear creep falls with it; the
     stiffness is that of every speed.
     """
-    wheels = list(zip(cones, body.wheel_load.tolist(), strict=True))
-    made = {one: linear_wheelset(one[0], speed=1.0, load=one[1]) for one in set(wheels)}
+    under = list(zip(wheels, body.wheel_load.tolist(), strict=True))
+    made = {one: linear_wheelset(one[0], speed=1.0, load=one[1]) for one in set(under)}
     return Contacts(
-        K=np.array([made[one].K for one in wheels]), C=np.array([made[one].C for one in wheels])
+        K=np.array([made[one].K for one in under]), C=np.array([made[one].C for one in under])
     )
 
 
-def gyroscopes(body: Multibody, cones: tuple[Cone, ...]) -> FloatArray:
+def gyroscopes(body: Multibody, wheels: Sequence[Geometry]) -> FloatArray:
     """Moments of turning axles by their rates at 1 m/s, shape (n_wheelsets, 11, 11).
 
     An axle that turns by -speed/r0 about y has an angular momentum along it, which a yaw turns
     forward and a roll up: moments about x and z are needed for it.
     """
     spins = [body.at(axle, "spin") for axle in body.axles]
-    momentum = np.diag(body.M)[spins] / [cone.radius for cone in cones]
+    momentum = np.diag(body.M)[spins] / [wheel.radius for wheel in wheels]
     roll, yaw = NAMES.index("roll"), NAMES.index("yaw")
-    G = np.zeros((len(cones), len(NAMES), len(NAMES)))
+    G = np.zeros((len(wheels), len(NAMES), len(NAMES)))
     G[:, roll, yaw], G[:, yaw, roll] = momentum, -momentum
     return G
 
 
-def rolling(body: Multibody, cones: tuple[Cone, ...]) -> Callable[[float], Contacts]:
+def rolling(body: Multibody, wheels: Sequence[Geometry]) -> Callable[[float], Contacts]:
     """Wheels that creep, and axles as gyroscopes, by the speed, m/s."""
-    slow, turning = creeping(body, cones), gyroscopes(body, cones)
+    slow, turning = creeping(body, wheels), gyroscopes(body, wheels)
     return lambda speed: Contacts(K=slow.K, C=slow.C / speed + speed * turning)

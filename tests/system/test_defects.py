@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from railcosim.analysis.compare import newmark_forces
+from railcosim.analysis.comparison.in_time import newmark_forces
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.master.component import Variable

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from railcosim.analysis.compare import frequency_errors
+from railcosim.analysis.comparison.springs import frequency_errors
 from railcosim.analysis.response.local_track import Local
 from railcosim.mechanics.ports import Z
 from railcosim.parameters import ParameterError

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railcosim.analysis.compare import compare, frequency_errors, newmark_forces
+from railcosim.analysis.compare import compare
+from railcosim.analysis.comparison.in_time import newmark_forces
+from railcosim.analysis.comparison.springs import frequency_errors
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.models import linear_models

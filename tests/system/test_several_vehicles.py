@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railcosim.analysis.compare import newmark_forces
+from railcosim.analysis.comparison.in_time import newmark_forces
 from railcosim.analysis.pair.linear_pair import linear_parts
 from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair

@@ -1,0 +1,1 @@
+"""Parts of a comparison of coupled FMUs with one monolithic system."""
