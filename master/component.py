@@ -187,7 +187,7 @@ class Component(ABC):
         """Go from time `t` to `t + h` (s). Raises ComponentError."""
 
     def foresee(self, times: FloatArray) -> None:  # noqa: B027 - most need it not
-        """Be told at which times (s) the next steps are likely to end; nothing is promised.
+        """Be told for which times (s) one is likely to be asked next; nothing is promised.
 
         For what is cheaper done for many steps at once.
         """

@@ -115,6 +115,7 @@ class _FixedWalk:
     ) -> None:
         self.memory = 0
         self._system, self._make = system, stepper.step
+        self._stops = np.array(stepper.stops)
         self._step, self._start, self._stop = pace.step, start, stop
         self._foreseen = range(0)
         self._n_steps, self._last = pace.last(start, stop)
@@ -132,11 +133,13 @@ class _FixedWalk:
         return self._start + made * step, report
 
     def _foresee(self) -> None:
-        """Tell when the next steps will end, to the bit, so that signals can be asked at once."""
+        """Tell when the next steps will stop, to the bit, so that signals can be asked at once."""
         first = self.memory
         self._foreseen = range(first, min(first + _AHEAD, self._n_steps))
-        ends = self._start + np.array(self._foreseen) * self._step + self._step
+        begins = self._start + np.array(self._foreseen) * self._step
+        lengths = np.full(begins.size, self._step)
         if self._foreseen.stop == self._n_steps:
-            ends[-1] = self._start + (self._n_steps - 1) * self._step + self._last
+            lengths[-1] = self._last
+        stops = (begins[:, None] + self._stops * lengths[:, None]).ravel()
         for component in self._system.components:
-            component.foresee(ends)
+            component.foresee(stops)

@@ -45,7 +45,9 @@ class Signal(Component):
         self._function = function
         self._time = start
         self._vectorised = vectorised
-        self._foreseen: dict[float, FloatArray] = {}
+        self._foreseen: dict[float, int] = {}
+        """Where among `_times` a time is, whose values are known."""
+        self._times, self._values = np.empty(0), np.empty((0, len(self.outputs)))
         shape = np.shape(function(start))
         if shape != (len(self.outputs),):
             raise ValueError(
@@ -58,16 +60,17 @@ class Signal(Component):
 
     def read_outputs(self) -> None:
         """Evaluate the function at the present time, unless that has been done."""
-        foreseen = self._foreseen.get(self._time)
-        self.y[...] = self._function(self._time) if foreseen is None else foreseen
+        at = self._foreseen.get(self._time)
+        self.y[...] = self._function(self._time) if at is None else self._values[at]
 
     def foresee(self, times: FloatArray) -> None:
         """Evaluate the function at many times; see `Component`."""
         if self._vectorised:
             # What it cannot be asked for it will refuse when it is really asked.
             with contextlib.suppress(ValueError, ArithmeticError):
-                values = np.asarray(self._function(times))
-                self._foreseen = dict(zip(times.tolist(), values, strict=True))
+                self._values = np.asarray(self._function(times), dtype=np.float64)
+                self._times = times
+                self._foreseen = {time: at for at, time in enumerate(times.tolist())}
 
     def do_step(self, t: float, h: float) -> None:
         """Go to time `t + h` (s)."""
@@ -78,7 +81,11 @@ class Signal(Component):
         if not self._vectorised:
             return super().through(t, ends)
         self._time = float(ends[-1])
-        found: FloatArray = np.asarray(self._function(ends), dtype=np.float64)
+        at = self._foreseen.get(float(ends[0]), len(self._times))
+        if np.array_equal(self._times[at : at + len(ends)], ends):
+            found = self._values[at : at + len(ends)]
+        else:
+            found = np.asarray(self._function(ends), dtype=np.float64)
         self.y[...] = found[-1]
         return found
 

@@ -174,11 +174,11 @@ class FmuComponent(LoadedFmu):
         self._get_real = self._shared("Get", d.passed_out, y)
         self._set_counted = counted("Set", d.inputs, d.passed_in, u, prepare)
         self._get_counted = counted("Get", d.outputs, d.passed_out, y, prepare)
+        self._highest = self.max_input_derivative  # which nothing changes until the next binding
         self._derivatives: Callable[[FloatArray], None] | None = None
-        if self.max_input_derivative:
+        if self._highest:
             some = d.passed_in[0]
-            highest = self.max_input_derivative
-            self._derivatives = self._calls.input_derivatives(some, u[some.part], highest)
+            self._derivatives = self._calls.input_derivatives(some, u[some.part], self._highest)
 
     def prepared(self, span: Span) -> Prepared:
         """Bare calls of the FMU's functions, if nothing is to be converted; see `Component`."""
@@ -207,7 +207,7 @@ class FmuComponent(LoadedFmu):
 
     def set_input_derivatives(self, derivatives: FloatArray) -> None:
         """Give derivatives of the inputs for the next step; see `Component`."""
-        if self._derivatives is None or len(derivatives) > self.max_input_derivative:
+        if self._derivatives is None or len(derivatives) > self._highest:
             super().set_input_derivatives(derivatives)
         else:
             self._derivatives(derivatives[:, : self.description.passed_in[0].count])

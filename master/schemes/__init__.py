@@ -45,6 +45,9 @@ class StepReport:
 ONE_EVALUATION = StepReport(evaluations=1, residual=math.nan, converged=True)
 """The report of a scheme that steps everything once and measures nothing."""
 
+AT_END: tuple[float, ...] = (1.0,)
+"""Where a step stops if it does nowhere but at its end; see `Stepper.stops`."""
+
 
 class Stepper(Protocol):
     """A scheme at work on one system.
@@ -56,10 +59,13 @@ class Stepper(Protocol):
     memory : object
         Everything beyond the system's own state that decides the next steps: numbers, arrays, and
         tuples of them, never changed in place; None if there is nothing. Setting it goes back.
+    stops : tuple of float
+        Where in a step components without inputs are asked, in steps from its beginning.
     """
 
     fallbacks: tuple[str, ...]
     memory: Any
+    stops: tuple[float, ...]
 
     def step(self, t: float, h: float) -> StepReport:
         """Take the system, consistent at `t`, to `t + h` (s), consistent again."""

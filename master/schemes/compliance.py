@@ -70,13 +70,15 @@ class Balance:
         ComponentError
             If there is none, or Newton's method does not find it.
         """
-        change, slow, sought = np.zeros_like(force), False, _largest(force)
+        change, slow, shrinks = np.zeros_like(force), False, 1.0
+        scale = max(_largest(force), self._least)
         motion, residual = start, self._left(start, force)
         for _ in range(MAX_ITERATIONS):
             fresh = self.inverse is None
             correction = self._correction(h, G, motion, residual)
             moved = _largest(correction)
-            if moved <= SETTLED * max(sought, _largest(force + change), self._least):
+            # What it leaves to correct is as much less again as the last one left.
+            if moved * shrinks <= SETTLED * scale:
                 return force + change - correction
             if slow or not math.isfinite(moved):
                 self.inverse, fresh = None, True
@@ -98,7 +100,9 @@ class Balance:
             slow = not left < QUICK * before
             if not slow:
                 self._learn(correction, tried[1])
+            shrinks = 1.0 if slow else left / before
             change, (motion, residual) = further, tried
+            scale = max(scale, _largest(force + change))
         farthest = float(np.abs(start[..., self._nodes.places]).max())
         raise ComponentError(
             f"the forces of a step could not be found (largest displacement {farthest:g} m, "

@@ -18,7 +18,7 @@ import numpy as np
 
 from railcosim.master.component import FloatArray
 from railcosim.master.law import IndexArray, Law
-from railcosim.master.polynomials import end_slopes, lagrange
+from railcosim.master.polynomials import end_slopes
 from railcosim.master.schemes.nodes import Nodes
 from railcosim.master.schemes.rider import Rider
 from railcosim.master.system import System
@@ -48,7 +48,6 @@ class Drift:
     """
 
     def __init__(self, system: System, law: int, riders: Sequence[Rider], nodes: Nodes) -> None:
-        self._system, self._nodes = system, nodes
         component = system.components[law]
         assert isinstance(component, Law)
         sources, n = system.sources(law), len(system.outputs)
@@ -62,18 +61,20 @@ class Drift:
         for j, rider in enumerate(riders):
             if j in fed_by[self.inputs]:
                 rider.show()
-        self._adds: FloatArray = component.S[:, self.inputs].T
+        of_known = component.displacements[known]
+        self._adds: FloatArray = component.S[nodes.rows][:, of_known].T.copy()
         self._tau = (0.0, *nodes.variant.points)
-        self._slopes = lagrange(np.array(self._tau), nodes.variant.nodes, 1)[:, 1:]
         self.carried: FloatArray = np.zeros((len(self._tau), n))
 
-    def at_nodes(self, h: float) -> FloatArray | float:
-        """What it adds to the motions of the law, shape (n_nodes, n_contacts, m)."""
-        carried = self.carried[1:, self._moved]
-        if not carried.any():
-            return 0.0
-        added: FloatArray = self._slopes @ (carried @ self._adds / -h)
-        return added.reshape(len(added), self._nodes.contacts, -1)
+    def at_points(self) -> FloatArray | None:
+        """By how much displacements of the law have changed so, shape (n_points, n_displacements).
+
+        None where the law does not ask.
+        """
+        if not self.inputs.size:
+            return None
+        added: FloatArray = self.carried[1:].take(self._moved, axis=1) @ self._adds
+        return added
 
     def end_rates(
         self,

@@ -134,6 +134,7 @@ class InterfaceJacobianStepper:
     """See `Stepper`."""
 
     fallbacks: tuple[str, ...]
+    stops: tuple[float, ...]
 
     def __init__(self, system: System, scheme: InterfaceJacobian) -> None:
         self._memory: _Memory | None = None
@@ -147,7 +148,7 @@ class InterfaceJacobianStepper:
                 "average-hold, radau-2, conserving-4 or conserving-6"
             )
         self._sweep = Sweep(system, place, scheme.variant)
-        self.fallbacks = self._sweep.fallbacks
+        self.fallbacks, self.stops = self._sweep.fallbacks, self._sweep.stops
         self._balance = Balance(self._law, self._sweep.nodes)
         self._nominal = max(v.nominal for v in self._law.outputs)
 
@@ -202,7 +203,7 @@ class InterfaceJacobianStepper:
 
     def _start(self, h: float, given: FloatArray, found: FloatArray) -> FloatArray:
         """Motions of the law at the nodes, as they were found."""
-        return given + self._sweep.nodes.answer(found, h) + self._sweep.drift.at_nodes(h)
+        return given + self._sweep.nodes.answer(found, h, self._sweep.drift.at_points())
 
     def _tell_rates(self, h: float) -> None:
         """Let the law know the rates at the end of a step; see `Law.tell`."""

@@ -21,6 +21,7 @@ from railcosim.master.component import FloatArray, Type
 from railcosim.master.continuation import NAMES, History
 from railcosim.master.polynomials import lagrange
 from railcosim.master.schemes import (
+    AT_END,
     ConvergenceError,
     StepReport,
     check_degree,
@@ -145,6 +146,8 @@ class _Turn:
 
 class IteratedStepper:
     """See `Stepper`; it remembers the guessed values of the past and the method's memory."""
+
+    stops = AT_END
 
     def __init__(self, system: System, scheme: Iterated) -> None:
         self._system, self._scheme = system, scheme

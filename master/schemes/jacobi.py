@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from railcosim.master.continuation import NAMES
-from railcosim.master.schemes import ONE_EVALUATION, StepReport, check_degree, set_continuations
+from railcosim.master.schemes import (
+    AT_END,
+    ONE_EVALUATION,
+    StepReport,
+    check_degree,
+    set_continuations,
+)
 from railcosim.master.schemes.family import Family
 from railcosim.master.system import System
 
@@ -36,6 +42,7 @@ class JacobiStepper:
     """See `Stepper`; it remembers nothing."""
 
     memory = None
+    stops = AT_END
 
     def __init__(self, system: System, degree: int) -> None:
         everybody = tuple(range(len(system.components)))

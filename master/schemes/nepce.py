@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from railcosim.master.component import FloatArray
-from railcosim.master.schemes import ONE_EVALUATION, StepReport, set_continuations
+from railcosim.master.schemes import AT_END, ONE_EVALUATION, StepReport, set_continuations
 from railcosim.master.schemes.family import Family
 from railcosim.master.system import System
 
@@ -40,6 +40,8 @@ class Nepce:
 
 class NepceStepper:
     """See `Stepper`; it remembers what the last step missed of each component's inputs."""
+
+    stops = AT_END
 
     def __init__(self, system: System) -> None:
         everybody = range(len(system.components))

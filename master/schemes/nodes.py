@@ -17,8 +17,6 @@ from railcosim.master.component import FloatArray
 from railcosim.master.law import IndexArray, Law
 from railcosim.master.schemes.variants import Variant
 
-_NOTHING = np.zeros(1)
-
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
@@ -81,6 +79,14 @@ class Nodes:
         return (np.arange(self.contacts)[:, None] * self.motions + self.places).ravel()
 
     @cached_property
+    def _room(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Displacements at the nodes, and their rates; and one array of both, and 0 behind them."""
+        of_all = len(self.variant.nodes), self.contacts * len(self.places)
+        all_of = np.zeros(2 * of_all[0] * of_all[1] + 1)
+        values, rates = np.split(all_of[:-1], 2)
+        return values.reshape(of_all), rates.reshape(of_all), all_of
+
+    @cached_property
     def _arranged(self) -> IndexArray:
         """Where displacements at the nodes, their rates and 0 have each motion of the law."""
         nodes, d = len(self.variant.nodes), len(self.places)
@@ -95,9 +101,11 @@ class Nodes:
 
     def begin(self, sampled: FloatArray, h: float) -> FloatArray:
         """What the beginning of a step of `h` (s) adds to the motions; see `answer`."""
-        return self._along(self.variant.begin, self.variant.begin_slopes, sampled, h)
+        return self._along(self.variant.begin, self.variant.begin_slopes, sampled, sampled, h)
 
-    def answer(self, sampled: FloatArray, h: float) -> FloatArray:
+    def answer(
+        self, sampled: FloatArray, h: float, carried: FloatArray | None = None
+    ) -> FloatArray:
         """What the points of a step add to the motions.
 
         Parameters
@@ -106,13 +114,18 @@ class Nodes:
             Displacements, and with `Variant.rates` their rates times the step.
         h : float
             Length of the step, s.
+        carried : array, shape (n_points, n_contacts d), optional
+            What of the displacements is no motion of the material, whose rates these are.
 
         Returns
         -------
         array, shape (n_nodes, n_contacts, m)
             Motions.
         """
-        return self._along(self.variant.answers, self.variant.answer_slopes, sampled, h)
+        of_material = sampled if carried is None else sampled - carried
+        return self._along(
+            self.variant.answers, self.variant.answer_slopes, sampled, of_material, h
+        )
 
     def gather(self, tangent: FloatArray, h: float) -> FloatArray:
         """Derivatives of the forces held by the answers.
@@ -139,12 +152,19 @@ class Nodes:
         return found
 
     def _along(
-        self, weights: FloatArray, slopes: FloatArray, sampled: FloatArray, h: float
+        self,
+        weights: FloatArray,
+        slopes: FloatArray,
+        sampled: FloatArray,
+        of_material: FloatArray,
+        h: float,
     ) -> FloatArray:
         if len(self.places) == self.motions:
             return (weights @ sampled).reshape(len(weights), self.contacts, -1)
-        both = np.append(np.concatenate([weights, slopes / h]) @ sampled, _NOTHING)
-        return both.take(self._arranged, mode="clip")  # which checks no index again
+        values, rates, all_of = self._room
+        np.dot(weights, sampled, values)
+        np.dot(slopes / h, of_material, rates)
+        return all_of.take(self._arranged, mode="clip")  # which checks no index again
 
 
 def _both(project: FloatArray, weights: FloatArray) -> FloatArray:

@@ -119,10 +119,11 @@ class Rider:
             See `Drift`; its own are written.
         """
         system, k, own = self._system, self.k, self.own
-        fed = samples[:, self._sources]
+        fed = samples.take(self._sources, axis=1)
         changes = fed - fed[0]  # so what does not change has derivatives of exactly zero
         moves = self._shown and bool(changes.any())
-        carried[:, own] = 0.0
+        if self._shown:
+            carried[:, own] = 0.0
         held = system.gather(k)[self._jumping] if self._jumping.size else None
         for j, (begin, end) in enumerate(self._parts):
             ahead = self._ahead(j, fed[j + 1]) if moves else None
@@ -145,7 +146,7 @@ class Rider:
     ) -> FloatArray:
         """Value and derivatives of the inputs where a part of a step begins."""
         taylor, (of_force, of_samples) = self._taylor, self._paths[j]
-        taylor[:, self.forced] = of_force @ force[:, self.forces]
+        taylor[:, self.forced] = of_force @ force.take(self.forces, axis=1)
         if self.fed.size:
             taylor[:, self.fed] = of_samples @ changes
             taylor[0, self.fed] += fed

@@ -7,7 +7,6 @@ has gone before, else of the sweep before, else the last step's continued.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -44,6 +43,8 @@ class Sweep:
         Of what it is given.
     fallbacks : tuple of str
         A sentence for every component that has to do with less than a polynomial.
+    stops : tuple of float
+        Where in a step components without inputs are asked, in steps from its beginning.
 
     Raises
     ------
@@ -80,6 +81,7 @@ class Sweep:
         self.drift = Drift(system, law, self._riders, self.nodes)
         self.samples: FloatArray = np.zeros((len(self._tau), n))
         self._stops, places = np.unique([*variant.nodes, *variant.points], return_inverse=True)
+        self.stops = tuple(self._stops.tolist())
         self._at_nodes, self._at_points = np.split(places, [len(variant.nodes)])
         self._signals = [
             (k, system.own_outputs(k), _adds(component, sources, system.own_outputs(k)))
@@ -143,10 +145,7 @@ class Sweep:
         array, shape (1 or 2, n_displacements)
             m.
         """
-        rows = [self._system.outputs[self._motions]]
-        if self._variant.rates:
-            rows.append(h * self._rates())
-        return self._compress(rows)
+        return self._compress(self._system.outputs[None, self._motions], h)
 
     def run(self, t: float, h: float, force: FloatArray) -> FloatArray:
         """Take the components from `t` to `t + h` (s).
@@ -166,10 +165,7 @@ class Sweep:
         """
         for rider in self._riders:
             rider.ride(t, h, force, self.samples, self.drift.carried)
-        rows = list(self.samples[1:, self._motions])
-        if self._variant.rates:
-            rows.append(h * self._rates())
-        return self._compress(rows)
+        return self._compress(self.samples[1:].take(self._motions, axis=1), h)
 
     def derivative(self) -> FloatArray | None:
         """Compliance over the step just made, told by the components themselves.
@@ -200,8 +196,11 @@ class Sweep:
         motions: FloatArray = rates[self._motions]
         return motions
 
-    def _compress(self, motions: Sequence[FloatArray]) -> FloatArray:
-        compressions: FloatArray = np.array(motions) @ self._S.T
+    def _compress(self, motions: FloatArray, h: float) -> FloatArray:
+        """Displacements of the law by those motions, and where the variant asks by their rates."""
+        if self._variant.rates:
+            motions = np.concatenate([motions, h * self._rates()[None]])
+        compressions: FloatArray = motions @ self._S.T
         return compressions
 
 
