@@ -6,7 +6,8 @@ Cars of four wheelsets, 25 m apart, roll over the ring. A step is what a master 
 set, outputs read, derivatives of inputs given, a step of 0.1 ms; one thread, least processor time.
 Beside it stand the megabytes that it must move at least, whatever the arithmetic: the table of
 shapes where wheels are; their shapes, written once and read once or, with contacts inside, two and
-three times; exponentials, poles and states. The last two columns say how fast they went by, and
+three times; exponentials, poles and states. The last columns say how fast they went by, what part
+that is of how fast this processor reads as much over and over (a sum of products of numpy's), and
 what the cost was when `wheelsets.csv` was last written, by --keep. Below stand the FMUs of the
 built-in pair, vertical and spatial.
 """
@@ -16,6 +17,7 @@ from __future__ import annotations
 import sys
 import warnings
 import zipfile
+from functools import cache
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,7 +25,7 @@ from time import process_time
 from xml.etree import ElementTree
 
 import numpy as np
-from kept import Memory
+from kept import Memory, seconds
 from rich.console import Console
 from rich.table import Table
 
@@ -33,6 +35,7 @@ from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.mechanics.ports import DIMENSIONS, Layout
 from railcosim.track.decay import RingWarning
 from railcosim.track.parameters import Mesh, Track
+from railcosim.track.reduced import ReducedTrack, reduce_track
 from railcosim.vehicle.parameters import Vehicle
 
 SPEED, STEP, LOAD = 250 / 3.6, 1e-4, 7e4  # m/s, s, N
@@ -91,13 +94,32 @@ def a_step(path: Path) -> float:
     return float(least)
 
 
-def megabytes(modes: int, wheelsets: int, *, contact: bool) -> float:
-    """What a step must move, MB: complex numbers of a mode, wheelsets in whole blocks of four."""
-    rows = -(-wheelsets // 4) * 4
+def rows_of(track: ReducedTrack, wheelsets: int) -> float:
+    """Shapes of a mode that forces meet, on average: of directions in which it moves."""
+    moving = np.abs(track.table[:, ::2]).max(axis=0) > 0
+    blocks = -(-wheelsets * moving.sum(axis=0) // 4)  # in whole blocks of four
+    return 4.0 * float(blocks.mean())
+
+
+def megabytes(modes: int, rows: float, *, contact: bool) -> float:
+    """What a step must move, MB: complex numbers of a mode."""
     shapes = (1 + 1) + (1 + 2) if contact else 1 + 1  # in the middle and at the end; at the end
     table = 2  # shape and slope at two nodes, in single precision
     exponentials = 8 if contact else 4  # of half the modes, for partners have the same
     return 16e-6 * modes * (rows * (table + shapes) + exponentials / 2 + 1 + 6)
+
+
+@cache
+def reading(size: int) -> float:
+    """How fast this processor reads so many MB again and again, GB/s."""
+    x = np.ones(size * 125_000)
+    return size / 1e3 / seconds(lambda: x @ x, 30)
+
+
+def moved(megabytes: float, cost: float) -> tuple[str, str, str]:
+    """Cells of the table: what a step moves, how fast, and what part of the fastest that is."""
+    speed = megabytes / 1e3 / cost
+    return f"{megabytes:.1f} MB", f"{speed:.0f} GB/s", f"{speed / reading(round(megabytes)):.0%}"
 
 
 def main() -> None:
@@ -105,7 +127,7 @@ def main() -> None:
     warnings.simplefilter("ignore", RingWarning)  # of rings that are short on purpose
     memory = Memory(Path(__file__).with_suffix(".csv"))
     table = Table("track", title=f"Rolling tracks, step of {1e3 * STEP:g} ms, one thread")
-    for heading in ("modes", "step", "real time", "moves", "at", "cost was"):
+    for heading in ("modes", "step", "real time", "moves", "at", "of reading", "cost was"):
         table.add_column(heading, justify="right")
     for wheelsets, cells in CASES:
         track = Track(mesh=Mesh(cells=cells))
@@ -117,23 +139,26 @@ def main() -> None:
         )
         with TemporaryDirectory(prefix="railcosim_") as name:
             files = export_track(track, start, Path(name))
-            modes = modes_of(files["Track"])
+            modes, rows = modes_of(files["Track"]), rows_of(reduce_track(track), wheelsets)
             for fmu, path in files.items():
                 what = f"{fmu}, {wheelsets} wheelsets, {cells} cells"
                 cost = a_step(path)
-                moved = megabytes(modes, wheelsets, contact="Contact" in fmu)
+                size = megabytes(modes, rows, contact="Contact" in fmu)
                 table.add_row(
                     what, str(modes), f"{1e6 * cost:.0f} µs", f"{cost / STEP:.2f}",
-                    f"{moved:.1f} MB", f"{moved / 1e3 / cost:.0f} GB/s", memory.beside(what, cost),
+                    *moved(size, cost), memory.beside(what, cost),
                 )  # fmt: skip
-    for dimension in DIMENSIONS:
+    for dimension, directions in DIMENSIONS.items():
+        rows = rows_of(reduce_track(Track(), directions), len(PLACES))
         with TemporaryDirectory(prefix="railcosim_") as name:
             files = export(Vehicle(), Track(), Path(name), dimension=dimension)
             for fmu, path in files.items():
-                cost, what = a_step(path), f"{fmu}, built in, {dimension}"
+                cost, what, modes = a_step(path), f"{fmu}, built in, {dimension}", modes_of(path)
+                size = megabytes(modes, rows, contact="Contact" in fmu)
+                bytes_moved = moved(size, cost) if "Track" in fmu else ("", "", "")
                 table.add_row(
-                    what, str(modes_of(path)), f"{1e6 * cost:.0f} µs", f"{cost / STEP:.2f}",
-                    "", "", memory.beside(what, cost),
+                    what, str(modes), f"{1e6 * cost:.0f} µs", f"{cost / STEP:.2f}",
+                    *bytes_moved, memory.beside(what, cost),
                 )  # fmt: skip
     Console().print(table)
     if "--keep" in sys.argv:
