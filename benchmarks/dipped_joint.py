@@ -25,7 +25,7 @@ from rich.table import Table
 from railcosim.analysis.pair.kept_fmus import fmus_of_pair
 from railcosim.analysis.response.track_receptance import track_receptance
 from railcosim.analysis.run import run
-from railcosim.fmus.content import contact_defaults
+from railcosim.fmus.start import contact_defaults
 from railcosim.plots.chart import Chart, Curve, Panel
 from railcosim.plots.picture import save_picture
 from railcosim.track.irregularity import Joint

@@ -29,8 +29,8 @@ from kept import Memory, seconds
 from rich.console import Console
 from rich.table import Table
 
-from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.export import Start, export, export_track
+from railcosim.fmus.start import contact_defaults
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.mechanics.ports import DIMENSIONS, Layout
 from railcosim.track.decay import RingWarning

@@ -214,8 +214,8 @@ def exported_tracks(
     line: ClosedLine | None = None,
 ) -> dict[str, Path]:
     """The same of tracks under other wheelsets, with the static load and contact of a vehicle."""
-    from railcosim.fmus.content import start_of
     from railcosim.fmus.export import export_track
+    from railcosim.fmus.start import start_of
     from railcosim.mechanics.ports import SIDES
 
     sides = SIDES[:1] if one_rail else SIDES

@@ -18,7 +18,7 @@ from exudyn_track import Times, TrackFmu, masters_run, print_row, run_example, s
 
 from railcosim.analysis.pair.pair import Journey
 from railcosim.cli.progress import progress
-from railcosim.fmus.content import contact_defaults
+from railcosim.fmus.start import contact_defaults
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.track.irregularity import synthesise
 from railcosim.vehicle.parameters import Vehicle

@@ -9,34 +9,27 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from railcosim.mechanics.arrays import FloatArray
 from railcosim.mechanics.contact.profiled import Profiled
-from railcosim.mechanics.law import tangent_stiffness
 from railcosim.mechanics.modal import ModalBody
-from railcosim.mechanics.ports import DIMENSIONS, SIDES, Layout
+from railcosim.mechanics.ports import SIDES, Layout
 from railcosim.parameters import ParameterError, UnusualWarning, write_toml
-from railcosim.track.closed_line import ClosedLine, check_places
-from railcosim.track.decay import check_ring, decay_along
+from railcosim.track.closed_line import ClosedLine
 from railcosim.track.local import LocalChange
-from railcosim.track.local_modes import with_changes
 from railcosim.track.parameters import Track
-from railcosim.track.reduced import ReducedTrack, reduce_track
-from railcosim.track.reduced_line import reduce_line
-from railcosim.track.section import VERTICAL
-from railcosim.track.sensor_quantities import Told, told_by
+from railcosim.track.sensor_quantities import told_by
 from railcosim.vehicle.files import write_stock
 from railcosim.vehicle.modal import vehicle_body
-from railcosim.vehicle.multibody import MODELS, Multibody, build_multibody
+from railcosim.vehicle.multibody import MODELS, build_multibody
 from railcosim.vehicle.parameters import Vehicle
 from railcosim.vehicle.train import Train, train_of
 
-from .interface import Contact, Scalar, Start, interface, owns_contact
-from .law_variables import OfContact, in_common
-from .rolling_start import rolling_wheels, why_not_inside
+from .annotations import Annotations, line_annotations, ring_annotations, wheel_annotations
+from .interface import Scalar, Start, interface, owns_contact
+from .rolling_start import why_not_inside
 from .rolling_variables import RollingWheels
-from .sensor_variables import sensors_noted
+from .start import start_of
+from .track_under import check_dimension, track_under
 
-Annotations = dict[str, dict[str, str]]
 UNTOLD: Mapping[str, Callable[[Train], str]] = {
     "vertical": lambda train: (
         "[rolling] is left out: these FMUs are vertical, whatever a file says "
@@ -86,81 +79,6 @@ class Content:
     def has_contact(self) -> bool:
         """Whether it owns the contact springs."""
         return owns_contact(self.table)
-
-
-def start_of(
-    vehicle: Vehicle | Train,
-    positions: Sequence[float],
-    sides: tuple[str, ...] = SIDES,
-    dimension: str = "vertical",
-) -> Start:
-    """Loads and contacts of a vehicle's wheels, for wheelsets that stand at positions (m).
-
-    As many wheelsets as the vehicle has are its own; others carry its mean load.
-
-    Raises
-    ------
-    ParameterError
-        If they are others, and its wheels have no contact law in common.
-    """
-    cars, count = build_multibody(vehicle), len(positions)
-    load = cars.wheel_load
-    if load.size != count:
-        load = np.full(count, load.mean())
-    contact = CONTACTS[dimension](train_of(vehicle), cars, load)
-    return Start(loads=np.tile(load, len(sides)).tolist(), positions=positions, contact=contact)
-
-
-def contact_defaults(vehicle: Vehicle | Train) -> Contact:
-    """Contact parameters of the wheels: C, and k_H at their static load (eq. 18)."""
-    cars = build_multibody(vehicle)
-    return _pressed(train_of(vehicle), cars, cars.wheel_load)
-
-
-def _pressed(train: Train, cars: Multibody, load: FloatArray) -> Contact:
-    """Of the train's wheelsets, or of others that are all alike."""
-    del train
-    C = cars.hertz_coefficient
-    if load.size != C.size:
-        if len(in_common(C)) > 1:
-            raise ParameterError(
-                f"{load.size} wheelsets, but the vehicle has {C.size} whose wheels have different "
-                f"contact laws (Hertz coefficients from {C.min():g} to {C.max():g} N/m1.5): must "
-                f"be {C.size}, or all of one [wheelset] radius and [contact]"
-            )
-        C = np.full(load.size, C[0])
-    return Contact(k_H=in_common(tangent_stiffness(C, load)), C=in_common(C))
-
-
-CONTACTS: Mapping[str, Callable[[Train, Multibody, FloatArray], OfContact | None]] = {
-    "vertical": _pressed,
-    "spatial": rolling_wheels,
-}
-"""Start values of contact laws, by dimension."""
-
-
-def ring_annotations(track: Track, told: Sequence[Told] = (), local: str = "") -> Annotations:
-    """What a track says of its ring: its length, and what vehicle it is long enough for, m.
-
-    And of its sensors and local changes, if any: FMI 2.0 has room for one element only.
-    """
-    longest = decay_along(track).longest_span(track.mesh.cells)
-    ring = {"length": repr(track.length), "longestVehicle": repr(longest)}
-    ring |= {"changes": local} if local else {}
-    return {"Ring": ring | sensors_noted(track.sensor, told)}
-
-
-def line_annotations(line: ClosedLine) -> Annotations:
-    """What a track of several kinds says: its ring, the kinds, and where it is a line, m."""
-    begin, end = line.clear
-    ring = {"length": repr(line.length), "longestVehicle": repr(end - begin)}
-    return {"Ring": ring | {"from": repr(begin), "to": repr(end), "kinds": str(line)}}
-
-
-def wheel_annotations(vehicle: Vehicle | Train) -> Annotations:
-    """What a vehicle says of its wheels: the radius of each wheelset's, m."""
-    wheels = build_multibody(vehicle).wheels
-    return {"Wheels": {"radius": " ".join(repr(float(wheel.radius)) for wheel in wheels)}}
 
 
 def contents(
@@ -290,68 +208,6 @@ def owners_in(rails: Layout, start: Start) -> tuple[bool, ...]:
     """Without the contact, and with it where its law is one of wheels on these rails."""
     known = start.contact is not None and start.contact.directions == rails.directions
     return (False, True) if known else (False,)
-
-
-def check_dimension(dimension: str) -> None:
-    """Refuse what is none of `railcosim.mechanics.ports.DIMENSIONS`.
-
-    Raises
-    ------
-    ParameterError
-        Saying what there is.
-    """
-    if dimension not in DIMENSIONS:
-        raise ParameterError(f"dimension = {dimension}: must be one of {', '.join(DIMENSIONS)}")
-
-
-def track_under(
-    track: Track,
-    start: Start,
-    progress: Callable[[str], None],
-    *,
-    sides: tuple[str, ...] = SIDES,
-    dimension: str = "vertical",
-    changes: Sequence[LocalChange] = (),
-    line: ClosedLine | None = None,
-) -> ModalBody:
-    """The reduced track under so many wheelsets, if the ring is long enough for them."""
-    check_dimension(dimension)
-    directions = DIMENSIONS[dimension]
-    progress("measuring the decay along the track")
-    layout = Layout(len(start.positions), sides, directions)
-    if line is not None:
-        return _line_under(line, start, progress, dimension, changes).under(layout)
-    check_ring(track, float(np.ptp(start.positions)))
-    progress("reducing the track")
-    bare = replace(track, sensor=()) if changes else track  # what is seen is of the changed ring
-    reduced = reduce_track(bare, directions)
-    if changes:
-        reduced = with_changes(
-            track, reduced, changes, lambda text: progress(f"finding the changed ring: {text}")
-        )
-    return reduced.under(layout)
-
-
-def _line_under(
-    line: ClosedLine,
-    start: Start,
-    progress: Callable[[str], None],
-    dimension: str,
-    changes: Sequence[LocalChange],
-) -> ReducedTrack:
-    """Of several kinds, if wheelsets stand where it is a line."""
-    if DIMENSIONS[dimension] != VERTICAL:
-        raise ParameterError(
-            f"dimension = {dimension}: tracks of several kinds are vertical in time; must be "
-            "vertical, or one kind"
-        )
-    if changes:
-        raise ParameterError(
-            f"{changes[0]}: in time single places are different on a track of one kind only; leave "
-            "out it or the kinds that follow"
-        )
-    check_places(line, start.positions)
-    return reduce_line(line, lambda text: progress(f"joining kinds of track: {text}"))
 
 
 def profiles_json(profiles: Profiled) -> bytes:

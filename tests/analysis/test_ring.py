@@ -11,7 +11,7 @@ from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.ring import check_frequencies_of, check_ring_of
 from railcosim.analysis.response.map import response_map
 from railcosim.analysis.response.models import linear_models
-from railcosim.fmus.content import ring_annotations
+from railcosim.fmus.annotations import ring_annotations
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.archive import FmuError, read_annotations
 from railcosim.track.decay import PROMISED, RingWarning, decay_along

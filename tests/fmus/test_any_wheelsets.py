@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from railcosim.fmus import content
-from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.description.drawing import vehicle_icon
 from railcosim.fmus.description.kind import VEHICLE
 from railcosim.fmus.export import PythonRuntime, Start, export_track
 from railcosim.fmus.interface import interface
+from railcosim.fmus.start import contact_defaults
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.mechanics.ports import FORCE, RAIL, SIDES, Layout
 from railcosim.parameters import ParameterError, UnusualWarning

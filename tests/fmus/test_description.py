@@ -15,7 +15,6 @@ from fmpy.fmi2 import FMU2Model
 from fmpy.fmi3 import FMU3Model
 from lxml import etree
 
-from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.description import fmi2, fmi3
 from railcosim.fmus.description.about import NATIVE, PYTHON, Description
 from railcosim.fmus.description.build import build_description
@@ -26,6 +25,7 @@ from railcosim.fmus.description.units import DISPLAY_UNITS
 from railcosim.fmus.export import NativeRuntime
 from railcosim.fmus.interface import Start, interface
 from railcosim.fmus.python_runtime.models import Model
+from railcosim.fmus.start import contact_defaults
 from railcosim.mechanics.modal import ModalBody
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.mechanics.stepping import State

@@ -13,8 +13,8 @@ import pytest
 from fmpy import read_model_description
 
 from railcosim.analysis.response.models import way_to
-from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.export import NATIVE, WITH_STATES, PythonRuntime, export
+from railcosim.fmus.start import contact_defaults
 from railcosim.master.component import ComponentError, Hold
 from railcosim.master.fmi.archive import FmuError
 from railcosim.master.fmi.fmu import FmuComponent

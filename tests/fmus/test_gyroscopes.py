@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from railcosim.fmus.content import Content, start_of
+from railcosim.fmus.content import Content
 from railcosim.fmus.export import NativeRuntime
 from railcosim.fmus.interface import interface
+from railcosim.fmus.start import start_of
 from railcosim.master.component import Hold
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.vehicle.modal import vehicle_body

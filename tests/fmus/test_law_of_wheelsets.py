@@ -7,8 +7,9 @@ import fmpy
 import numpy as np
 import pytest
 
-from railcosim.fmus.content import contents, start_of
+from railcosim.fmus.content import contents
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, packed
+from railcosim.fmus.start import start_of
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.parameters import ParameterError
 from railcosim.track.parameters import Mesh, Track

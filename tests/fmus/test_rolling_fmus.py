@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from railcosim.fmus.content import Content, contents, start_of, track_under
+from railcosim.fmus.content import Content, contents
 from railcosim.fmus.interface import Start, interface
 from railcosim.fmus.law_variables import Contact
 from railcosim.fmus.python_runtime.models import Model
 from railcosim.fmus.roles import Role
 from railcosim.fmus.rolling_variables import RollingWheels
+from railcosim.fmus.start import start_of
+from railcosim.fmus.track_under import track_under
 from railcosim.parameters import ParameterError
 from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.parameters import Rolling

@@ -12,8 +12,8 @@ from railcosim.analysis.pair.sensors import check_seen, marked, sensors_of
 from railcosim.analysis.response.models import linear_track
 from railcosim.cli.options import UsageError
 from railcosim.cli.sensor_options import ObservedPair, sensor_of
-from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.export import NativeRuntime, PythonRuntime, Start, export_track
+from railcosim.fmus.start import contact_defaults
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.parameters import ArgumentError
 from railcosim.track.parameters import Mesh, Sensor, Track

@@ -19,9 +19,10 @@ from railcosim.analysis.response.map import response_map
 from railcosim.analysis.response.models import linear_models
 from railcosim.analysis.response.ride import ride
 from railcosim.analysis.response.rolling_pair import told_wheels
-from railcosim.fmus.content import Content, contents, start_of
+from railcosim.fmus.content import Content, contents
 from railcosim.fmus.export import WITH_STATES, NativeRuntime, PythonRuntime, export, packed
 from railcosim.fmus.interface import interface
+from railcosim.fmus.start import start_of
 from railcosim.master.component import Hold
 from railcosim.master.connections import CouplingError
 from railcosim.master.fmi.fmu import FmuComponent

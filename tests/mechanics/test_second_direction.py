@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from railcosim.fmus.content import Content, contact_defaults
+from railcosim.fmus.content import Content
 from railcosim.fmus.export import WITH_STATES
 from railcosim.fmus.interface import Start, interface
+from railcosim.fmus.start import contact_defaults
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.mechanics.modal import ModalBody

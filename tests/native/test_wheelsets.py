@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from railcosim.fmus.content import contact_defaults
 from railcosim.fmus.interface import Start, interface
+from railcosim.fmus.start import contact_defaults
 from railcosim.mechanics.ports import FORCE, Layout
 from railcosim.mechanics.shapes import Everywhere
 from railcosim.track.reduced import reduce_track
