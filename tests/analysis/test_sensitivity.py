@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from railcosim.analysis.response.sensitivity import Endless, Resonance, sensitivities, slopes
+from railcosim.analysis.response.free_motions import Endless
+from railcosim.analysis.response.sensitivity import sensitivities
+from railcosim.analysis.response.slopes import Resonance, slopes
 from railcosim.parameters import change, changed
 from railcosim.parameters.change import numbers_of, value_at
 from railcosim.parameters.quantity import quantity_of
