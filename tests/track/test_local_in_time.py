@@ -3,17 +3,12 @@
 Its matrices are changed by hand, and it is marched by Newmark under a load that moves.
 """
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from railcosim.analysis.response.bodies import seen_at_ports
-from railcosim.mechanics.motion import FromOutside, Inputs, Mover
-from railcosim.mechanics.ports import Layout, Z
-from railcosim.mechanics.stepping import State
+from railcosim.mechanics.ports import Z
 from railcosim.parameters import ParameterError
 from railcosim.reference.ring import build_ring
 from railcosim.track.layers import Layer
@@ -22,6 +17,8 @@ from railcosim.track.local_modes import with_changes
 from railcosim.track.parameters import Fastening, Mesh, Rail, Slab, Track
 from railcosim.track.receptance import Point, direct_receptance
 from railcosim.track.reduced import reduce_track
+
+from .reduced_body import check_draws_no_power, deflection, receptance
 
 D = 0.6  # m, spacing
 TRACK = Track(
@@ -35,7 +32,6 @@ CHANGES = [
     LocalChange(what="block", x=HANGS, value=0.0),
     LocalChange(what="fastening", x=SOFT, value=0.3),
 ]
-LAYOUT = Layout(1)
 
 
 @pytest.fixture(scope="module")
@@ -60,18 +56,6 @@ def local(equal, changes):
     return with_changes(TRACK, equal, changes)
 
 
-def receptance(body, omega, x):
-    """Deflections of both rails at x for a force on the left one, (n_omega, 2)."""
-    met, none = body.at(np.array([x])), np.empty(0)
-    b = met.drive(np.array([1.0, 0.0])).s
-    found = np.empty((omega.size, 2), complex)
-    for k, w in enumerate(omega):
-        plus, minus = b / (1j * w - body.poles), b / (-1j * w - body.poles)
-        found[k] = met.motion(State((plus + minus) / 2, none, none))
-        found[k] += 1j * met.motion(State(1j * (minus - plus) / 2, none, none))
-    return found
-
-
 @pytest.mark.parametrize("x", [HANGS, 1.8, 2.0, SOFT, 6.3])
 def test_receptance(equal, local, changes, x):
     """As near to the finite elements as the equal ring is; a one-sided load moves both parities."""
@@ -82,8 +66,8 @@ def test_receptance(equal, local, changes, x):
         direct_receptance(*at, viscous=True, changes=some)[:, :, 0] for some in (changes, ())
     )
     size = np.abs(exact[:, 0])
-    error = np.abs(receptance(local.under(LAYOUT), omega, x) - exact).max(axis=1) / size
-    usual = np.abs(receptance(equal.under(LAYOUT), omega, x) - before).max(axis=1) / size
+    error = np.abs(receptance(local, omega, x) - exact).max(axis=1) / size
+    usual = np.abs(receptance(equal, omega, x) - before).max(axis=1) / size
     # Beside a mass, what modes leave out is taken for what it is at rest: 3e-3 at 900 Hz, a third
     # of an element from 30 kg; 7 % if for what it is on the equal ring.
     allowed = 5e-3 if any(change.what == "mass" for change in changes) else 1e-3
@@ -93,16 +77,8 @@ def test_receptance(equal, local, changes, x):
 
 @pytest.mark.parametrize("x", [HANGS, 1.6, HEAVY, SOFT])
 def test_wheels_draw_no_power(local, x):
-    """Two, at places where the ring is changed and beside."""
-    body = local.under(Layout(2))
-    met = body.at(np.array([x, x - 2.4]))
-    B = np.stack([met.drive(force).s for force in np.eye(body.ports)], axis=1)
-    C, _ = seen_at_ports(met)
-    for s in 2j * np.pi * np.geomspace(1, 30e3, 100):
-        Y = 0.5 * s * ((C / (s - body.poles)) @ B + (C / (s.conj() - body.poles)).conj() @ B.conj())
-        assert np.linalg.eigvalsh(Y + Y.conj().T)[0] > 0
-    jump = (C @ B).real
-    assert np.linalg.eigvalsh(jump + jump.T)[0] > 0
+    """Where the ring is changed, and beside."""
+    check_draws_no_power(local, x)
 
 
 def test_nothing_grows(equal, local):
@@ -117,7 +93,7 @@ def test_default_ring(default_track, default_reduced):
         LocalChange(what="fastening", x=20.3125, value=0.0, sides=(-1,)),
         LocalChange(what="mass", x=20.7, value=15.0, sides=(-1,)),
     ]
-    body = with_changes(default_track, default_reduced, changes).under(LAYOUT)
+    changed = with_changes(default_track, default_reduced, changes)
     omega = 2 * np.pi * np.array([5.0, 150.0, 900.0])
     for x in (20.3125, 20.625, 20.7, 22.8125):
         points = [Point(x=x, side=side) for side in (-1, 1)]
@@ -126,7 +102,7 @@ def test_default_ring(default_track, default_reduced):
             direct_receptance(*at, viscous=True, changes=some)[:, :, 0] for some in (changes, ())
         )
         size = np.abs(exact[:, 0])
-        error = np.abs(receptance(body, omega, x) - exact).max(axis=1) / size
+        error = np.abs(receptance(changed, omega, x) - exact).max(axis=1) / size
         # Measured 7e-5, 2e-4 and 6e-3, all at the mass; elsewhere 1e-6, 5e-5 and 2e-3.
         assert (error < [2e-4, 5e-4, 1e-2]).all(), x
         assert (np.abs(exact - before).max(axis=1) / size)[1:].min() > 0.05
@@ -179,22 +155,12 @@ def test_a_load_that_moves_over_them(equal, local, changes):
     exact = newmark(position, force, step, changes)
     before = newmark(position, force, step, [])
 
-    def deflection(reduced):
-        body = reduced.under(LAYOUT)
-        mover = Mover(body, FromOutside(), step)
-        load = np.array([force, 0.0])
-        start = np.array([position[0]])
-        state = body.at(start).rest(load)
-        found = [body.at(start).motion(state)[0]]
-        for begin, end in pairwise(position):
-            a, b = np.array([begin]), np.array([end])
-            state = mover.step(state, Inputs(a, load), Inputs(b, load), step)
-            found.append(body.at(b).motion(state)[0])
-        return np.array(found)
+    def under(reduced):
+        return deflection(reduced, position, np.array([force, 0.0]), step, step)
 
     swing = np.ptp(exact)
-    of_equal = deflection(equal)
-    error = np.abs(deflection(local) - exact).max() / swing
+    of_equal = under(equal)
+    error = np.abs(under(local) - exact).max() / swing
     usual = np.abs(of_equal - before).max() / np.ptp(before)
     # Of modes to 4 kHz and of Newmark's steps, on either ring: 0.9 %.
     assert error < max(1.5 * usual, 0.01), (error, usual)
