@@ -47,6 +47,7 @@ RUNTIME = {
         "at_ports.py",
         "creep.py",
         "ellipse.py",
+        "fastsim.py",
         "geometry.py",
         "kalker.py",
         "numbers.py",

@@ -50,18 +50,26 @@ class Role(IntEnum):
     CREEP_ACROSS = 24
     CREEP_SPIN = 25
     CREEP_TURN = 26
-    FRICTION = 27
-    FLANGE_STIFFNESS = 28
-    FLANGE_CLEARANCE = 29
-    FLANGE_DEPTH = 30
-    AXLE_INERTIA = 31
-    TEXTBOOK = 32
+    ELLIPSE_ALONG = 27
+    ELLIPSE_ACROSS = 28
+    FRICTION = 29
+    FLANGE_STIFFNESS = 30
+    FLANGE_CLEARANCE = 31
+    FLANGE_DEPTH = 32
+    AXLE_INERTIA = 33
+    TEXTBOOK = 34
     """Of all contacts."""
-    DERIVATIVES_OF_STEP = 33
-    OUT_SEEN = 34
+    FASTSIM = 35
+    """Likewise."""
+    DERIVATIVES_OF_STEP = 36
+    OUT_SEEN = 37
     """Of what is seen at fixed places."""
-    IN_SPEED = 35
+    IN_SPEED = 38
     """Of wheels that creep on the body's own contacts, each of which is given it last."""
+
+
+OF_PROFILES = (Role.FRICTION, Role.FASTSIM, Role.AXLE_INERTIA)
+"""Numbers of rolling contacts that a table of profiles does not tell."""
 
 
 class Slot(NamedTuple):

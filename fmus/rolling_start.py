@@ -22,8 +22,8 @@ from .law_variables import in_common
 from .roles import Role
 from .rolling_variables import RollingWheels
 
-BOUNDED = {"linear": 0.0, "saturated": 1.0}
-"""Creep laws inside FMUs, by what part of friction bounds them."""
+UNBOUNDED, FASTSIM = "linear", "fastsim"
+"""Of the creep laws, that which friction does not bound, and that which a parameter asks for."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,7 @@ class Wheel:
         """By role."""
         cone, rolling = self.cone, self.rolling
         f11, f22, f23, f33 = (float(f) for f in cone.patch.creep_coefficients(np.array(REFERENCE)))
+        a, b = cone.patch.ellipse.semi_axes(np.array(REFERENCE))
         return {
             Role.RADIUS: cone.radius,
             Role.HALF_DISTANCE: cone.half_distance,
@@ -48,7 +49,9 @@ class Wheel:
             Role.CREEP_ACROSS: f22,
             Role.CREEP_SPIN: f23,
             Role.CREEP_TURN: f33,
-            Role.FRICTION: BOUNDED[rolling.creep] * rolling.friction,
+            Role.ELLIPSE_ALONG: float(a),
+            Role.ELLIPSE_ACROSS: float(b),
+            Role.FRICTION: 0.0 if rolling.creep == UNBOUNDED else rolling.friction,
             Role.FLANGE_STIFFNESS: rolling.flange_stiffness,
             Role.FLANGE_CLEARANCE: rolling.flange_clearance,
             Role.FLANGE_DEPTH: rolling.flange_depth,
@@ -59,15 +62,19 @@ class Wheel:
 def why_not_inside(train: Train) -> str:
     """Why FMUs cannot own the contacts of a train's wheels; empty if they can."""
     why = ""
+    if len(_bounds(train)) > 1:
+        why = "[rolling] creep: must be bounded alike of all vehicles for contacts inside FMUs"
     for rolling in (one.vehicle.rolling for one in train.vehicles):
-        if rolling.creep not in BOUNDED:
-            known = " or ".join(BOUNDED)
-            why = f"[rolling] creep = {rolling.creep!r}: inside FMUs creep is {known}"
-        elif rolling.gravity != train.vehicles[0].vehicle.rolling.gravity:
+        if rolling.gravity != train.vehicles[0].vehicle.rolling.gravity:
             why = "[rolling] gravity: must be the same of all vehicles for contacts inside FMUs"
     if len({_profiles_asked(one.vehicle) for one in train.vehicles}) > 1:
         why = "[rolling] profiles: must be the same of all vehicles for contacts inside FMUs"
     return why and f"{why}; VehicleWithContact and TrackWithContact are left out"
+
+
+def _bounds(train: Train) -> set[str]:
+    """Creep laws of a train that friction bounds."""
+    return {one.vehicle.rolling.creep for one in train.vehicles} - {UNBOUNDED}
 
 
 def _profiles_asked(vehicle: Vehicle) -> tuple[object, ...]:
@@ -113,4 +120,6 @@ def rolling_wheels(train: Train, cars: Multibody, load: FloatArray) -> RollingWh
             )
     gravity = GRAVITY[first.rolling.gravity]
     textbook = issubclass(gravity, TextbookCone)
-    return RollingWheels(numbers=numbers, textbook=textbook, profiles=profiles)
+    return RollingWheels(
+        numbers=numbers, fastsim=FASTSIM in _bounds(train), textbook=textbook, profiles=profiles
+    )

@@ -18,6 +18,7 @@ from .roles import Role
 from .scalar import Scalar
 from .stepping_variables import CREEPING_SPEED, LEAST_SPEED
 
+SMALLEST = 1e-5  # m
 LOAD = f"a normal force of {REFERENCE / 1e3:g} kN"
 ROWS: Mapping[Role, dict[str, Any]] = {
     Role.RADIUS: {
@@ -52,10 +53,22 @@ ROWS: Mapping[Role, dict[str, Any]] = {
         "name": "f33", "unit": "N.m2", "minimum": 0.0, "nominal": 10.0,
         "description": f"moment about the normal per spin at {LOAD}; by its power 4/3",
     },
+    Role.ELLIPSE_ALONG: {
+        "name": "ellipse_along", "unit": "m", "display_unit": "mm", "minimum": SMALLEST,
+        "nominal": 1e-2,
+        "description": f"a, semi-axis of the contact along rolling at {LOAD}; by its power 1/3; of "
+        "fastsim only",
+    },
+    Role.ELLIPSE_ACROSS: {
+        "name": "ellipse_across", "unit": "m", "display_unit": "mm", "minimum": SMALLEST,
+        "nominal": 1e-2,
+        "description": f"b, semi-axis of the contact across at {LOAD}; by its power 1/3; of "
+        "fastsim only",
+    },
     Role.FRICTION: {
         "name": "friction", "unit": "", "minimum": 0.0,
-        "description": "coefficient of friction, which bounds creep as Shen, Hedrick & Elkins "
-        "do; 0: creep without bound, Kalker's linear theory",
+        "description": "coefficient of friction, which bounds creep; 0: creep without bound, "
+        "Kalker's linear theory",
     },
     Role.FLANGE_STIFFNESS: {
         "name": "flange_stiffness", "unit": "N/m", "minimum": 0.0, "nominal": 1e7,
@@ -86,8 +99,10 @@ class RollingWheels:
     ----------
     numbers : dict of tuple of float
         By role, of `ROWS` and of Hertz's coefficient: one number of all wheels, or one of those of
-        each wheelset. Of profiles friction and the axle's inertia: the table tells
-        the rest.
+        each wheelset. Of profiles friction and the axle's inertia: the table tells the rest.
+    fastsim : bool
+        Whether friction bounds creep by Kalker's simplified theory; else as Shen, Hedrick & Elkins
+        do.
     textbook : bool
         Whether springs are vertical and the textbook's gravity stiffness is put in by hand.
     profiles : Profiled or None
@@ -95,6 +110,7 @@ class RollingWheels:
     """
 
     numbers: Mapping[Role, tuple[float, ...]]
+    fastsim: bool
     textbook: bool
     profiles: Profiled | None = None
     directions: ClassVar[tuple[Direction, ...]] = DIMENSIONS["spatial"]
@@ -123,6 +139,14 @@ class RollingWheels:
                 },
             )
         ]
+        table.append(
+            Scalar(
+                name="contact.fastsim", role=Role.FASTSIM, unit="", type="Boolean",
+                causality="parameter", variability="fixed", start=self.fastsim,
+                description="true: friction bounds creep by Kalker's FASTSIM; false: as Shen, "
+                "Hedrick & Elkins do" + more,
+            )
+        )  # fmt: skip
         if self.profiles:
             return table
         C = "C of normal force by compression, N = C delta^1.5, with loss of contact" + more

@@ -44,6 +44,7 @@ AT_REST = 1e-6
 ROLLING = {role: f"contact.{row['name']}" for role, row in ROWS.items()} | {
     Role.HERTZ: HERTZ,
     Role.TEXTBOOK: "contact.textbook",
+    Role.FASTSIM: "contact.fastsim",
 }
 """Numbers of wheels that roll, by what they are to a model."""
 NUMBERS = (STIFFNESS, *ROLLING.values())

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from railcosim.fmus.roles import Role
+from railcosim.fmus.roles import OF_PROFILES
 from railcosim.master.connections import CouplingError
 from railcosim.master.law import ForceLaw, Law
 from railcosim.mechanics.contact.creep import REFERENCE
@@ -94,12 +94,12 @@ def kind_of(layout: Layout, vehicles: Sequence[Path], track: Path) -> Kind:
 
 
 def _profiled(parameters: Parameters) -> tuple[str, ...]:
-    own = ROLLING[Role.FRICTION], ROLLING[Role.AXLE_INERTIA]
+    own = tuple(ROLLING[role] for role in OF_PROFILES)
     for name in parameters:
         if CONTACT in f".{name}" and not name.endswith((*own, NONLINEAR)):
             raise CouplingError(
                 f"{name}: is of cones; these wheels have profiles, whose table tells all but "
-                f"{' and '.join(own)}"
+                f"{', '.join(own)}"
             )
     _rolling(parameters)
     return own

@@ -20,15 +20,14 @@ from railcosim.mechanics.contact.at_ports import GIVEN, PORTS, AtPorts, apart
 from railcosim.mechanics.contact.profiled import NUMBERS, Profiled
 from railcosim.mechanics.contact.profiles import COLUMNS
 
-from ..roles import Role
+from ..roles import OF_PROFILES, Role
 from .compile import CacheRefused, CompilationFailed, CompilerMissing, build
 
 NUMBERS_OF_CONES = (
     *(Role(k) for k in range(Role.RADIUS, Role.FLANGE_DEPTH + 1)), Role.HERTZ, Role.TEXTBOOK,
-    Role.AXLE_INERTIA,
+    Role.FASTSIM, Role.AXLE_INERTIA,
 )  # fmt: skip
-NUMBERS_OF_PROFILES = (Role.FRICTION, Role.AXLE_INERTIA)
-"""Those that the C law takes, in its order; of profiles the table tells the others."""
+"""Those that the C law takes, in its order."""
 
 
 @cache
@@ -81,7 +80,7 @@ class CompiledRolling:
     ) -> None:
         side = np.ascontiguousarray(law.contact.side)
         numbers = np.zeros((side.size, len(NUMBERS_OF_CONES)))
-        for role in NUMBERS_OF_PROFILES if profiles else NUMBERS_OF_CONES:
+        for role in OF_PROFILES if profiles else NUMBERS_OF_CONES:
             numbers[:, NUMBERS_OF_CONES.index(role)] = each(role)
         told = profiles.told() if profiles else {}
         columns = [told["columns"][name] for name in COLUMNS] if profiles else np.zeros((1, 0))

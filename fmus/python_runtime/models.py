@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...mechanics.contact.at_ports import GIVEN, AtPorts, Rolls
-from ...mechanics.contact.creep import LINEAR, Patch
+from ...mechanics.contact.creep import LINEAR, CreepLaw, Patch, Unlike
+from ...mechanics.contact.fastsim import Fastsim
 from ...mechanics.contact.geometry import LEFT, RIGHT, KnownCone, KnownTextbookCone
 from ...mechanics.contact.profiled import Profiled
 from ...mechanics.contact.rolling import Flange, RollingContact
@@ -66,17 +67,28 @@ def rolling_contact(
 
     A master that owns the contact takes it, too.
     """
-    friction: Any = each(Role.FRICTION)
     geometry: Any = profiles or _cone(each)  # a number a contact
     contact = RollingContact(
         geometry=geometry,
         side=np.repeat([LEFT, RIGHT][: len(layout.sides)], layout.wheelsets),
         speed=speed,
-        creep=Saturated(friction=friction) if friction.any() else LINEAR,
+        creep=_creep(each),
         flange=None if profiles else _flange(each),
         axle_inertia=each(Role.AXLE_INERTIA),
     )
     return AtPorts(contact=contact, half_distance=geometry.half_distance)
+
+
+def _creep(each: Callable[[Role], FloatArray]) -> CreepLaw:
+    """As friction bounds it, where there is any."""
+    friction = each(Role.FRICTION)
+    bounded = friction > 0
+    if not bounded.any():
+        return LINEAR
+    law = Fastsim if each(Role.FASTSIM).any() else Saturated
+    if bounded.all():
+        return law(friction=friction)
+    return Unlike(bounded, law(friction=np.where(bounded, friction, 1.0)), LINEAR)
 
 
 def _cone(each: Callable[[Role], FloatArray]) -> KnownCone:
@@ -93,6 +105,8 @@ def _cone(each: Callable[[Role], FloatArray]) -> KnownCone:
             f22=each(Role.CREEP_ACROSS),
             f23=each(Role.CREEP_SPIN),
             f33=each(Role.CREEP_TURN),
+            along=each(Role.ELLIPSE_ALONG),
+            across=each(Role.ELLIPSE_ACROSS),
         ),
     )
     return made

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from .ellipse import Ellipse, ellipse
@@ -65,8 +66,10 @@ class Patch:
         f22: FloatArray | float,
         f23: FloatArray | float,
         f33: FloatArray | float,
+        along: FloatArray | float,
+        across: FloatArray | float,
     ) -> Patch:
-        """Patches by what they do, whatever their shape: for laws that ask for no more.
+        """Patches by what they do, whatever bodies they are of.
 
         Parameters
         ----------
@@ -74,13 +77,14 @@ class Patch:
             Of N = C delta^1.5, N/m^1.5.
         f11, f22, f23, f33 : array or float
             Of linear creep at a normal force of `REFERENCE`, N, N m and N m2.
+        along, across : array or float
+            Semi-axes at that force, m.
         """
-        at_reference = REFERENCE ** (-1 / 3) * np.ones(np.shape(C))  # axes of 1 m
+        root = REFERENCE ** (-1 / 3) * np.ones(np.shape(C))
+        area = np.multiply(along, across)
         return cls(
-            ellipse=Ellipse(along=at_reference, across=at_reference, C=np.asarray(C)),
-            kalker=Kalker(
-                C11=np.asarray(f11), C22=np.asarray(f22), C23=np.asarray(f23), C33=np.asarray(f33)
-            ),
+            ellipse=Ellipse(along=along * root, across=across * root, C=np.asarray(C)),
+            kalker=Kalker(C11=f11 / area, C22=f22 / area, C23=f23 / area**1.5, C33=f33 / area**2),
             shear_modulus=1.0,
         )
 
@@ -137,3 +141,26 @@ class LinearCreep:
 
 
 LINEAR = LinearCreep()
+
+
+@dataclass(frozen=True)
+class Unlike:
+    """One law of some contacts, and another of the others.
+
+    Attributes
+    ----------
+    which : array of bool, shape (n,)
+        Contacts, the last axis.
+    those, others : CreepLaw
+        Of those, and of the others.
+    """
+
+    which: NDArray[np.bool_]
+    those: CreepLaw
+    others: CreepLaw
+
+    def force(self, patch: Patch, normal: Numbers, creepage: Numbers) -> Numbers:
+        """See `CreepLaw`."""
+        those, others = (law.force(patch, normal, creepage) for law in (self.those, self.others))
+        found: Numbers = np.where(self.which[:, None], those, others)
+        return found

@@ -24,8 +24,8 @@ class Fastsim:
 
     Attributes
     ----------
-    friction : float
-        Coefficient, above 0.
+    friction : float or array
+        Coefficient, above 0; an array: of each contact.
     slices : int
         Along a strip, from the leading to the trailing edge, shorter towards both.
     strips : int
@@ -37,7 +37,7 @@ class Fastsim:
     System Dynamics 11, 1-13.
     """
 
-    friction: float
+    friction: float | FloatArray
     slices: int = 40
     strips: int = 20
 

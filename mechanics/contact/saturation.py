@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arrays import FloatArray
 from .creep import LINEAR, Patch
 from .numbers import Numbers
 
@@ -23,8 +24,8 @@ class Saturated:
 
     Attributes
     ----------
-    friction : float
-        Coefficient, above 0.
+    friction : float or array
+        Coefficient, above 0; an array: of each contact.
 
     References
     ----------
@@ -32,7 +33,7 @@ class Saturated:
     models for rail vehicle dynamic analysis, Vehicle System Dynamics 12, 79-83.
     """
 
-    friction: float
+    friction: float | FloatArray
 
     def force(self, patch: Patch, normal: Numbers, creepage: Numbers) -> Numbers:
         """See `CreepLaw`."""

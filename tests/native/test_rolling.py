@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from railcosim.fmus.native_runtime.compile import SOURCES
 from railcosim.mechanics.contact.at_ports import AtPorts
 from railcosim.mechanics.contact.creep import LINEAR, CreepLaw
+from railcosim.mechanics.contact.fastsim import Fastsim
 from railcosim.mechanics.contact.geometry import LEFT, RIGHT, Cone, TextbookCone
 from railcosim.mechanics.contact.profiled import NUMBERS, Profiled
 from railcosim.mechanics.contact.profiles import COLUMNS, Curve, tabulate
@@ -45,8 +46,9 @@ def program(tmp_path_factory: pytest.TempPathFactory, sanitizing: Callable[[], l
     return made
 
 
+FASTSIM = Fastsim(friction=FRICTION)
 CREEPS = pytest.mark.parametrize(
-    "creep", [LINEAR, Saturated(friction=FRICTION)], ids=["linear", "Shen"]
+    "creep", [LINEAR, Saturated(friction=FRICTION), FASTSIM], ids=["linear", "Shen", "FASTSIM"]
 )
 
 
@@ -138,7 +140,7 @@ def all_cases_there(contact: RollingContact, q: FloatArray, v: FloatArray) -> No
                 assert ((contact.side == side) & touches & closed).sum() > CONTACTS / 100
     _, force = contact.creep_forces(q, v)
     if contact.creep is not LINEAR:
-        slides = resultant(force) > FRICTION * normal * (1 - 1e-9)
+        slides = resultant(force) > FRICTION * normal * (1 - 3e-3)  # FASTSIM's strips leave 2e-3
         assert 0.1 < slides[normal > 0].mean() < 0.9
 
 
@@ -168,11 +170,16 @@ def law_of(contact: RollingContact) -> list[float]:
     if isinstance(contact.geometry, Profiled):
         told = contact.geometry.told()
         table = np.array([told["columns"][name] for name in COLUMNS]).T
-        friction = contact.creep.friction if isinstance(contact.creep, Saturated) else 0.0
-        law = [0.0] * 10 + [friction] + [0.0] * 3 + [float(contact.axle_inertia)]
+        law = [0.0] * 12 + creep_of(contact) + [0.0] * 3 + [float(contact.axle_inertia)]
         about = [told[name] for name in NUMBERS]
         return [*law, float(len(table)), *about, *table.ravel().tolist()]
     return [*numbers(contact), 0.0]
+
+
+def creep_of(contact: RollingContact) -> list[float]:
+    """Friction, and which of c/rolling.c's laws of creep."""
+    laws = [type(LINEAR), Saturated, Fastsim]
+    return [getattr(contact.creep, "friction", 0.0), float(laws.index(type(contact.creep)))]
 
 
 def numbers(contact: RollingContact) -> list[float]:
@@ -180,11 +187,12 @@ def numbers(contact: RollingContact) -> list[float]:
     cone, flange = contact.geometry, contact.flange
     assert isinstance(cone, Cone)
     assert flange is not None
-    f = [float(each) for each in cone.patch.creep_coefficients(np.array(1.0))]
-    friction = contact.creep.friction if isinstance(contact.creep, Saturated) else 0.0
+    one = np.array(1.0)
+    patch = [*cone.patch.creep_coefficients(one), *cone.patch.ellipse.semi_axes(one)]
     return [
         cone.radius, cone.half_distance, cone.conicity, cone.head_radius,
-        float(isinstance(cone, TextbookCone)), float(cone.patch.ellipse.C), *f, friction,
+        float(isinstance(cone, TextbookCone)), float(cone.patch.ellipse.C), *map(float, patch),
+        *creep_of(contact),
         flange.stiffness, flange.clearance, flange.depth,
         float(contact.axle_inertia),
     ]  # fmt: skip

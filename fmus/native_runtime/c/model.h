@@ -58,15 +58,18 @@ typedef enum {
     ROLE_CREEP_ACROSS = 24,
     ROLE_CREEP_SPIN = 25,
     ROLE_CREEP_TURN = 26,
-    ROLE_FRICTION = 27,
-    ROLE_FLANGE_STIFFNESS = 28,
-    ROLE_FLANGE_CLEARANCE = 29,
-    ROLE_FLANGE_DEPTH = 30,
-    ROLE_AXLE_INERTIA = 31,
-    ROLE_TEXTBOOK = 32, /* of all */
-    ROLE_DERIVATIVES_OF_STEP = 33,
-    ROLE_OUT_SEEN = 34, /* of an output of what is seen at fixed places */
-    ROLE_IN_SPEED = 35, /* of wheels that creep: the last number that each contact is given */
+    ROLE_ELLIPSE_ALONG = 27,
+    ROLE_ELLIPSE_ACROSS = 28,
+    ROLE_FRICTION = 29,
+    ROLE_FLANGE_STIFFNESS = 30,
+    ROLE_FLANGE_CLEARANCE = 31,
+    ROLE_FLANGE_DEPTH = 32,
+    ROLE_AXLE_INERTIA = 33,
+    ROLE_TEXTBOOK = 34, /* of all */
+    ROLE_FASTSIM = 35,  /* of all: friction bounds creep so, else as by Shen, Hedrick & Elkins */
+    ROLE_DERIVATIVES_OF_STEP = 36,
+    ROLE_OUT_SEEN = 37, /* of an output of what is seen at fixed places */
+    ROLE_IN_SPEED = 38, /* of wheels that creep: the last number that each contact is given */
     ROLES
 } Role;
 

@@ -116,6 +116,7 @@ static int is_needed(const Model *m, int role)
     case ROLE_HOLD: return 1;
     case ROLE_INTERNAL_STEP: return m->contact_sign != 0 || m->nodes > 0;
     case ROLE_NONLINEAR: return m->contact_sign != 0 && !m->rolls;
+    case ROLE_FASTSIM: return m->rolls;
     case ROLE_TEXTBOOK: return m->rolls && m->profile.rows == 0;
     case ROLE_SPEED: return m->coordinates > 0 && !m->rolls;
     case ROLE_IN_SPEED: return m->rolls;

@@ -28,6 +28,7 @@ static RollingLaw rolling_law_of(const Instance *i, size_t k)
 {
     const RollingProfile *profile = &i->model.profile;
     double number[ROLLING_NUMBERS] = {0};
+    number[NUMBER_FASTSIM] = instance_parameter(i, ROLE_FASTSIM);
     number[NUMBER_AXLE_INERTIA] = law_value(i, ROLE_AXLE_INERTIA, k);
     if (profile->rows > 0) {
         number[NUMBER_FRICTION] = law_value(i, ROLE_FRICTION, k);

@@ -44,19 +44,18 @@ static void add_creep(const RollingLaw *law, double speed, const Patch *patch, c
                       const Known *N, const double v[SIX], Forces *f)
 {
     Known creepage[3];
-    double force[3], by[3][CREEP_BY_ALL], by_rates[3][SIX], own[4];
+    double force[3], by[3][CREEP_BY_ALL], by_rates[3][SIX], own[CREEP_NUMBERS];
     creepages(slip, v, speed, creepage, by_rates);
     const double at[3] = {creepage[0].at, creepage[1].at, creepage[2].at};
-    for (int j = 0; patch != NULL && j < 4; j++)
+    for (int j = 0; patch != NULL && j < CREEP_NUMBERS; j++)
         own[j] = patch->creep[j].at;
-    rolling_creep(law->friction, patch == NULL ? law->creep : own, N->at, at,
-                  patch == NULL ? CREEP_BY : CREEP_BY_ALL, force, by);
+    law->creep(law->friction, patch == NULL ? law->patch : own, N->at, at, force, by);
     for (int i = 0; i < 3; i++) {
         double by_q[FIVE], by_v[SIX]; /* of this part of the force */
         for (int b = 0; b < FIVE; b++)
             by_q[b] = by[i][0] * N->by[b] + by[i][1] * creepage[0].by[b] +
                       by[i][2] * creepage[1].by[b] + by[i][3] * creepage[2].by[b];
-        for (int j = 0; patch != NULL && j < 4; j++)
+        for (int j = 0; patch != NULL && j < CREEP_NUMBERS; j++)
             for (int b = 0; b < FIVE; b++)
                 by_q[b] += by[i][CREEP_BY + j] * patch->creep[j].by[b];
         for (int b = 0; b < SIX; b++)

@@ -29,14 +29,27 @@ typedef struct {
 /* Find what is to be found in a table that has been filled; 0: it makes no sense. */
 int rolling_profile_ready(RollingProfile *profile);
 
+/* Numbers of a patch: linear creep's f11 and f22 over N^(2/3), f23 over N and f33 over N^(4/3); semi-axes
+   along rolling and across over N^(1/3). */
+enum { CREEP_F11, CREEP_F22, CREEP_F23, CREEP_F33, CREEP_A, CREEP_B, CREEP_NUMBERS };
+/* Forces of creep on the wheel, along and across, and the moment about the normal, by a normal force
+   N > 0, three creepages and the numbers of a patch; and their derivatives by N, by the three and by
+   the numbers. */
+enum { CREEP_BY = 4, CREEP_BY_ALL = CREEP_BY + CREEP_NUMBERS };
+typedef void Creep(double friction, const double c[CREEP_NUMBERS], double N,
+                   const double creepage[3], double force[3], double by[3][CREEP_BY_ALL]);
+/* Kalker's linear theory, whatever the friction; bounded as by Shen, Hedrick & Elkins; and FASTSIM. */
+Creep creep_linear, creep_saturated, creep_fastsim;
+
 typedef struct {
     const RollingProfile *profile; /* NULL: a cone */
     double radius, half_distance; /* r0 of the wheel; b, of the datum from the middle, m */
     double conicity, head_radius; /* of the cone; R of the rail's head across, m */
     int textbook;                 /* springs are vertical, and gravity stiffness is put in by hand */
     double hertz;                 /* C of N = C delta^1.5 */
-    double creep[4];              /* f11 and f22 over N^(2/3), f23 over N, f33 over N^(4/3) */
-    double friction;              /* 0: creep without bound */
+    double patch[CREEP_NUMBERS];  /* of a cone */
+    double friction;
+    Creep *creep;
     double flange_stiffness, flange_clearance, flange_depth; /* N/m (0: none), m, m */
     double axle_inertia;                                     /* of the wheelset, kg m2 */
 } RollingLaw;

@@ -2,18 +2,20 @@
 
    Shen, Z. Y., Hedrick, J. K. & Elkins, J. A. (1983), A comparison of alternative creep force models
    for rail vehicle dynamic analysis, Vehicle System Dynamics 12, 79-83. */
-#include "rolling_parts.h"
+#include "rolling.h"
 
 #include <math.h>
 
 static const double WHOLE = 3;       /* linear force over friction's where all of a contact slides */
 static const double NO_LOAD = 1e-3;  /* N: friction is not less; avoids a division by nothing */
 
-static void linear_creep(const double c[4], double N, const double x[3], double force[3],
-                         double by[3][CREEP_BY_ALL])
+void creep_linear(double friction, const double c[CREEP_NUMBERS], double N, const double x[3],
+                  double force[3], double by[3][CREEP_BY_ALL])
 {
+    (void)friction;
     const double root = cbrt(N), square = root * root, more = N * root;
-    const double f11 = c[0] * square, f22 = c[1] * square, f23 = c[2] * N, f33 = c[3] * more;
+    const double f11 = c[CREEP_F11] * square, f22 = c[CREEP_F22] * square;
+    const double f23 = c[CREEP_F23] * N, f33 = c[CREEP_F33] * more;
     const double found[3] = {-f11 * x[0], -f22 * x[1] - f23 * x[2], f23 * x[1] - f33 * x[2]};
     const double slope[3][CREEP_BY_ALL] = {
         {-2 * f11 * x[0] / (3 * N), -f11, 0, 0, -square * x[0], 0, 0, 0},
@@ -28,8 +30,7 @@ static void linear_creep(const double c[4], double N, const double x[3], double 
 }
 
 /* All three are taken down by what is left of the resultant along and across. */
-static void saturate(double friction, double N, int columns, double force[3],
-                     double by[3][CREEP_BY_ALL])
+static void saturate(double friction, double N, double force[3], double by[3][CREEP_BY_ALL])
 {
     const double bound = friction * (N > NO_LOAD ? N : NO_LOAD);
     const double resultant = sqrt(force[0] * force[0] + force[1] * force[1]);
@@ -38,23 +39,22 @@ static void saturate(double friction, double N, int columns, double force[3],
     const double share = slides ? 1 / ratio : 1 - ratio / 3 + ratio * ratio / 27;
     const double slope = slides ? -1 / (ratio * ratio) : 2 * ratio / 27 - 1.0 / 3;
     double change[CREEP_BY_ALL]; /* of the share */
-    for (int j = 0; j < columns; j++)
+    for (int j = 0; j < CREEP_BY_ALL; j++)
         change[j] = resultant > 0 ? slope * (force[0] * by[0][j] + force[1] * by[1][j]) /
                                         (resultant * bound)
                                   : 0;
     if (N > NO_LOAD)
         change[0] -= slope * ratio / N;
     for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < columns; j++)
+        for (int j = 0; j < CREEP_BY_ALL; j++)
             by[i][j] = share * by[i][j] + force[i] * change[j];
         force[i] *= share;
     }
 }
 
-void rolling_creep(double friction, const double c[4], double N, const double creepage[3],
-                   int columns, double force[3], double by[3][CREEP_BY_ALL])
+void creep_saturated(double friction, const double c[CREEP_NUMBERS], double N,
+                     const double creepage[3], double force[3], double by[3][CREEP_BY_ALL])
 {
-    linear_creep(c, N, creepage, force, by);
-    if (friction > 0)
-        saturate(friction, N, columns, force, by);
+    creep_linear(friction, c, N, creepage, force, by);
+    saturate(friction, N, force, by);
 }

@@ -3,14 +3,23 @@
 #include <math.h>
 #include <string.h>
 
+/* Friction of 0 bounds nothing. */
+static Creep *creep_law(const double number[ROLLING_NUMBERS])
+{
+    if (!(number[NUMBER_FRICTION] > 0))
+        return creep_linear;
+    return number[NUMBER_FASTSIM] != 0 ? creep_fastsim : creep_saturated;
+}
+
 RollingLaw rolling_law(const double number[ROLLING_NUMBERS], const RollingProfile *profile)
 {
     /* The creep coefficients are told at a normal force of so much. */
     const double root = cbrt(1 / ROLLING_REFERENCE), *creep = number + NUMBER_CREEP;
+    const double *axis = number + NUMBER_ELLIPSE;
     if (profile != NULL) {
         const RollingLaw of_profile = {
             .profile = profile, .radius = profile->radius, .half_distance = profile->half_distance,
-            .friction = number[NUMBER_FRICTION], .axle_inertia = number[NUMBER_AXLE_INERTIA]};
+            .friction = number[NUMBER_FRICTION], .creep = creep_law(number), .axle_inertia = number[NUMBER_AXLE_INERTIA]};
         return of_profile;
     }
     const RollingLaw law = {
@@ -22,8 +31,9 @@ RollingLaw rolling_law(const double number[ROLLING_NUMBERS], const RollingProfil
         number[NUMBER_TEXTBOOK] != 0,
         number[NUMBER_HERTZ],
         {creep[0] * root * root, creep[1] * root * root, creep[2] / ROLLING_REFERENCE,
-         creep[3] / ROLLING_REFERENCE * root},
+         creep[3] / ROLLING_REFERENCE * root, axis[0] * root, axis[1] * root},
         number[NUMBER_FRICTION],
+        creep_law(number),
         number[NUMBER_FLANGE_STIFFNESS],
         number[NUMBER_FLANGE_CLEARANCE],
         number[NUMBER_FLANGE_DEPTH],

@@ -59,9 +59,9 @@ typedef struct {
 static const int SLIPS[3] = {2, SIX, 2};
 static const int SLIPPING[3][SIX] = {{YAW, SPIN}, {Y, Z, ROLL, YAW, RAIL_ROLL, SPIN}, {YAW, SPIN}};
 
-/* What a contact does where it is: C of N = C delta^1.5, and coefficients of creep as in RollingLaw. */
+/* What a contact does where it is: C of N = C delta^1.5, and what its creep follows from. */
 typedef struct {
-    Known hertz, creep[4];
+    Known hertz, creep[CREEP_NUMBERS];
 } Patch;
 
 /* How a contact at coordinates q is pressed and, if it is closed, how it slides: of a cone; and by a
@@ -70,12 +70,5 @@ void rolling_place(const RollingLaw *law, double side, const double q[SIX], Pres
                    Slip *slip);
 int rolling_place_profile(const RollingProfile *profile, double side, const double q[SIX],
                           Press *press, Slip *slip, Patch *patch);
-
-/* Forces of creep on the wheel, along and across, and the moment about the normal, by a normal force
-   N > 0, three creepages and four coefficients; and their derivatives by N, by the three and, of
-   CREEP_BY_ALL columns, by the four. */
-enum { CREEP_BY = 4, CREEP_BY_ALL = 8 };
-void rolling_creep(double friction, const double c[4], double N, const double creepage[3],
-                   int columns, double force[3], double by[3][CREEP_BY_ALL]);
 
 #endif

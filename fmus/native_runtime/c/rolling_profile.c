@@ -245,10 +245,12 @@ static void patch_of(const RollingProfile *p, const Between *in, Patch *patch)
                          known_product(area, area)};
     static const int column[4] = {PROFILE_C11, PROFILE_C22, PROFILE_C23, PROFILE_C33};
     patch->hertz = column_of(in, PROFILE_C);
-    for (int j = 0; j < 4; j++) {
+    for (int j = CREEP_F11; j <= CREEP_F33; j++) {
         const Known f = known_product(column_of(in, column[j]), of[j]);
         patch->creep[j] = known_sum(G, f, 0, f);
     }
+    patch->creep[CREEP_A] = column_of(in, PROFILE_ALONG);
+    patch->creep[CREEP_B] = column_of(in, PROFILE_ACROSS);
 }
 
 int rolling_place_profile(const RollingProfile *p, double side, const double q[SIX], Press *press,

@@ -44,12 +44,14 @@ static int read_profile(double rows)
 
 int main(void)
 {
-    double n[15], rows, side, q[N], v[N], speed, force[N], alone[N], by_q[N][N], by_v[N][N];
+    double n[18], rows, side, q[N], v[N], speed, force[N], alone[N], by_q[N][N], by_v[N][N];
     double by_speed[N];
-    if (!read(15, n) || !read(1, &rows) || (rows > 0 && !read_profile(rows)))
+    if (!read(18, n) || !read(1, &rows) || (rows > 0 && !read_profile(rows)))
         return 1;
-    RollingLaw law = {NULL, n[0], n[1], n[2], n[3], n[4] != 0, n[5], {n[6], n[7], n[8], n[9]},
-                            n[10], n[11], n[12], n[13], n[14]};
+    static Creep *const creeps[] = {creep_linear, creep_saturated, creep_fastsim};
+    RollingLaw law = {NULL, n[0], n[1], n[2], n[3], n[4] != 0, n[5],
+                      {n[6], n[7], n[8], n[9], n[10], n[11]}, n[12], creeps[(int)n[13]],
+                      n[14], n[15], n[16], n[17]};
     if (rows > 0) {
         law.profile = &profile;
         law.radius = profile.radius;
