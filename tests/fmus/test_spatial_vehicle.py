@@ -5,6 +5,7 @@ written apart (`tests/vehicle/test_spatial_body.py`).
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -34,6 +35,7 @@ from railcosim.paper.laboratory import CONTACTS, QUICK, Laboratory
 from railcosim.parameters import ArgumentError, UnusualWarning
 from railcosim.track.irregularity import QUALITIES
 from railcosim.track.parameters import Mesh, Track
+from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.modal import vehicle_body
 from railcosim.vehicle.multibody import MODELS, SPATIAL, build_multibody
 from railcosim.vehicle.parameters import (
@@ -43,6 +45,7 @@ from railcosim.vehicle.parameters import (
     Vehicle,
 )
 from railcosim.vehicle.properties import Rolling
+from railcosim.vehicle.train import train_of
 
 from ..fmpy_problems import problems_of
 from ..vehicle.test_spatial_body import LEVEL, by_hand
@@ -162,10 +165,18 @@ def test_descriptions_are_valid(made, runtime):
     assert problems_of(made[runtime]["Vehicle"]) == []
 
 
+def bounded_unlike():
+    """Two vehicles, whose contacts no FMU knows."""
+    wagon = read_stock(Path("wagon"))
+    train = train_of(wagon)
+    other = train_of(replace(wagon, rolling=Rolling(creep="fastsim")))
+    return replace(train, vehicles=(*train.vehicles, *other.vehicles))
+
+
 def test_no_pair_without_an_owner_of_the_contact(tmp_path):
-    """Nothing inside FMUs knows of FASTSIM."""
-    stock = replace(Vehicle(), rolling=Rolling(creep="fastsim"))
-    with pytest.warns(UnusualWarning, match="left out"):
+    """Friction bounds the creep of one vehicle in another way than that of the other."""
+    stock = bounded_unlike()
+    with pytest.warns(UnusualWarning, match=r"creep: must be bounded alike.*left out"):
         files = export_pair(stock, SHORT, tmp_path, dimension="spatial")
     assert list(files) == ["Vehicle", "Track"]
     assert not (tmp_path / PAIR).exists()
@@ -471,10 +482,9 @@ def test_wheels_are_those_that_the_fmu_tells(tmp_path) -> None:
 
 
 def test_wheels_that_nobody_tells_are_asked_for(tmp_path) -> None:
-    """FASTSIM is in no FMU."""
-    rolling = Rolling(creep="fastsim")
+    """There is no law of all of them."""
     with pytest.raises(CouplingError, match=r"contact\.wheel_radius.*give its.*--vehicle"):
-        told_wheels(alone(replace(DAMPED, rolling=rolling), tmp_path))
+        told_wheels(alone(bounded_unlike(), tmp_path))
 
 
 def test_the_papers_pitch_rises_in_space_by_what_acts_through_heights(tmp_path) -> None:

@@ -28,7 +28,7 @@ from railcosim.track.decay import RingWarning
 from railcosim.track.parameters import Mesh, Track
 from railcosim.vehicle.files import read_stock
 from railcosim.vehicle.parameters import Vehicle
-from railcosim.vehicle.properties import FileName
+from railcosim.vehicle.properties import FileName, Rolling
 
 HERE = Path(__file__).parent
 FLAGS = [
@@ -57,13 +57,13 @@ def build(program: Path) -> str:
 
 
 def write_seeds(folder: Path) -> None:
-    """The four files of a vertical pair, of one in space and of one whose wheels have profiles."""
+    """The four files of a vertical pair, of one in space and of one with profiles and FASTSIM."""
     folder.mkdir()
     wagon = read_stock(Path("wagon"))
     for name, dimension, stock in (
         ("vertical", "vertical", Vehicle()),
         ("spatial", "spatial", wagon),
-        ("profiled", "spatial", on_profiles(wagon)),
+        ("profiled", "spatial", on_profiles(replace(wagon, rolling=Rolling(creep="fastsim")))),
     ):
         with warnings.catch_warnings(category=RingWarning, action="ignore"):
             all_four = contents(stock, Track(mesh=COARSE), dimension=dimension)

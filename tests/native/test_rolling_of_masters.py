@@ -17,6 +17,7 @@ CONE = {
     "contact.nonlinear": True, "contact.hertz_coefficient": 9e10, "contact.wheel_radius": 0.43,
     "contact.half_distance": 0.7465, "contact.conicity": 0.05, "contact.head_radius": 0.3,
     "contact.f11": 7e6, "contact.f22": 6e6, "contact.f23": 1e4, "contact.f33": 20.0,
+    "contact.ellipse_along": 7e-3, "contact.ellipse_across": 5e-3, "contact.fastsim": False,
     "contact.friction": 0.3, "contact.flange_stiffness": 1e7, "contact.flange_clearance": 3e-3,
     "contact.flange_depth": 0.014, "contact.axle_inertia": 120.0, "contact.textbook": False,
 }  # fmt: skip
@@ -45,7 +46,13 @@ def worn() -> Profiled:
     )
 
 
-@pytest.mark.parametrize("kind", ["cone", "of wheelsets", "textbook", "without bound", "profiles"])
+KINDS = [
+    "cone", "of wheelsets", "textbook", "without bound", "profiles", "FASTSIM", "FASTSIM, profiles",
+    "FASTSIM of one wheelset",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_it_is_the_numpy_law(kind: str, worn: Profiled) -> None:
     """Forces and their derivatives, where each wheelset has numbers of its own as well."""
     given = dict(CONE)
@@ -54,7 +61,11 @@ def test_it_is_the_numpy_law(kind: str, worn: Profiled) -> None:
         given |= {"wheelset[1].contact.f11": 5e6, "wheelset[2].contact.f11": 8e6}
     given |= {"contact.textbook": kind == "textbook"}
     given |= {"contact.friction": 0.0 if kind == "without bound" else 0.3}
-    profiles = worn if kind == "profiles" else None
+    if kind == "FASTSIM of one wheelset":
+        del given["contact.friction"]  # that of the other is without bound
+        given |= {"wheelset[1].contact.friction": 0.3, "wheelset[2].contact.friction": 0.0}
+    given |= {"contact.fastsim": "FASTSIM" in kind}
+    profiles = worn if "profiles" in kind else None
     law = at_ports(given, LAYOUT, profiles)
     fast = compiled_rolling(law, numbers(given, LAYOUT), profiles)
     assert fast is not None

@@ -41,7 +41,7 @@ static void add_normal(const Press *press, const Known *N, Forces *f)
 
 /* `patch` is NULL where what the contact does is the same wherever it is. */
 static void add_creep(const RollingLaw *law, double speed, const Patch *patch, const Slip *slip,
-                      const Known *N, const double v[SIX], Forces *f)
+                      const Known *N, const double v[SIX], int asked, Forces *f)
 {
     Known creepage[3];
     double force[3], by[3][CREEP_BY_ALL], by_rates[3][SIX], own[CREEP_NUMBERS];
@@ -49,7 +49,8 @@ static void add_creep(const RollingLaw *law, double speed, const Patch *patch, c
     const double at[3] = {creepage[0].at, creepage[1].at, creepage[2].at};
     for (int j = 0; patch != NULL && j < CREEP_NUMBERS; j++)
         own[j] = patch->creep[j].at;
-    law->creep(law->friction, patch == NULL ? law->patch : own, N->at, at, force, by);
+    law->creep(law->friction, patch == NULL ? law->patch : own, N->at, at, asked, force,
+               by);
     for (int i = 0; i < 3; i++) {
         double by_q[FIVE], by_v[SIX]; /* of this part of the force */
         for (int b = 0; b < FIVE; b++)
@@ -88,7 +89,7 @@ static void nowhere(Forces *f)
 }
 
 static void add_contact(const RollingLaw *law, double speed, double side, const double q[SIX],
-                        const double v[SIX], Forces *f)
+                        const double v[SIX], int asked, Forces *f)
 {
     Press press;
     Slip slip;
@@ -107,7 +108,7 @@ static void add_contact(const RollingLaw *law, double speed, double side, const 
         return;
     const Known N = normal_force(hertz, press.overlap);
     add_normal(&press, &N, f);
-    add_creep(law, speed, patch, &slip, &N, v, f);
+    add_creep(law, speed, patch, &slip, &N, v, asked, f);
 }
 
 /* A stiff stop across, without friction. */
@@ -192,7 +193,7 @@ void rolling_force(const RollingLaw *law, double speed, double side,
     memset(&f, 0, sizeof f);
     coordinates_of(law, side, q, six);
     coordinates_of(law, side, v, rates);
-    add_contact(law, speed, side, six, rates, &f);
+    add_contact(law, speed, side, six, rates, by_q != NULL || by_v != NULL, &f);
     add_flange(law, side, six, &f);
     add_turning(law, speed, rates, &f);
     to_ports(law, side, 1, f.force, force);

@@ -34,10 +34,11 @@ int rolling_profile_ready(RollingProfile *profile);
 enum { CREEP_F11, CREEP_F22, CREEP_F23, CREEP_F33, CREEP_A, CREEP_B, CREEP_NUMBERS };
 /* Forces of creep on the wheel, along and across, and the moment about the normal, by a normal force
    N > 0, three creepages and the numbers of a patch; and their derivatives by N, by the three and by
-   the numbers. */
+   the numbers, which may be none where they are not `asked` for. */
 enum { CREEP_BY = 4, CREEP_BY_ALL = CREEP_BY + CREEP_NUMBERS };
 typedef void Creep(double friction, const double c[CREEP_NUMBERS], double N,
-                   const double creepage[3], double force[3], double by[3][CREEP_BY_ALL]);
+                   const double creepage[3], int asked, double force[3],
+                   double by[3][CREEP_BY_ALL]);
 /* Kalker's linear theory, whatever the friction; bounded as by Shen, Hedrick & Elkins; and FASTSIM. */
 Creep creep_linear, creep_saturated, creep_fastsim;
 

@@ -10,9 +10,9 @@ static const double WHOLE = 3;       /* linear force over friction's where all o
 static const double NO_LOAD = 1e-3;  /* N: friction is not less; avoids a division by nothing */
 
 void creep_linear(double friction, const double c[CREEP_NUMBERS], double N, const double x[3],
-                  double force[3], double by[3][CREEP_BY_ALL])
+                  int asked, double force[3], double by[3][CREEP_BY_ALL])
 {
-    (void)friction;
+    (void)friction, (void)asked; /* derivatives take less than to ask whether they are needed */
     const double root = cbrt(N), square = root * root, more = N * root;
     const double f11 = c[CREEP_F11] * square, f22 = c[CREEP_F22] * square;
     const double f23 = c[CREEP_F23] * N, f33 = c[CREEP_F33] * more;
@@ -53,8 +53,9 @@ static void saturate(double friction, double N, double force[3], double by[3][CR
 }
 
 void creep_saturated(double friction, const double c[CREEP_NUMBERS], double N,
-                     const double creepage[3], double force[3], double by[3][CREEP_BY_ALL])
+                     const double creepage[3], int asked, double force[3],
+                     double by[3][CREEP_BY_ALL])
 {
-    creep_linear(friction, c, N, creepage, force, by);
+    creep_linear(friction, c, N, creepage, asked, force, by);
     saturate(friction, N, force, by);
 }

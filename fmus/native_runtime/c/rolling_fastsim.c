@@ -56,14 +56,16 @@ static void lay_strips(Strips *strips)
 }
 
 /* Strained over a slice of length h about `middle`, both over half a strip, as if nothing slipped. */
-static void strain(const Strips *strips, const double by[STRAINS], double h, double middle,
-                   Tractions *p)
+static inline void strain(const Strips *strips, const double by[STRAINS], double h, double middle,
+                   int asked, Tractions *p)
 {
     for (int j = 0; j < STRIPS; j++) {
         const double way = h * strips->half[j], x = middle * strips->half[j];
         const double y = strips->place[j];
         p->x[j] -= way * (by[ALONG] - by[SPIN_ALONG] * y);
         p->y[j] -= way * (by[ACROSS] + by[SPIN_ACROSS] * x);
+        if (!asked)
+            continue;
         p->x_by[ALONG][j] -= way;
         p->x_by[SPIN_ALONG][j] += way * y;
         p->y_by[ACROSS][j] -= way;
@@ -72,7 +74,7 @@ static void strain(const Strips *strips, const double by[STRAINS], double h, dou
 }
 
 /* Brought back to the bound, `share` of the greatest in the middle of each strip. */
-static void slip(const Strips *strips, double share, Tractions *p)
+static inline void slip(const Strips *strips, double share, int asked, Tractions *p)
 {
     for (int j = 0; j < STRIPS; j++) {
         const double bound = share * strips->square[j], x = p->x[j], y = p->y[j];
@@ -80,7 +82,7 @@ static void slip(const Strips *strips, double share, Tractions *p)
         if (!(size2 > bound * bound))
             continue;
         const double back = bound / sqrt(size2), less = 1 / size2;
-        for (int k = 0; k < STRAINS; k++) {
+        for (int k = 0; asked && k < STRAINS; k++) {
             const double out = (x * p->x_by[k][j] + y * p->y_by[k][j]) * less;
             p->x_by[k][j] = back * (p->x_by[k][j] - x * out);
             p->y_by[k][j] = back * (p->y_by[k][j] - y * out);
@@ -91,14 +93,15 @@ static void slip(const Strips *strips, double share, Tractions *p)
 }
 
 /* What a slice adds to sums of tractions, and of those across times their places: see `Whole`. */
-static void add(double weight, double at, const Tractions *p, Tractions *sum, Tractions *turned)
+static inline void add(double weight, double at, int asked, const Tractions *p, Tractions *sum,
+                Tractions *turned)
 {
     const double more = weight * at;
     for (int j = 0; j < STRIPS; j++) {
         sum->x[j] += weight * p->x[j];
         sum->y[j] += weight * p->y[j];
         turned->y[j] += more * p->y[j];
-        for (int k = 0; k < STRAINS; k++) {
+        for (int k = 0; asked && k < STRAINS; k++) {
             sum->x_by[k][j] += weight * p->x_by[k][j];
             sum->y_by[k][j] += weight * p->y_by[k][j];
             turned->y_by[k][j] += more * p->y_by[k][j];
@@ -136,7 +139,7 @@ static Whole add_strips(const Strips *strips, const Tractions *sum, const Tracti
 }
 
 /* From the leading to the trailing edge, both without traction; slices are shorter towards them. */
-static Whole roll_over(const double strains[STRAINS])
+static inline Whole roll_over(const double strains[STRAINS], int asked)
 {
     const double c = cos(PI / SLICES), s = sin(PI / SLICES);
     double at = 1, sine = 0;
@@ -149,15 +152,16 @@ static Whole roll_over(const double strains[STRAINS])
     for (int k = 1; k < SLICES; k++) {
         const double before = at;
         turn(c, s, &at, &sine);
-        strain(&strips, strains, before - at, (before + at) / 2, &p);
-        slip(&strips, sine * sine, &p);
-        add(sine * s, at, &p, &sum, &turned); /* half of the slices before and behind */
+        strain(&strips, strains, before - at, (before + at) / 2, asked, &p);
+        slip(&strips, sine * sine, asked, &p);
+        add(sine * s, at, asked, &p, &sum, &turned); /* half of the slices before and behind */
     }
     return add_strips(&strips, &sum, &turned);
 }
 
 void creep_fastsim(double friction, const double c[CREEP_NUMBERS], double N,
-                   const double creepage[3], double force[3], double by[3][CREEP_BY_ALL])
+                   const double creepage[3], int asked, double force[3],
+                   double by[3][CREEP_BY_ALL])
 {
     memset(by, 0, 3 * sizeof *by);
     memset(force, 0, 3 * sizeof *force);
@@ -180,7 +184,7 @@ void creep_fastsim(double friction, const double c[CREEP_NUMBERS], double N,
                         [CREEP_BY + CREEP_A] = -strains[SPIN_ALONG] / c[CREEP_A],
                         [CREEP_BY + CREEP_B] = strains[SPIN_ACROSS] / c[CREEP_A]},
         [SPIN_ACROSS] = {[3] = turning * c[CREEP_F23], [CREEP_BY + CREEP_F23] = spin}};
-    const Whole whole = roll_over(strains);
+    const Whole whole = asked ? roll_over(strains, 1) : roll_over(strains, 0);
     /* Tractions of the greatest bound over the rectangle of the semi-axes; and these. */
     const double size = 2 * friction * N / PI, a = c[CREEP_A] * root, b = c[CREEP_B] * root;
     const double part[3][SUMS] = {
