@@ -19,8 +19,8 @@ from railcosim.track.irregularity import (
     Weld,
     defect,
 )
-from railcosim.track.irregularity.defects import KINDS
 from railcosim.track.irregularity.met import Wheels, centre_path, depths, meetings
+from railcosim.track.irregularity.named_defects import KINDS
 from railcosim.track.irregularity.usual import DEFECTS
 
 R = 0.46

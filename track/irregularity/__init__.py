@@ -4,14 +4,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .defects import Corrugation, Defect, Dip, Flat, FreshFlat, Joint, Weld
+    from .defects import Defect
     from .files import read_profile, write_profile
     from .named_defects import defect
     from .profile import Profile, flat
     from .quantities import QUANTITIES, Quantity
+    from .rail_defects import Corrugation, Dip, Joint, Weld
     from .repetition import repeated
     from .spectra import QUALITIES, Quality, Spectrum
     from .synthesis import coherence, estimated_density, synthesise
+    from .wheel_defects import Flat, FreshFlat
 
 __all__ = [
     "QUALITIES",
@@ -38,14 +40,16 @@ __all__ = [
 ]
 
 _PLACES = {
-    "defects": ("Corrugation", "Defect", "Dip", "Flat", "FreshFlat", "Joint", "Weld"),
+    "defects": ("Defect",),
     "files": ("read_profile", "write_profile"),
     "named_defects": ("defect",),
     "profile": ("Profile", "flat"),
     "quantities": ("QUANTITIES", "Quantity"),
+    "rail_defects": ("Corrugation", "Dip", "Joint", "Weld"),
     "repetition": ("repeated",),
     "spectra": ("QUALITIES", "Quality", "Spectrum"),
     "synthesis": ("coherence", "estimated_density", "synthesise"),
+    "wheel_defects": ("Flat", "FreshFlat"),
 }
 
 

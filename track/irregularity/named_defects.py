@@ -10,7 +10,14 @@ from dataclasses import MISSING
 from railcosim.parameters import ArgumentError, ParameterError, UnusualWarning
 from railcosim.parameters.quantity import quantities, quantity_of
 
-from .defects import KINDS, Defect
+from .defects import Defect, OnRail, OnWheel
+from .rail_defects import Corrugation, Dip, Joint, Weld
+from .wheel_defects import Flat, FreshFlat
+
+KINDS: dict[str, type[OnRail] | type[OnWheel]] = {
+    one.kind: one for one in (Dip, Joint, Weld, Corrugation, Flat, FreshFlat)
+}
+"""By what users call them."""
 
 
 def defect(text: str) -> Defect:
