@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -13,17 +12,28 @@ from railcosim.analysis.pair.pair import Pair
 from railcosim.master.component import ComponentError, FloatArray
 from railcosim.master.cosimulation import Divergence, cosimulate
 from railcosim.master.schemes import Scheme
-from railcosim.mechanics.ports import FORCE, SIDES, Direction, X
+from railcosim.mechanics.ports import FORCE, SIDES, Direction, Layout, X, Y, Z
 from railcosim.track.travel import Travel
 
-SIZE = 100.0
-"""Of the forces a motion is driven to, N: Hertz's law is linear for some thousandths of a load."""
+SIZE = 1.0
+"""Of the forces a motion is driven to, N. What the curvature of a law makes of a motion can have
+its frequency and grow three times as fast: at 3000 N that was 3 to 9 per cent of it under Hertz's
+law, and more under creep. It falls with the square of the forces."""
 MOST = 30.0
 """Times that, where a run ends."""
-FIRST, STILL = 20, 1e-6
+FIRST, STILL = 20, 1e-4
 """Steps in which forces change by no more than this part of `SIZE` where all is at rest."""
 SETTLING = 0.1
 """Time, s, in which axles find their speed, a hundred times that in which they nearly do."""
+
+
+def pushed(layout: Layout, told: Sequence[str]) -> list[int]:
+    """Places of the contact forces, N, among the last parts of names.
+
+    Of rolling wheels also along the track: creep may grow while wheels are hardly pressed.
+    """
+    names = replace(layout, directions=(Z, Y, X)).names(FORCE)
+    return [told.index(name) for name in names if name in told]
 
 
 def level(t: float) -> FloatArray:
@@ -72,24 +82,20 @@ class Disturbed:
         begin with V / r0, and find their own speed first. Of a pair that is at rest: none.
     """
 
-    unsettled: Any = None
-    """State before it is steady, of one that had to settle."""
-
     def __init__(
         self, pair: Pair, disturbance: Disturbance, settling: Scheme | None = None
     ) -> None:
         self.system, self.disturbance, self._start = pair.system, disturbance, 0.0
         pair.system.keep_past()
+        self.settled = settling is not None
         if settling is not None:
-            self.unsettled = pair.system.save_state()
             for point in cosimulate(pair.system, settling, SETTLING / 1000, SETTLING):
                 self._start = point.time
         self.rest = pair.system.save_state()
         told = [name.partition(".")[2] for name in pair.system.names]
-        pulling = replace(pair.layout, directions=(X,)).names(FORCE)
-        self.pulling = [told.index(name) for name in pulling if name in told]
         self._alone: tuple[object, int, FloatArray | None] = None, 0, None
-        self.forces = [told.index(name) for name in pair.layout.surface.names(FORCE)]
+        self.forces = pushed(pair.layout, told)
+        self.heights = len(pair.layout.surface.ports)
 
     def run(
         self, scheme: Scheme, h: float, steps: int,

@@ -16,7 +16,10 @@ from railcosim.master.system import System
 from .exponentials import fastest
 
 EVALUATIONS = range(8, 41)
-"""After so many values are looked at: only what lasts is left, and it is far above rounding."""
+"""After so many values are looked at: only what lasts is left."""
+ROUNDING, FEWEST = 1e-12, 10
+"""Of the largest force: errors that are smaller are not told from rounding. And of how many larger
+ones it takes to tell what is left of them."""
 BEFORE = 3
 """Steps at rest before it: a polynomial needs what was before."""
 NEVER = 1e-15
@@ -35,14 +38,16 @@ def contraction(
 ) -> float:
     """What an evaluation leaves of an error in a step.
 
-    Errors turn as they shrink, so two of them tell little: exponentials are fitted to all.
+    Errors turn as they shrink, so two of them tell little: exponentials are fitted to all that are
+    no rounding; NaN if these are few.
 
     Parameters
     ----------
     system : System
         At rest, to be disturbed after `BEFORE` steps.
     forces : sequence of int
-        Places of the contact forces among the outputs.
+        Places of the contact forces among the outputs, in all directions: what lasts may be creep
+        alone, which hardly presses wheels.
     scheme : Iterated
         The scheme.
     h : float
@@ -59,6 +64,10 @@ def contraction(
         *_, point = cosimulate(system, replace(scheme, until=until), h, (BEFORE + 1) * h)
         found.append(point.outputs[forces])
     errors = np.diff(found, axis=0)
+    clear = np.abs(errors).max(axis=1) > ROUNDING * np.abs(found).max()
+    errors = errors[: len(errors) if clear.all() else int(clear.argmin())]
+    if len(errors) < FEWEST:
+        return math.nan
     level = errors / near ** np.arange(len(errors))[:, None]
     return near * math.exp(fastest(level.astype(complex)))
 

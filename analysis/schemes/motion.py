@@ -10,8 +10,8 @@ from railcosim.analysis.pair.linear_pair import Part
 from railcosim.master.linear.state_space import ComplexArray
 from railcosim.master.stability.amplification import Amplification
 from railcosim.master.system import System
-from railcosim.mechanics.ports import FORCE
 
+from .disturbed import pushed
 from .stability import Coupling
 
 NEAR = 1e-6, 1e-8, 1e-10
@@ -65,8 +65,7 @@ def fastest_motion(coupling: Coupling, h: float) -> Motion:
 
 def _motion(step: Amplification, part: Part, system: System, z: complex) -> Motion | None:
     """What heights do next to an eigenvalue is its motion, and nothing else; None if nothing."""
-    known = {*part.layout.surface.names(FORCE)}
-    forces = [i for i, name in enumerate(system.names) if name.partition(".")[2] in known]
+    forces = pushed(part.layout, [name.partition(".")[2] for name in system.names])
     one = np.eye(len(part.layout.surface.ports), dtype=complex)
 
     def receptance(beside: complex) -> ComplexArray:

@@ -11,7 +11,7 @@ import numpy as np
 from railcosim.master.schemes import Scheme
 from railcosim.master.schemes.iteration import Iterated
 
-from .growth import KICK, PATTERN, Bench, kicked_steps
+from .growth import PATTERN, Bench, kicked_steps
 from .iteration_limit import BEFORE, contraction, longest_that_converges
 from .motion import fastest_motion
 from .stability import LONGEST, Coupling, Window
@@ -26,6 +26,8 @@ BELOW = 0.97
 """Step in limits at which nothing may grow that was not foreseen."""
 CERTAIN = 1.0
 """Growth, as a logarithm, in the second half of a run after a kick, that is no beat of others."""
+STEEP = 1e-7
+"""Height of a step, m: 100 N, so that what shrinks by 1e-9 is still no rounding."""
 FAR = LONGEST * np.array([0.1, 0.3, 1.0])
 """Steps at which nothing may grow where nothing is said to, s."""
 
@@ -74,7 +76,7 @@ def limit_in_runs(
     @cache
     def compared(h: float) -> Compared:
         motion = fastest_motion(coupling, h)
-        if bench.rolls(motion) and window is not None and h < window.fast:
+        if bench.hardly(motion) and window is not None and h < window.fast:
             # What nothing holds is slower than all else: that which is to grow is watched.
             above = (1.0 + APART[0]) * window.fast
             motion = fastest_motion(coupling, above)
@@ -119,7 +121,7 @@ def limit_in_runs(
 
 def _iterating(bench: Bench, scheme: Iterated, coupling: Coupling, guess: float) -> Compared:
     """The limit where iterations begin to take too many evaluations."""
-    kick = 10.0 * KICK * np.resize(PATTERN, len(bench.forces))
+    kick = STEEP * np.resize(PATTERN, bench.heights)
 
     def measured(h: float) -> float:
         def ready() -> None:
