@@ -1,4 +1,4 @@
-"""A pair whose creep is FASTSIM, whoever owns the contact, against one system of finite elements."""
+"""A pair whose creep is FASTSIM, against one system of finite elements, and of all owners."""
 
 from dataclasses import replace
 
