@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from railcosim.master.component import Type, Variable
+from railcosim.master.component import Variable
 from railcosim.master.fmi.archive import FmuError, description_of
 from railcosim.master.fmi.flaws import read_raw
 from railcosim.master.fmi.from_raw import (
@@ -116,16 +116,6 @@ class FmuDescription:
     has_output_rates: bool
     default_step: float | None
     default_tolerance: float | None
-
-    @property
-    def real_inputs(self) -> int:
-        """How many of the inputs are Real ones; they are the first."""
-        return sum(v.type is Type.REAL for v in self.inputs)
-
-    @property
-    def real_outputs(self) -> int:
-        """Likewise of the outputs."""
-        return sum(v.type is Type.REAL for v in self.outputs)
 
     @property
     def has_hold_parameter(self) -> bool:
