@@ -13,6 +13,7 @@ from scipy.sparse import csc_array
 from railcosim.master.component import Component, FloatArray, Variable
 from railcosim.master.connections import Connection, connect_by_name
 from railcosim.master.law import IndexArray, Tangents
+from railcosim.master.linear.low_rank import factors
 from railcosim.master.linear.modal import Modal, modal
 from railcosim.master.linear.state_space import ComplexArray, StateSpace
 from railcosim.master.stability.continuous import Continuous
@@ -197,7 +198,9 @@ class LinearLaw:
                 name=name, A=csc_array(A), B=B, C=C, D=D, inputs=inputs, outputs=outputs
             )
         elif owns:
-            model = modal(name, A, B, C, D, inputs, outputs)
+            few, by = factors(B)  # a force by a motion and by its rate drives modes alike
+            moved = modal(name, A, few, C, D, inputs, outputs)
+            model = replace(moved, B=moved.B @ by)
         else:
             t = self.part.track
             shown = np.concatenate([t.C, (t.C * t.poles)[rates]])

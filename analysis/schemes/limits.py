@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import TypeAlias
 
@@ -28,8 +30,6 @@ from .stability import Coupling, Limit, SprungPair, Window
 from .usual import PREDICTED
 
 Found: TypeAlias = dict[tuple[str, Owner], list[Limit]]
-TOGETHER = 3
-"""Schemes of one task: the contact is made ready once for them."""
 NOWHERE = Window(begin=math.nan, end=math.nan, fast=math.nan, growth=math.nan)
 LINEARISING = 0.2  # of the time that all takes
 
@@ -168,27 +168,20 @@ def _all_limits(
     for owner in Owner:
         suiting = {n: catalogue[n].scheme for n in names if owner in catalogue[n].owners}
         for i, k in enumerate(k_H):
-            for j in range(0, len(suiting), TOGETHER):
-                some = dict(list(suiting.items())[j : j + TOGETHER])
-                tasks.append(
-                    Task(
-                        name=f"{owner.value} {i} {j}",
-                        function=_limits,
-                        arguments=(parts, owner, k, some),
-                        cost=float(len(some)),
-                    )
-                )
-    total = sum(task.cost for task in tasks)
+            side = pickle.dumps((parts, owner, k))
+            tasks += [
+                Task(name=f"{owner.value} {i} {n}", function=_limit, arguments=(side, s), cost=1.0)
+                for n, s in suiting.items()
+            ]
     results: dict[tuple[str, str, str], Limit] = {}
     refused: dict[str, str] = {}
-    with Workers(update) as workers:
-        for task, part in workers.completed(tasks, total):
-            owner_name, i_k, _ = task.split()
-            for name, limit in part.items():
-                if isinstance(limit, Limit):
-                    results[owner_name, i_k, name] = limit
-                else:
-                    refused[name] = limit
+    with Workers(update, len(tasks)) as workers:
+        for task, limit in workers.completed(tasks, float(len(tasks))):
+            owner_name, i_k, name = task.split()
+            if isinstance(limit, Limit):
+                results[owner_name, i_k, name] = limit
+            else:
+                refused[name] = limit
     return {
         (name, owner): [results[owner.value, str(i), name] for i in range(len(k_H))]
         for name in names
@@ -197,25 +190,22 @@ def _all_limits(
     }, refused
 
 
-def _limits(
-    parts: Sequence[Part],
-    owner: Owner,
-    k_H: Stiffness,
-    schemes: dict[str, Scheme],
-    progress: Progress,
-) -> dict[str, Limit | str]:
-    """Largest stable steps of several schemes at one contact, or why there are none, by name."""
-    pair = SprungPair(parts, owner, k_H)
-    found: dict[str, Limit | str] = {}
-    for i, (name, scheme) in enumerate(schemes.items()):
-        try:
-            coupling = Coupling(pair, scheme)
-        except ValueError as error:  # it does not suit the contacts
-            found[name] = str(error)
-        else:
-            found[name] = coupling.limit()
-        progress(i + 1, len(schemes))
-    return found
+@lru_cache(maxsize=1)
+def _ready(side: bytes) -> SprungPair:
+    """A pair with its contacts on one side: made once for all schemes that follow each other."""
+    return SprungPair(*pickle.loads(side))
+
+
+def _limit(side: bytes, scheme: Scheme, progress: Progress) -> Limit | str:
+    """The largest stable step of a scheme, or why there is none.
+
+    `side` is a pickle of what `SprungPair` takes, by which it is known again.
+    """
+    try:
+        coupling = Coupling(_ready(side), scheme)
+    except ValueError as error:  # it does not suit the contacts
+        return str(error)
+    return coupling.limit(progress=progress)
 
 
 def _dataset(found: Found, k_H: list[float]) -> xr.Dataset:

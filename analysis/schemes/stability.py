@@ -35,9 +35,9 @@ FAILURES = ComponentError, ArithmeticError, np.linalg.LinAlgError
 TOGETHER = 1024
 """Steps whose determinants are found at once, times the wheels squared, as their maps grow: more do
 not fit into a cache."""
-AT_ONCE = 10_000_000
-"""Complex numbers of all modes in these maps, at the most: 160 MB, and seven times that while they
-are made. In space a mode has 184 of them a step."""
+AT_ONCE = 1_000_000
+"""Complex numbers of all modes in these maps, at the most: 16 MB, and seven times that while they
+are made. In space a mode has 64 of them a step."""
 FINE = 1e-10
 """Tolerance of forces, relative: far below what a step does to them, far above rounding."""
 

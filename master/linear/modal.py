@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from railcosim.master.component import FloatArray, Variable
+from railcosim.master.linear.low_rank import factors
 from railcosim.master.linear.partial_fractions import PartialFractions, of_modes
 from railcosim.master.linear.state_space import ComplexArray, IndexArray, StateSpace
 
@@ -61,6 +62,16 @@ class Modal:
     @cached_property
     def _fractions(self) -> PartialFractions:
         return of_modes(self.poles, self.B, self.C)
+
+    @cached_property
+    def driven(self) -> tuple[Modal, FloatArray]:
+        """The same modes with as few inputs as drive them, and these by all inputs, (n, n_inputs).
+
+        A body that owns a contact law has a motion and a rate as inputs for each force on it.
+        """
+        few, by = factors(np.concatenate([self.B.real, self.B.imag]))
+        n = len(self.poles)
+        return replace(self, B=few[:n] + 1j * few[n:], D=np.zeros((len(self.C), len(by)))), by
 
     def real(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """A, B, C in real states, sqrt(2) times the real parts of q, then the imaginary ones."""

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from railcosim.master.component import FloatArray
+from railcosim.master.linear.low_rank import factors
 from railcosim.master.linear.modal import real_form
 from railcosim.master.linear.partial_fractions import PartialFractions, of_modes
 from railcosim.master.linear.state_space import ComplexArray, IndexArray
@@ -30,8 +31,6 @@ from railcosim.master.stability.determinant import Determinant
 
 SAME = 1e-6
 """Of a rate: one that is faster by less is that of the same motion."""
-RANK = 1e-12
-"""Of the largest singular value of rows and columns of like size: smaller ones are rounding."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,9 +157,9 @@ class Amplification:
             # What decides nothing, or is gone after a step, does not grow.
             alive = (N.any(axis=0) | Q.any(axis=0)) & (N.any(axis=1) | R.any(axis=1))
             N, R, Q, _ = merged(N[alive][:, alive], R[alive], Q[:, alive])
-        fed, by = _factors(np.hstack([Q, self.P]))
+        fed, by = factors(np.hstack([Q, self.P]))
         Q, P = by[:, :n], by[:, n:]
-        to, seen = _factors(np.concatenate([R, P]))
+        to, seen = factors(np.concatenate([R, P]))
         return replace(
             self, N=N, R=to[:n], Q=Q, P=to[n:], G=self.G @ fed, C=seen @ self.C,
             W=self.W[:0], V=self.V[:0], outputs=self.outputs[:0],
@@ -236,14 +235,3 @@ def merged(
         onto = np.zeros((len(N), len(first)))
         onto[np.arange(len(N)), which] = 1.0
         N, R, Q, place = (N @ onto)[first], R[first], Q @ onto, which[place]
-
-
-def _factors(M: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two factors of a matrix, with no more columns and rows between them than its rank."""
-    rows = np.abs(M).max(axis=1, initial=0.0, keepdims=True)
-    rows[rows == 0.0] = 1.0
-    columns = np.abs(M / rows).max(axis=0, initial=0.0, keepdims=True)
-    columns[columns == 0.0] = 1.0
-    U, s, Vt = np.linalg.svd(M / rows / columns, full_matrices=False)
-    r = int((s > RANK * s.max(initial=0.0)).sum())
-    return rows * U[:, :r] * s[:r], Vt[:r] * columns

@@ -127,7 +127,8 @@ class _Observed:
         modes = [part for part, modal in zip(parts, is_modal, strict=True) if modal]
         states = [part for part, modal in zip(parts, is_modal, strict=True) if not modal]
         seen = np.repeat(is_modal, [part.C.shape[-2] for part in parts]).astype(bool)
-        heard = np.repeat(is_modal, [part.G.shape[-1] for part in parts]).astype(bool)
+        heard = np.repeat(is_modal, [part.S.shape[1] for part in parts]).astype(bool)
+        S = _blocks(part.S for part in modes)
         A, B, C = (_blocks(getattr(part, name) for part in states) for name in ("E", "G", "C"))
         # w = P (D w + what states and modes bring) + ...: they agree within the step.
         lead = np.shape(h)
@@ -158,18 +159,18 @@ class _Observed:
         nothing = np.zeros((*lead, n + x, w_modes.shape[-1]))
         driven = np.zeros((*lead, n + x, signals))
         driven[..., :n, :] = one.W
-        together = np.concatenate([w_state, w_modes, w_signal], axis=-1).any(axis=-1)
-        rows = heard & np.logical_or.reduce(together, axis=tuple(range(len(lead))))
-        kept = rows[heard]
+        Q, P, V = (S @ w[..., heard, :] for w in (w_state, w_modes, w_signal))
+        together = np.concatenate([Q, P, V], axis=-1).any(axis=-1)
+        kept = np.logical_or.reduce(together, axis=tuple(range(len(lead))))
         return Amplification(
             h=h,
             N=after(w_state, bring, own),
             R=after(w_modes, from_modes, nothing),
             W=after(w_signal, np.zeros((*lead, f, signals)), driven),
-            Q=w_state[..., rows, :], P=w_modes[..., rows, :], V=w_signal[..., rows, :],
+            Q=Q[..., kept, :], P=P[..., kept, :], V=V[..., kept, :],
             E=np.concatenate([np.zeros((*lead, 0), complex), *(p.E for p in modes)], axis=-1),
-            G=_blocks(part.G for part in modes)[..., kept].astype(complex),
-            C=_blocks(part.C for part in modes).astype(complex),
+            G=_blocks(part.G for part in modes)[..., kept].astype(complex, copy=False),
+            C=_blocks(part.C for part in modes).astype(complex, copy=False),
             signals=np.multiply.outer(h, self.signals),
             outputs=self.outputs,
             within=left,
@@ -200,6 +201,8 @@ class _Observed:
 def _blocks(parts: Iterable[Any]) -> Any:
     """Matrices along the diagonal; scipy's function takes ten times as long for two of them."""
     matrices = list(parts)
+    if len(matrices) == 1:
+        return matrices[0]
     lead = np.broadcast_shapes((), *(m.shape[:-2] for m in matrices))
     shape = sum(m.shape[-2] for m in matrices), sum(m.shape[-1] for m in matrices)
     M = np.zeros((*lead, *shape), dtype=np.result_type(float, *matrices))

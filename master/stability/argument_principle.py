@@ -23,8 +23,8 @@ _USUAL = 65
 """Points of half the circle to begin with."""
 _ROUNDS = 60
 """Times that points are set between others: then a root is on the circle, but for rounding."""
-
-
+_ROWS = 12
+"""Of a triangular system, solved one after another before others are told of them."""
 _MANY = 100_000
 """Points of half the circle, a hundred times the usual: then the function is mostly rounding."""
 
@@ -34,13 +34,23 @@ class TurningLostError(ArithmeticError):
 
 
 def solve_triangular(T: ComplexArray, B: ComplexArray, z: ComplexArray) -> ComplexArray:
-    """(z - T)^-1 B for every z, shape (n_z, n, n_columns)."""
+    """(z - T)^-1 B for every z, shape (n, n_z n_columns), columns together.
+
+    Row by row within a few rows, whose sum over all that are known is one product of matrices.
+    """
     n, m = B.shape
-    x = np.zeros((n, len(z), m), dtype=complex)
-    for i in range(n)[::-1]:
-        known = (T[i, i + 1 :] @ x[i + 1 :].reshape(n - 1 - i, len(z) * m)).reshape(len(z), m)
-        x[i] = (known + B[i]) / (z - T[i, i])[:, None]
-    return x.transpose(1, 0, 2)
+    x = np.empty((n, len(z) * m), dtype=complex)
+    over = np.repeat(1.0 / (z - np.diag(T)[:, None]), m, axis=1)
+    for last in range(n, 0, -_ROWS):
+        first = max(last - _ROWS, 0)
+        x[first:last] = np.tile(B[first:last], len(z))
+        if last < n:
+            x[first:last] += T[first:last, last:] @ x[last:]
+        for i in range(first, last)[::-1]:
+            if i + 1 < last:
+                x[i] += T[i, i + 1 : last] @ x[i + 1 : last]
+            x[i] *= over[i]
+    return x
 
 
 class Turning(NamedTuple):

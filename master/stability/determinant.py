@@ -6,12 +6,11 @@ import numpy as np
 import scipy.linalg
 
 from railcosim.master.component import FloatArray
-from railcosim.master.linear.partial_fractions import PartialFractions
 from railcosim.master.linear.state_space import ComplexArray
 from railcosim.master.stability.argument_principle import Turning, solve_triangular, windings
 
-POINTS = 512
-"""Of a circle, at once. A circle may take 200,000, each of which takes 200 kB in space."""
+POINTS = 64
+"""Of a circle, at once, which stay in the cache. A circle may take 200,000."""
 _STARTS = 8
 """Points of a circle from which a zero beyond it is sought."""
 _FAR = 100.0
@@ -46,7 +45,7 @@ class Determinant:
         balanced, _, _, scale, _ = scipy.linalg.lapack.dgebal(N, scale=1, permute=0)
         self._T, U = scipy.linalg.schur(balanced, output="complex")
         self._R, self._Q, self._P = U.conj().T @ (R / scale[:, None]), (Q * scale) @ U, P
-        self._L = _fractions(E, G, C)
+        self._numerators, self._squared = _numerators(E, G, C), E.imag**2
         self._own, self._E, self._G, self._C = np.diag(self._T), E, G, C
         self._is_open = Q.size > 0 and E.size > 0
         self._is_wide = len(Q) >= len(C)
@@ -110,8 +109,7 @@ class Determinant:
         return np.concatenate([self._factor_of(part) for part in parts])
 
     def _factor_of(self, z: ComplexArray) -> ComplexArray:
-        H = self._inner(z) + self._P
-        L = self._L.at(z)
+        H, L = self._inner(z) + self._P, self._loop(z)
         around = L @ H if self._is_wide else H @ L
         sign, size = np.linalg.slogdet(np.eye(around.shape[1]) - around)
         return np.asarray(size + 1j * np.angle(sign))
@@ -119,10 +117,27 @@ class Determinant:
     def _inner(self, z: ComplexArray) -> ComplexArray:
         """Q (z - T)^-1 R, from the side on which there is less."""
         if len(self._Q) >= self._R.shape[1]:
-            return np.asarray(self._Q @ solve_triangular(self._T, self._R, z))
+            seen = self._Q @ solve_triangular(self._T, self._R, z)
+            return np.asarray(seen.reshape(len(seen), len(z), -1).transpose(1, 0, 2))
         # Its transpose, with the unknowns in the opposite order, is upper triangular again.
-        x = solve_triangular(self._T.T[::-1, ::-1], self._Q.T[::-1], z)[:, ::-1]
-        return np.asarray(x.transpose(0, 2, 1) @ self._R)
+        x = solve_triangular(self._T.T[::-1, ::-1], self._Q.T[::-1], z)[::-1]
+        seen = self._R.T @ x
+        return np.asarray(seen.reshape(len(seen), len(z), -1).transpose(1, 2, 0))
+
+    def _loop(self, z: ComplexArray) -> ComplexArray:
+        """2 Re C (z - E)^-1 G, as if z were real: a pair of modes is a fraction of real numbers.
+
+        (slope z + level) / ((z - Re E)^2 + (Im E)^2); real and imaginary parts of one over the
+        denominator are rows of one product of matrices.
+        """
+        x, y = z.real[:, None], z.imag[:, None]
+        off = x - self._E.real
+        over = np.stack([off * off + self._squared - y * y, -2.0 * off * y])
+        over /= over[0] * over[0] + over[1] * over[1]
+        total = over.reshape(2 * len(z), -1) @ self._numerators
+        slope, level = np.split(total[: len(z)] + 1j * total[len(z) :], 2, axis=1)
+        found: ComplexArray = slope * z[:, None] + level
+        return found.reshape(len(z), len(self._C), -1)
 
     def _slope(self, z: ComplexArray) -> ComplexArray:
         """Derivative of the logarithm of F."""
@@ -173,13 +188,11 @@ class Determinant:
         return np.asarray(found[np.argsort(-np.abs(found))[:3]])
 
 
-def _fractions(E: ComplexArray, G: ComplexArray, C: ComplexArray) -> PartialFractions:
-    """Of modes; over a step hardly two are alike, and looking for them would take longer."""
-    products = (C.T[:, :, None] * G[:, None, :]).reshape(len(E), C.shape[0] * G.shape[1])
-    return PartialFractions(
-        centre=E.real,
-        square=E.imag**2,
-        slope=2.0 * products.real,
-        level=-2.0 * (products * E.conj()[:, None]).real,
-        column=np.arange(len(C) * G.shape[1]).reshape(len(C), G.shape[1]),
-    )
+def _numerators(E: ComplexArray, G: ComplexArray, C: ComplexArray) -> FloatArray:
+    """Slopes and beside them levels of each mode, from each input to each output."""
+    count = C.shape[0] * G.shape[1]
+    found = np.empty((len(E), 2 * count))
+    products = 2.0 * (C.T[:, :, None] * G[:, None, :]).reshape(len(E), count)
+    found[:, :count] = products.real
+    np.negative((products * E.conj()[:, None]).real, out=found[:, count:])
+    return found

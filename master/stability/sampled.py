@@ -48,7 +48,7 @@ class Fed(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Sampled:
-    """A model over a step: x' = E x + G w, f = C x + D w, beside what goes straight through.
+    """A model over a step: x' = E x + G S w, f = C x + D w, beside what goes straight through.
 
     Attributes
     ----------
@@ -56,8 +56,11 @@ class Sampled:
 
     E : array, shape (n,) or (n, n)
         What the step does to the states; of modes a factor each, one of each conjugate pair.
-    G : array, shape (n, n_w)
-        What is fed: for each part value, first and second derivative at its beginning.
+    G : array, shape (n, n_s)
+        What is fed, as far as states tell one from another.
+    S : array, shape (n_s, n_w)
+        That by what is fed: for each part value, first and second derivative at its beginning. It
+        is the same for all steps.
     C : array, shape (n_f, n)
         What is seen; of modes f is twice the real part, and a real factor counts half.
     D : array, shape (n_f, n_w)
@@ -66,6 +69,7 @@ class Sampled:
 
     E: ComplexArray
     G: ComplexArray
+    S: FloatArray
     C: ComplexArray
     D: FloatArray
 
@@ -81,24 +85,31 @@ def sampled(
 def _of_modes(model: Modal, h: FloatArray, asked: Sequence[Asked], fed: Sequence[Fed]) -> Sampled:
     """Each mode by itself."""
     poles = model.poles
-    one = {length: model.sampled(length * h)[1] for length in {part.length for part in fed}}
+    few, by = model.driven
+    S = np.kron(np.eye(DEGREE + 1), by)
+    one = {length: few.sampled(length * h)[1] for length in {part.length for part in fed}}
 
     def after(time: float) -> ComplexArray:
         factor: ComplexArray = np.exp(poles * (time * h)[..., None])
         return factor
 
     def seen(when: float, is_rate: bool) -> ComplexArray:
-        shown: ComplexArray = model.C * after(when)[..., None, :]
-        return shown * poles if is_rate else shown
+        shown: ComplexArray = (model.C * poles if is_rate else model.C) * after(when)[..., None, :]
+        return shown
 
     def answer(a: Asked, part: Fed) -> FloatArray:
-        made: FloatArray = 2.0 * (seen(part.until(a.when), a.is_rate) @ one[part.length]).real
+        made: FloatArray = 2.0 * (seen(part.until(a.when), a.is_rate) @ one[part.length]).real @ S
         return made
 
-    G = [after(part.until(1.0))[..., None] * one[part.length] for part in fed]
+    left = [part.until(1.0) for part in fed]
+    G = [
+        after(time)[..., None] * one[part.length] if time else one[part.length]
+        for part, time in zip(fed, left, strict=True)
+    ]
     return Sampled(
         E=after(1.0),
         G=np.concatenate(G, axis=-1),
+        S=np.kron(np.eye(len(fed)), S),
         C=np.concatenate([seen(*a) for a in asked], axis=-2),
         D=_answers(answer, asked, fed, (*h.shape, len(model.C), (DEGREE + 1) * model.B.shape[1])),
     )
@@ -126,6 +137,7 @@ def _of_states(
     return Sampled(
         E=E[1.0],
         G=np.concatenate([E[part.until(1.0)] @ one[part.length] for part in fed], axis=-1),
+        S=np.eye(len(fed) * (DEGREE + 1) * model.B.shape[1]),
         C=np.concatenate([shown[a.is_rate] @ E[a.when] for a in asked], axis=-2),
         D=_answers(answer, asked, fed, (*h.shape, len(model.C), (DEGREE + 1) * model.B.shape[1])),
     )

@@ -19,7 +19,11 @@ from railcosim.master.schemes.nepce import nepce
 from railcosim.master.schemes.variants import VARIANTS
 from railcosim.master.stability.amplification import SAME, merged
 from railcosim.master.stability.amplifier import Amplifier
-from railcosim.master.stability.argument_principle import TurningLostError, windings
+from railcosim.master.stability.argument_principle import (
+    TurningLostError,
+    solve_triangular,
+    windings,
+)
 from railcosim.master.stability.determinant import Determinant
 from railcosim.master.stability.open_component import Open
 from railcosim.master.system import System
@@ -301,3 +305,32 @@ def test_many_points_of_a_circle_take_no_more_memory_than_some() -> None:
     tracemalloc.stop()
     assert most < 50e6  # 0.4 GB at once
     np.testing.assert_allclose(found[-3:], one._factor(z[-3:]), rtol=1e-9)
+
+
+@pytest.mark.parametrize("n", [1, 11, 12, 13, 40])  # about as many rows as are solved together
+def test_a_triangular_system_at_many_points(n) -> None:
+    """Each against LAPACK; columns of a point stand together."""
+    random = np.random.default_rng(n)
+    T = np.triu(random.standard_normal((n, n)) + 1j * random.standard_normal((n, n))) / n
+    B, z = random.standard_normal((n, 3)), 3.0 * np.exp(1j * np.linspace(0.0, np.pi, 5))
+    found = solve_triangular(T, B, z).reshape(n, 5, 3)
+    for k in range(5):
+        one = np.linalg.solve(z[k] * np.eye(n) - T, B)
+        assert found[:, k] == pytest.approx(one, rel=1e-12, abs=1e-14)  # rounding
+
+
+def test_modes_have_as_few_inputs_as_drive_them() -> None:
+    """A motion and a rate that drive a body as one force: the step's answers stay, to rounding."""
+    random = np.random.default_rng(0)
+    n = 20
+    poles = -random.random(n) + 50j * random.random(n)
+    few = random.standard_normal((n, 2)) + 1j * random.standard_normal((n, 2))
+    by = random.standard_normal((2, 6)) * [1.0, 1e6, 1.0, 1e-3, 1.0, 1.0]  # of different units
+    names = [Variable(name=f"u{k}") for k in range(6)]
+    model = Modal(
+        name="body", poles=poles, B=few @ by, C=few.T.conj(), D=np.zeros((2, 6)),
+        inputs=tuple(names), outputs=tuple(names[:2]),
+    )  # fmt: skip
+    thin, told = model.driven
+    assert thin.B.shape == (n, 2)
+    assert thin.B @ told == pytest.approx(model.B, rel=1e-12)

@@ -1,6 +1,7 @@
 """Pairs in space: largest stable steps and orders, predicted and by runs of the FMUs."""
 
 import itertools
+import pickle
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from railcosim.analysis.schemes.catalogue import members
 from railcosim.analysis.schemes.disturbed import Disturbance
 from railcosim.analysis.schemes.force_error import ForceError, excitation
 from railcosim.analysis.schemes.growth import Bench
-from railcosim.analysis.schemes.limits import _limits
+from railcosim.analysis.schemes.limits import _limit
 from railcosim.analysis.schemes.motion import fastest_motion
 from railcosim.analysis.schemes.run_limit import limit_in_runs
 from railcosim.analysis.schemes.stability import FAST, Coupling, SprungPair, Window
@@ -179,9 +180,9 @@ def test_what_is_read_twice_at_a_point_is_predicted_so(spatial, parts) -> None:
 
 def test_schemes_that_do_not_suit_rates_are_refused_by_name(spatial, parts) -> None:
     """Next to others that do; a scheme that would begin with rates that jump."""
-    schemes = {name: members()[name].scheme for name in ("interface-jacobian-hermite",)}
-    found = _limits(parts, Owner.MASTER, tangents(spatial), schemes, lambda done, total: None)
-    assert "asks for rates" in found["interface-jacobian-hermite"]
+    side = pickle.dumps((parts, Owner.MASTER, tangents(spatial)))
+    scheme = members()["interface-jacobian-hermite"].scheme
+    assert "asks for rates" in _limit(side, scheme, lambda done, total: None)
 
 
 def test_orders_predicted_and_by_runs(spatial, parts) -> None:
