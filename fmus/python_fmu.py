@@ -76,9 +76,16 @@ class {name}(RailcosimSlave):
 
 @dataclass(frozen=True)
 class PythonRuntime:
-    """FMI 2.0 Co-Simulation; needs a Python with numpy where it is imported."""
+    """FMI 2.0 Co-Simulation; needs a Python with numpy where it is imported.
+
+    Attributes
+    ----------
+    fmi, documented
+        As in NativeRuntime.
+    """
 
     fmi: int = 2
+    documented: bool = True
 
     def prepare(self, progress: Callable[[str], None]) -> None:
         """Nothing: the binaries are pythonfmu's."""
@@ -106,7 +113,7 @@ class PythonRuntime:
             )
             xml = model_description(about, content.table)
             (work / "modelDescription.xml").write_bytes(xml)
-            beside = extras(
+            beside = {} if not self.documented else extras(
                 about, KINDS[content.model], content.table, content.body,
                 fmi=2, parameters=content.parameters, profiles=content.profiles,
             )  # fmt: skip

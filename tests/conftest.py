@@ -14,7 +14,7 @@ from hypothesis import settings
 
 from railcosim.analysis.pair.export_pair import export_pair
 from railcosim.fmus.content import contents
-from railcosim.fmus.export import WITH_STATES, packed
+from railcosim.fmus.export import BARE, packed
 from railcosim.track.parameters import Mesh, Track
 from railcosim.track.reduced import reduce_track
 from railcosim.vehicle.parameters import Vehicle
@@ -91,9 +91,9 @@ def exported(short_fmus):
 def short_fmus(tmp_path_factory, short_track):
     """The four FMUs of the default vehicle and the short track, by name; Pair.ssp beside them.
 
-    With the track's states, as commands make them that linearise.
+    With the track's states, and without what people look at, as commands make them that linearise.
     """
-    return export_pair(Vehicle(), short_track, tmp_path_factory.mktemp("fmus"), runtime=WITH_STATES)
+    return export_pair(Vehicle(), short_track, tmp_path_factory.mktemp("fmus"), runtime=BARE)
 
 
 @pytest.fixture(scope="session")
@@ -108,7 +108,7 @@ def packed_by(short_fmus, short_contents, tmp_path_factory):
 
     @cache
     def made(runtime):
-        if runtime == WITH_STATES:
+        if runtime == BARE:
             return short_fmus
         folder = tmp_path_factory.mktemp("packed")
         with packed(short_contents.values(), folder, runtime=runtime) as files:

@@ -122,11 +122,17 @@ def compile_for_wheel(platforms: Sequence[Platform], folder: Path) -> None:
     CompilerMissing, CompilationFailed
         See there.
     """
-    for fmi in (2, 3):
-        for p in platforms:
-            if (compiler := zig(p)) is None:
-                raise CompilerMissing("zig is not installed where the wheel is built")
-            make(fmi, p, compiler, folder)
+    compilers = {p: zig(p) for p in platforms}
+
+    def compiled(fmi: int, platform: Platform) -> Path:
+        if (compiler := compilers[platform]) is None:
+            raise CompilerMissing("zig is not installed where the wheel is built")
+        return make(fmi, platform, compiler, folder)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # each takes zig 7 s
+        tasks = [pool.submit(compiled, fmi, p) for fmi in (2, 3) for p in platforms]
+        for task in tasks:
+            task.result()
 
 
 def stem_of(fmi: int, platform: Platform, *more: str | Path, folder: Path | None = None) -> str:

@@ -11,7 +11,7 @@ import pytest
 from railcosim.fmus import content
 from railcosim.fmus.description.drawing import vehicle_icon
 from railcosim.fmus.description.kind import VEHICLE
-from railcosim.fmus.export import PythonRuntime, Start, export_track
+from railcosim.fmus.export import BARE, PythonRuntime, Start, export_track
 from railcosim.fmus.interface import interface
 from railcosim.fmus.start import contact_defaults
 from railcosim.master.fmi.fmu import FmuComponent
@@ -105,7 +105,7 @@ def test_wheels_that_are_not_loaded_are_not_there(tmp_path):
             positions=[positions[k] for k in kept],
             contact=contact_defaults(Vehicle()),
         )
-        with FmuComponent.load(export_track(TINY, start, folder)["Track"]) as fmu:
+        with FmuComponent.load(export_track(TINY, start, folder, runtime=BARE)["Track"]) as fmu:
             fmu.enter_initialization(0.0)
             fmu.exit_initialization()
             y = dict(zip((v.name for v in fmu.outputs), fmu.get_outputs(), strict=True))

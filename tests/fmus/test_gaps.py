@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from railcosim.fmus.content import contents
-from railcosim.fmus.export import NATIVE, WITH_STATES, PythonRuntime, packed
+from railcosim.fmus.export import BARE, NativeRuntime, PythonRuntime, packed
 from railcosim.master.component import Hold
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.track.layers import Layer
@@ -27,6 +27,7 @@ GAPS = {
     ],
     "one side": [LocalChange(what="block", x=18.3, value=1.0, gap=3e-4, sides=(-1,))],
 }
+COMPILED, PYTHON = NativeRuntime(documented=False), PythonRuntime(documented=False)
 STEP, STEPS = 1e-4, 150
 LONG = 3e-4  # s: several internal steps, so that a change of one's end is that of the next's begin
 
@@ -62,7 +63,7 @@ def test_both_runtimes_agree(tmp_path, kind):
     other = [one for one in contents(vehicle, TRACK, changes=hangs) if one.model == "track"]
     for one, opened in zip(made, other, strict=True):
         found = []
-        for content, runtime in ((one, NATIVE), (one, PythonRuntime()), (opened, NATIVE)):
+        for content, runtime in ((one, COMPILED), (one, PYTHON), (opened, COMPILED)):
             with packed([content], tmp_path, runtime=runtime) as files:
                 rows, names = run(files[content.name])
                 found.append(rows)
@@ -85,7 +86,7 @@ def test_derivatives_of_a_step(tmp_path, name):
     made = contents(Vehicle(), TRACK, changes=GAPS["one side"])
     (track,) = (one for one in made if one.name == name)
     with (
-        packed([track], tmp_path, runtime=WITH_STATES) as files,
+        packed([track], tmp_path, runtime=BARE) as files,
         FmuComponent.load(files[name]) as fmu,
     ):
         assert fmpy.read_model_description(files[name]).modelExchange is None

@@ -31,7 +31,7 @@ def vehicle(tmp_path_factory):
         table=interface(body, start, with_contact=True), body=body,
     )  # fmt: skip
     path = tmp_path_factory.mktemp("free") / "VehicleWithContact.fmu"
-    NativeRuntime().pack(content, path, lambda text: None)
+    NativeRuntime(documented=False).pack(content, path, lambda text: None)
     return path
 
 

@@ -28,7 +28,11 @@ LOADS = 1500 * 9.81 / 2 + WEIGHT * np.array([3.5, 4.5]) / 8.0
 C = 2 / 3 * 2.059e11 / (1 - 0.3**2) * (RADII * 0.3) ** 0.25
 NAMES = [f"wheelset[{i}].contact.hertz_coefficient" for i in (1, 2)]
 OWNERS = {"TrackWithContact": ("wheel_z", 2e-3), "VehicleWithContact": ("rail_z", -1e-4)}
-RUNTIMES = {"native": NativeRuntime(), "python": PythonRuntime(), "fmi3": NativeRuntime(fmi=3)}
+RUNTIMES = {
+    "native": NativeRuntime(documented=False),
+    "python": PythonRuntime(documented=False),
+    "fmi3": NativeRuntime(fmi=3, documented=False),
+}
 
 pytestmark = pytest.mark.filterwarnings("ignore::railcosim.track.decay.RingWarning")
 

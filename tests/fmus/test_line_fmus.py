@@ -7,7 +7,7 @@ from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.ring import check_line_of
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.fmus.content import contents
-from railcosim.fmus.export import NATIVE, PythonRuntime, packed
+from railcosim.fmus.export import NativeRuntime, PythonRuntime, packed
 from railcosim.master.component import Hold
 from railcosim.master.connections import CouplingError
 from railcosim.master.course import Course
@@ -33,6 +33,9 @@ BLOCKS = Track(
     mesh=Mesh(cells=60, elements_per_bay=6),
 )  # fmt: skip
 JOINT = 20.0
+RUNTIMES = {
+    "native": NativeRuntime(documented=False), "python": PythonRuntime(documented=False)
+}  # fmt: skip
 LINE = ClosedLine(line=Line(tracks=(SLABS, BLOCKS), joints=(JOINT,), names=("slabs", "blocks")))
 
 
@@ -71,8 +74,7 @@ def answers(content, folder, runtime):
 @pytest.mark.parametrize("name", ["Track", "TrackWithContact"])
 def test_compiled_and_in_python(made, tmp_path, name):
     native, other = (
-        answers(made[name], tmp_path / kind, runtime)
-        for kind, runtime in (("native", NATIVE), ("python", PythonRuntime()))
+        answers(made[name], tmp_path / kind, runtime) for kind, runtime in RUNTIMES.items()
     )
     assert (np.abs(native - other) / np.abs(other).max(axis=0)).max() < 1e-9
 
@@ -80,7 +82,7 @@ def test_compiled_and_in_python(made, tmp_path, name):
 @pytest.mark.slow  # a run of 60 ms, FMUs packed: 6 s
 def test_a_vehicle_runs_over_the_joint_and_not_where_the_ring_closes(made, tmp_path):
     pair = [made["Vehicle"], made["TrackWithContact"]]
-    with packed(pair, tmp_path, runtime=NATIVE) as files:
+    with packed(pair, tmp_path, runtime=NativeRuntime(documented=False)) as files:
         track = files["TrackWithContact"]
         told = read_annotations(track, "railcosim")["Ring"]
         assert told["kinds"] == "slabs, then blocks from 20 m"

@@ -9,7 +9,7 @@ from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.response.bodies import seen_at_ports
 from railcosim.fmus.content import contents, track_contents
-from railcosim.fmus.export import NATIVE, WITH_STATES, PythonRuntime, packed
+from railcosim.fmus.export import BARE, NativeRuntime, PythonRuntime, packed
 from railcosim.fmus.interface import Start
 from railcosim.master.component import Hold
 from railcosim.master.course import Course
@@ -49,7 +49,7 @@ def test_rails_that_are_no_mirror_images(tmp_path, sides):
     loads = (5e4, 6e4) * len(sides)
     start = Start(positions=(21.2, 18.7), loads=loads, contact=None)
     (made,) = track_contents(TRACK, start, sides=sides, changes=ONE_SIDED)
-    with packed([made], tmp_path, runtime=WITH_STATES) as files:
+    with packed([made], tmp_path, runtime=BARE) as files:
         _moves_as(files["Track"], made.body, ahead=-1.0)
         model = linear_model(files["Track"])
     # The exact linear model, from directional derivatives, is that of the modes where wheels stand.
@@ -78,7 +78,7 @@ def test_contacts_on_such_rails_in_both_runtimes(tmp_path):
         if one.name == "TrackWithContact"
     ]
     answers = []
-    for runtime in (NATIVE, PythonRuntime()):
+    for runtime in (NativeRuntime(documented=False), PythonRuntime(documented=False)):
         with (
             packed(made, tmp_path, runtime=runtime) as files,
             FmuComponent.load(files[made[0].name]) as fmu,

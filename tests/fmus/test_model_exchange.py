@@ -171,7 +171,7 @@ def test_states_and_rates_of_model_exchange(importer, name):
 @pytest.fixture(scope="module")
 def third(packed_by):
     """FMI 3.0."""
-    return packed_by(NativeRuntime(fmi=3))
+    return packed_by(NativeRuntime(fmi=3, documented=False))
 
 
 @pytest.mark.parametrize("fmi", [2, 3])

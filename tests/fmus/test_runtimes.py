@@ -14,7 +14,7 @@ PRESSED = {"TrackWithContact": ("wheel_z", 1.3e-3), "VehicleWithContact": ("rail
 
 @pytest.fixture(scope="module")
 def python(packed_by):
-    return packed_by(PythonRuntime())
+    return packed_by(PythonRuntime(documented=False))
 
 
 def start_values(component, name):

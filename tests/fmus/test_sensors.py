@@ -12,7 +12,7 @@ from railcosim.analysis.pair.sensors import check_seen, marked, sensors_of
 from railcosim.analysis.response.models import linear_track
 from railcosim.cli.options import UsageError
 from railcosim.cli.sensor_options import ObservedPair, sensor_of
-from railcosim.fmus.export import NativeRuntime, PythonRuntime, Start, export_track
+from railcosim.fmus.export import BARE, NativeRuntime, PythonRuntime, Start, export_track
 from railcosim.fmus.start import contact_defaults
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.parameters import ArgumentError
@@ -109,7 +109,7 @@ def test_descriptions_are_valid_and_say_where_sensors_are(made):
 
 
 def test_without_sensors_nothing_is_there(tmp_path):
-    files = export_track(replace(TINY, sensor=()), START, tmp_path)
+    files = export_track(replace(TINY, sensor=()), START, tmp_path, runtime=BARE)
     assert sensors_of(files["Track"]) == []
 
 

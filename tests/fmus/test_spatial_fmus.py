@@ -13,7 +13,14 @@ from fmpy import simulate_fmu
 
 from railcosim.analysis.pair.contact import CouplingError, layout_of
 from railcosim.analysis.response.models import linear_models
-from railcosim.fmus.export import WITH_STATES, NativeRuntime, PythonRuntime, export, export_track
+from railcosim.fmus.export import (
+    BARE,
+    WITH_STATES,
+    NativeRuntime,
+    PythonRuntime,
+    export,
+    export_track,
+)
 from railcosim.master.fmi.fmu import FmuComponent
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.mechanics.ports import DIMENSIONS, FORCE, RAIL, Layout
@@ -50,7 +57,8 @@ def vertical(tmp_path_factory):
 @pytest.fixture(scope="module")
 def wagon_fmu(tmp_path_factory):
     """A vertical vehicle of as many wheelsets."""
-    return export(read_stock(Path("wagon")), TINY, tmp_path_factory.mktemp("wagon"))["Vehicle"]
+    folder = tmp_path_factory.mktemp("wagon")
+    return export(read_stock(Path("wagon")), TINY, folder, runtime=BARE)["Vehicle"]
 
 
 def inputs_of(path):

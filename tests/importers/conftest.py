@@ -21,8 +21,10 @@ from pathlib import Path
 
 import pytest
 
-from railcosim.fmus.export import NativeRuntime
+from railcosim.analysis.pair.export_pair import export_pair
+from railcosim.fmus.export import WITH_STATES, NativeRuntime
 from railcosim.storage.lock import take
+from railcosim.vehicle.parameters import Vehicle
 
 from .job import Job, make_job
 
@@ -61,6 +63,13 @@ IMPORTERS = {
     "omsimulator": Importer(program="OMSimulator"),
     "pyfmi": Importer(program="python-pyfmi"),
 }
+
+
+@pytest.fixture(scope="session")
+def exported(tmp_path_factory, short_track):
+    """The four FMUs and Pair.ssp with all that others' tools look at."""
+    folder = tmp_path_factory.mktemp("documented")
+    return export_pair(Vehicle(), short_track, folder, runtime=WITH_STATES)
 
 
 @pytest.fixture(scope="session")

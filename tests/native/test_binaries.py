@@ -16,6 +16,8 @@ MACH_O, MACH_O_DYLIB, SYMBOL_TABLE = 0xFEEDFACF, 6, 2
 # -Wconversion not for clang, which takes what its own isfinite() gives for a conversion.
 STRICT = ["-std=c99", "-O3", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wstrict-prototypes",
           "-Wmissing-prototypes", "-Wvla", "-Werror", "-fsyntax-only"]  # fmt: skip
+# Each library for another system takes zig 3 to 7 s; with a compiler of one's own 40 s in all.
+ACROSS = pytest.mark.slow
 STRICTER = {"gcc": ["-Wconversion", "-Wsign-conversion"], "clang": []}
 
 
@@ -91,6 +93,7 @@ def versions_needed(library):
     return [tuple(map(int, v.split("."))) for v in re.findall(r"GLIBC_([\d.]+)", text)]
 
 
+@ACROSS
 @pytest.mark.parametrize("name", ["linux64", "aarch64-linux"])
 def test_zig_asks_for_an_old_glibc_only(fmi, name, monkeypatch):
     """2.17, of 2012; the system's compiler asks for what the system has."""
@@ -121,6 +124,7 @@ def mach_o_exports(content):
     return found
 
 
+@ACROSS
 @pytest.mark.parametrize(
     ("name", "cpu"), [("darwin64", 0x01000007), ("aarch64-darwin", 0x0100000C)]
 )
@@ -134,6 +138,7 @@ def test_the_macos_binary_is_built(fmi, name, cpu):
     assert {n for n in mach_o_exports(content) if n[0] != "_"} == declared(fmi)
 
 
+@ACROSS
 def test_one_file_for_both_macs():
     """Taken apart by hand and, where it is, by LLVM's own tool."""
     pytest.importorskip("ziglang", reason='no zig: pip install "railcosim[native]"')
@@ -149,6 +154,7 @@ def test_one_file_for_both_macs():
         assert both[offset : offset + size] == library
 
 
+@ACROSS
 def test_llvm_finds_both_processors(tmp_path):
     pytest.importorskip("ziglang", reason='no zig: pip install "railcosim[native]"')
     lipo = program("llvm-lipo-14", "llvm-14")

@@ -10,12 +10,12 @@ import pytest
 from railcosim.analysis.pair.pair import Journey
 from railcosim.analysis.pair.time_run import run_pair
 from railcosim.analysis.schemes.catalogue import members
-from railcosim.fmus.export import NATIVE, NativeRuntime, packed
+from railcosim.fmus.export import NativeRuntime, packed
 from railcosim.master.course import Course
 from railcosim.master.linear.model_exchange import linear_model
 from railcosim.track.irregularity import synthesise
 
-THIRD = NativeRuntime(fmi=3)
+THIRD = NativeRuntime(fmi=3, documented=False)
 SPEED = 250 / 3.6
 LINEAR = {"contact.nonlinear": False, "contact.stiffness": 1e9}
 PAIRS = {"track": ("Vehicle", "TrackWithContact"), "master": ("Vehicle", "Track")}
@@ -33,7 +33,7 @@ pytestmark = pytest.mark.slow  # four FMUs more are packed, and pairs of both ve
 def versions(short_contents, packed_by, tmp_path_factory):
     """The four FMUs of one content by FMI 2.0, and by FMI 3.0."""
     folder = tmp_path_factory.mktemp("second")
-    with packed(short_contents.values(), folder, runtime=NATIVE) as second:
+    with packed(short_contents.values(), folder, runtime=NativeRuntime(documented=False)) as second:
         return second, packed_by(THIRD)
 
 

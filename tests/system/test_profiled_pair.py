@@ -11,7 +11,6 @@ from railcosim.analysis.pair.owner import FMUS, Owner
 from railcosim.analysis.pair.pair import Journey, open_pair
 from railcosim.analysis.pair.profiles import profiles_of, profiles_told
 from railcosim.analysis.schemes.catalogue import members
-from railcosim.fmus import python_fmu
 from railcosim.fmus.export import BARE, PythonRuntime, export
 from railcosim.master.cosimulation import cosimulate
 from railcosim.mechanics.contact.profiled import Profiled
@@ -49,14 +48,11 @@ def pairs(tmp_path_factory):
     names = {f"{name}_profile": FileName(f"{name}.csv", folder) for name in shapes}
     kinds = {"cone": {"flange_stiffness": 0.0}, "profile": names}
     made = {}
-    with pytest.MonkeyPatch.context() as patch:
-        # Pages, pictures and reference runs take nine tenths of the time, and are no part of this.
-        patch.setattr(python_fmu, "extras", lambda *_, **__: {})
-        for kind, own in kinds.items():
-            one = replace(wagon, rolling=replace(wagon.rolling, **own))
-            made[kind] = export(one, TINY, folder / kind, dimension="spatial", runtime=BARE)
-        python = PythonRuntime()
-        made["python"] = export(one, TINY, folder / "python", dimension="spatial", runtime=python)
+    for kind, own in kinds.items():
+        one = replace(wagon, rolling=replace(wagon.rolling, **own))
+        made[kind] = export(one, TINY, folder / kind, dimension="spatial", runtime=BARE)
+    python = PythonRuntime(documented=False)
+    made["python"] = export(one, TINY, folder / "python", dimension="spatial", runtime=python)
     return made
 
 
