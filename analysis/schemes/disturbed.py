@@ -82,6 +82,9 @@ class Disturbed:
         begin with V / r0, and find their own speed first. Of a pair that is at rest: none.
     """
 
+    settled = False
+    """Whether its axles had to find their speed first."""
+
     def __init__(
         self, pair: Pair, disturbance: Disturbance, settling: Scheme | None = None
     ) -> None:
