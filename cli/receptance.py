@@ -191,7 +191,7 @@ def track_receptance(
         )
     keep(result, out, f"{frequency.size} frequencies", plot, _chart)
     console.print(
-        f"{of.ring_of(parameters)}: differs from the endless track by at most "
+        f"{of.ring_of(parameters)}: differs from the endless track, relative to it, by at most "
         f"{result.attrs['ring_error']:.1e}, at {result.attrs['ring_error_at']:g} Hz",
     )
 
