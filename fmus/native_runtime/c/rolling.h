@@ -29,8 +29,8 @@ typedef struct {
 /* Find what is to be found in a table that has been filled; 0: it makes no sense. */
 int rolling_profile_ready(RollingProfile *profile);
 
-/* Numbers of a patch: linear creep's f11 and f22 over N^(2/3), f23 over N and f33 over N^(4/3); semi-axes
-   along rolling and across over N^(1/3). */
+/* Numbers of a patch: linear creep's f11 and f22 over N^(2/3), f23 over N and f33 over N^(4/3);
+   semi-axes along rolling and across over N^(1/3). */
 enum { CREEP_F11, CREEP_F22, CREEP_F23, CREEP_F33, CREEP_A, CREEP_B, CREEP_NUMBERS };
 /* Forces of creep on the wheel, along and across, and the moment about the normal, by a normal force
    N > 0, three creepages and the numbers of a patch; and their derivatives by N, by the three and by

@@ -19,7 +19,8 @@ RollingLaw rolling_law(const double number[ROLLING_NUMBERS], const RollingProfil
     if (profile != NULL) {
         const RollingLaw of_profile = {
             .profile = profile, .radius = profile->radius, .half_distance = profile->half_distance,
-            .friction = number[NUMBER_FRICTION], .creep = creep_law(number), .axle_inertia = number[NUMBER_AXLE_INERTIA]};
+            .friction = number[NUMBER_FRICTION], .creep = creep_law(number),
+            .axle_inertia = number[NUMBER_AXLE_INERTIA]};
         return of_profile;
     }
     const RollingLaw law = {

@@ -8,11 +8,13 @@
    coefficients and semi-axes at ROLLING_REFERENCE. */
 enum {
     NUMBER_RADIUS, NUMBER_HALF_DISTANCE, NUMBER_CONICITY, NUMBER_HEAD_RADIUS, NUMBER_CREEP,
-    NUMBER_ELLIPSE = NUMBER_CREEP + 4, NUMBER_FRICTION = NUMBER_ELLIPSE + 2, NUMBER_FLANGE_STIFFNESS, NUMBER_FLANGE_CLEARANCE,
-    NUMBER_FLANGE_DEPTH, NUMBER_HERTZ, NUMBER_TEXTBOOK, NUMBER_FASTSIM, NUMBER_AXLE_INERTIA, ROLLING_NUMBERS
+    NUMBER_ELLIPSE = NUMBER_CREEP + 4, NUMBER_FRICTION = NUMBER_ELLIPSE + 2,
+    NUMBER_FLANGE_STIFFNESS, NUMBER_FLANGE_CLEARANCE, NUMBER_FLANGE_DEPTH, NUMBER_HERTZ,
+    NUMBER_TEXTBOOK, NUMBER_FASTSIM, NUMBER_AXLE_INERTIA, ROLLING_NUMBERS
 };
 
-/* With a table of profiles (NULL: cones) only friction, how it bounds, and the axle's inertia count. */
+/* With a table of profiles (NULL: cones) only friction, how it bounds, and the axle's inertia
+   count. */
 RollingLaw rolling_law(const double number[ROLLING_NUMBERS], const RollingProfile *profile);
 
 /* --- for who has no FMU: a master that owns the contact ---------------------------------------- */
