@@ -118,11 +118,12 @@ class Determinant:
         """Q (z - T)^-1 R, from the side on which there is less."""
         if len(self._Q) >= self._R.shape[1]:
             seen = self._Q @ solve_triangular(self._T, self._R, z)
-            return np.asarray(seen.reshape(len(seen), len(z), -1).transpose(1, 0, 2))
+            shape = len(seen), len(z), self._R.shape[1]
+            return np.asarray(seen.reshape(shape).transpose(1, 0, 2))
         # Its transpose, with the unknowns in the opposite order, is upper triangular again.
         x = solve_triangular(self._T.T[::-1, ::-1], self._Q.T[::-1], z)[::-1]
         seen = self._R.T @ x
-        return np.asarray(seen.reshape(len(seen), len(z), -1).transpose(1, 2, 0))
+        return np.asarray(seen.reshape(len(seen), len(z), len(self._Q)).transpose(1, 2, 0))
 
     def _loop(self, z: ComplexArray) -> ComplexArray:
         """2 Re C (z - E)^-1 G, as if z were real: a pair of modes is a fraction of real numbers.
@@ -137,7 +138,7 @@ class Determinant:
         total = over.reshape(2 * len(z), -1) @ self._numerators
         slope, level = np.split(total[: len(z)] + 1j * total[len(z) :], 2, axis=1)
         found: ComplexArray = slope * z[:, None] + level
-        return found.reshape(len(z), len(self._C), -1)
+        return found.reshape(len(z), len(self._C), self._G.shape[1])
 
     def _slope(self, z: ComplexArray) -> ComplexArray:
         """Derivative of the logarithm of F."""

@@ -226,9 +226,9 @@ def differences(old: Arrays, new: Arrays) -> dict[str, float]:
 
 
 @pytest.fixture(scope="module")
-def folder(exported: dict[str, Path]) -> Path:
-    """As `exported_into` makes it; these are for all tests."""
-    return exported["Vehicle"].parent
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Whole FMUs: those of other tests come without what people look at."""
+    return exported_into(tmp_path_factory.mktemp("frozen"))
 
 
 def test_the_same_words(folder: Path) -> None:

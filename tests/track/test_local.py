@@ -7,7 +7,8 @@ import pytest
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
-from railcosim.analysis.response.track_words import change_of, track_receptance
+from railcosim.analysis.response.track_receptance import track_receptance
+from railcosim.analysis.response.track_words import change_of
 from railcosim.mechanics.ports import Z
 from railcosim.parameters import ArgumentError, ParameterError
 from railcosim.reference.ring import build_ring
