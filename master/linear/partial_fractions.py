@@ -52,11 +52,16 @@ class PartialFractions:
         found = np.empty((len(s), *self.column.shape), dtype=complex)
         for begin in range(0, len(s), FREQUENCIES):
             here = s[begin : begin + FREQUENCIES]
-            total = self._total(here)
-            level, slope = np.split(total[: len(here)] + 1j * total[len(here) :], 2, axis=1)
-            slope *= here[:, None]
-            level += slope
-            np.take(level, self.column, axis=1, out=found[begin : begin + len(here)], mode="clip")
+            total = self._total(here).reshape(2, len(here), 2, -1)
+            (level, slope), (turned, turning) = total.swapaxes(1, 2)
+            x, y = here.real[:, None], here.imag[:, None]
+            each = np.empty(level.shape, dtype=complex)
+            np.subtract(level, y * turning, out=each.real)
+            np.add(turned, y * slope, out=each.imag)
+            if x.any():
+                each.real += x * slope
+                each.imag += x * turning
+            np.take(each, self.column, axis=1, out=found[begin : begin + len(here)], mode="clip")
         return found
 
     def _total(self, s: ComplexArray) -> FloatArray:

@@ -102,27 +102,37 @@ class _Side:
         return replace(self, values=self.values[part], omega=self.omega[part])
 
     @cached_property
+    def _forcing(self) -> ComplexArray:
+        """`forcing`, and a last column of zeros, to be taken for inputs that there are not."""
+        return self._law(self.stiffness, self.damping + self.beside, self.values, more=1)
+
+    @property
     def forcing(self) -> ComplexArray:
         """What its inputs, by its motions, do to all forces, (n_omega, n_all_forces, n_inputs)."""
-        return self._law(self.stiffness, self.damping + self.beside, self.values)
+        return self._forcing[:, :, :-1]
 
     def untold(self, outputs: ComplexArray) -> ComplexArray:
         """What acts beside the forces that are told, by all outputs (n_omega, n_outputs, n)."""
         return self._law(np.zeros_like(self.beside), self.beside, outputs)
 
     def _law(
-        self, stiffness: FloatArray, damping: FloatArray, outputs: ComplexArray
+        self, stiffness: FloatArray, damping: FloatArray, outputs: ComplexArray, more: int = 0
     ) -> ComplexArray:
+        """Forces by outputs, and so many columns of zeros."""
         motion: ComplexArray = outputs[:, self.motions]
         law: FloatArray | ComplexArray = stiffness
         if damping.any():
             law = stiffness + 1j * self.omega[:, None, None, None] * damping
-        elif stiffness.shape[1:] == (1, 1):
-            product: ComplexArray = stiffness[:, 0] * motion
-            return product
         count, forces, motions = stiffness.shape
-        each = motion.reshape(len(motion), count, motions, motion.shape[2])
-        return np.asarray(law @ each).reshape(len(motion), count * forces, motion.shape[2])
+        n, columns = len(motion), motion.shape[2]
+        found = np.empty((n, count, forces, columns + more), dtype=complex)
+        found[..., columns:] = 0.0
+        if law.shape[-2:] == (1, 1):
+            np.multiply(law[..., 0], motion, out=found[:, :, 0, :columns])
+        else:
+            each = motion.reshape(n, count, motions, columns)
+            np.matmul(law, each, out=found[..., :columns])
+        return found.reshape(n, count * forces, columns + more)
 
     def to_forces(self, at_inputs: ComplexArray, forces: int) -> ComplexArray:
         """Loads on the joined inputs as if they were forces of the joints, all of these."""
@@ -134,12 +144,9 @@ class _Side:
 
     def by_forces(self, forces: int) -> ComplexArray:
         """What the forces of the joints do to each other through it, (n_omega, n, n_forces)."""
-        through = self.forcing[:, :, self.joined]
-        if self.takes == list(range(forces)):
-            return through
-        found = np.zeros((len(through), forces, forces), dtype=complex)
-        found[:, :, self.takes] = through
-        return found
+        columns = np.full(forces, self.values.shape[2])
+        columns[self.takes] = self.joined
+        return self._forcing.take(columns, axis=2)
 
 
 def _side(free: FrequencyResponse, ends: Sequence[End], joints: Sequence[Joint]) -> _Side:
