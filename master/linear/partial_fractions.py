@@ -52,7 +52,7 @@ class PartialFractions:
         found = np.empty((len(s), *self.column.shape), dtype=complex)
         for begin in range(0, len(s), FREQUENCIES):
             here = s[begin : begin + FREQUENCIES]
-            total = self._total(here).reshape(2, len(here), 2, -1)
+            total = self._total(here).reshape(2, len(here), 2, self.slope.shape[1])
             (level, slope), (turned, turning) = total.swapaxes(1, 2)
             x, y = here.real[:, None], here.imag[:, None]
             each = np.empty(level.shape, dtype=complex)
