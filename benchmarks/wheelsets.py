@@ -119,7 +119,7 @@ def reading(size: int) -> float:
 def moved(megabytes: float, cost: float) -> tuple[str, str, str]:
     """Cells of the table: what a step moves, how fast, and what part of the fastest that is."""
     speed = megabytes / 1e3 / cost
-    return f"{megabytes:.1f} MB", f"{speed:.0f} GB/s", f"{speed / reading(round(megabytes)):.0%}"
+    return f"{megabytes:.1f} MB", f"{speed:.0f} GB/s", f"{speed / reading(max(1, round(megabytes))):.0%}"
 
 
 def main() -> None:
