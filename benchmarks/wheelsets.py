@@ -61,7 +61,7 @@ def positions(wheelsets: int) -> list[float]:
 
 
 def modes_of(path: Path) -> int:
-    """How many complex modes a track has: half its continuous states."""
+    """How many complex modes a vehicle has: half its continuous states."""
     with zipfile.ZipFile(path) as archive:
         root = ElementTree.fromstring(archive.read("modelDescription.xml"))
     return len(root.findall("ModelStructure/Derivatives/Unknown")) // 2
@@ -118,8 +118,8 @@ def reading(size: int) -> float:
 
 def moved(megabytes: float, cost: float) -> tuple[str, str, str]:
     """Cells of the table: what a step moves, how fast, and what part of the fastest that is."""
-    speed = megabytes / 1e3 / cost
-    return f"{megabytes:.1f} MB", f"{speed:.0f} GB/s", f"{speed / reading(max(1, round(megabytes))):.0%}"
+    speed, fastest = megabytes / 1e3 / cost, reading(max(1, round(megabytes)))
+    return f"{megabytes:.1f} MB", f"{speed:.0f} GB/s", f"{speed / fastest:.0%}"
 
 
 def main() -> None:
@@ -139,7 +139,8 @@ def main() -> None:
         )
         with TemporaryDirectory(prefix="railcosim_") as name:
             files = export_track(track, start, Path(name))
-            modes, rows = modes_of(files["Track"]), rows_of(reduce_track(track), wheelsets)
+            reduced = reduce_track(track)
+            modes, rows = reduced.poles.size, rows_of(reduced, wheelsets)
             for fmu, path in files.items():
                 what = f"{fmu}, {wheelsets} wheelsets, {cells} cells"
                 cost = a_step(path)
@@ -149,11 +150,13 @@ def main() -> None:
                     *moved(size, cost), memory.beside(what, cost),
                 )  # fmt: skip
     for dimension, directions in DIMENSIONS.items():
-        rows = rows_of(reduce_track(Track(), directions), len(PLACES))
+        reduced = reduce_track(Track(), directions)
+        rows = rows_of(reduced, len(PLACES))
         with TemporaryDirectory(prefix="railcosim_") as name:
             files = export(Vehicle(), Track(), Path(name), dimension=dimension)
             for fmu, path in files.items():
-                cost, what, modes = a_step(path), f"{fmu}, built in, {dimension}", modes_of(path)
+                cost, what = a_step(path), f"{fmu}, built in, {dimension}"
+                modes = reduced.poles.size if "Track" in fmu else modes_of(path)
                 size = megabytes(modes, rows, contact="Contact" in fmu)
                 bytes_moved = moved(size, cost) if "Track" in fmu else ("", "", "")
                 table.add_row(
