@@ -5,8 +5,8 @@ linearised at the static load for the prediction. The motion that is predicted t
 driven softly and left alone, just below and just above the predicted limit; where growth passes 1/s
 is the simulated one. `at ms` is the step above, with the growth predicted and measured there. The
 owner of the contact integrates it exactly in the prediction; at 8 GN/m and in space its
-`internal_step` is 0.02 ms here, so that it nearly does. Rows are added to a table as they are found; those it has are left
-out.
+`internal_step` is 0.02 ms here, so that it nearly does. Rows are added to a table as they are
+found; those it has are left out.
 
 In space wheels roll, under Hertz's law and creep that friction bounds, both linear for the
 prediction: there is no other stiffness than hertz. What learns within a step is not predicted: the
