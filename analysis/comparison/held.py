@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -71,29 +71,28 @@ def is_force(output: str) -> bool:
 
 
 def apart(
-    frequency: FloatArray,
-    found: Mapping[str, ComplexArray],
     expected: Mapping[str, ComplexArray],
-    fine: FloatArray,
-    curves: Mapping[str, ComplexArray],
+    rows: Sequence[int],
+    found: tuple[FloatArray, ComplexArray],
+    dense: tuple[FloatArray, ComplexArray],
 ) -> dict[str, tuple[FloatArray, NDArray[np.bool_]]]:
     """Relative errors of outputs, NaN within 1 % of an antiresonance, and which are not weak.
 
     Parameters
     ----------
-    frequency, fine : array, shape (n,) and (m,)
-        Hz: of what is compared, and dense.
-    found, expected : mapping of str to array of complex, shape (n,)
+    expected : mapping of str to array of complex, shape (n,)
         Outputs; NaN as well where one is to be nothing.
-    curves : mapping of str to array of complex, shape (m,)
-        What was found, dense.
+    rows : sequence of int
+        Which of all outputs that were found these are.
+    found, dense : tuple of array, shapes (n,) and (n, n_outputs)
+        Frequencies, Hz, and all outputs; the second close enough to show every antiresonance.
     """
-    errors = {}
-    for output, answer in expected.items():
+    (frequency, ours), (fine, curves), errors = found, dense, {}
+    for (output, answer), row in zip(expected.items(), rows, strict=True):
         alike = [abs(a) for name, a in expected.items() if is_force(name) == is_force(output)]
         share = np.abs(answer) / np.max(alike, axis=0)
         nothing = share <= NOTHING
-        error = np.abs(found[output] - answer) / np.where(nothing, np.nan, np.abs(answer))
-        error[near(frequency, fine, curves[output])] = np.nan
+        error = np.abs(ours[:, row] - answer) / np.where(nothing, np.nan, np.abs(answer))
+        error[near(frequency, fine, curves[:, row])] = np.nan
         errors[output] = (error, share > WEAK)
     return errors

@@ -90,14 +90,8 @@ def frequency_errors(
         for i in sorted({1, last}):
             references[f"track.wheelset[{i}].left.rail_z"] = rail_z[:, i - 1]
             references[f"wheelset[{i}].left.force_z"] = force[:, i - 1]
-        rows = dict(zip(references, system.rows(list(references)), strict=True))
-        found[excitation] = apart(
-            frequency,
-            {name: ours[:, row] for name, row in rows.items()},
-            references,
-            fine,
-            {name: curve[:, row] for name, row in rows.items()},
-        )
+        rows = system.rows(list(references))
+        found[excitation] = apart(references, rows, (frequency, ours), (fine, curve))
     return found
 
 

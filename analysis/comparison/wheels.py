@@ -104,17 +104,11 @@ class RollingWheels:
             seen = observed(
                 mono, linear, models.positions, omega, x[..., column], rough[..., column]
             )
-            rows = dict(zip(seen, system.rows(list(seen)), strict=True))
+            rows = system.rows(list(seen))
             ours, curve = (
                 response(one, excitation, models.positions, self.speed) for one in (system, dense)
             )
-            errors[excitation] = apart(
-                frequency,
-                {name: ours[:, row] for name, row in rows.items()},
-                seen,
-                fine,
-                {name: curve[:, row] for name, row in rows.items()},
-            )
+            errors[excitation] = apart(seen, rows, (frequency, ours), (fine, curve))
         return errors
 
     def _linear(self, body: Multibody) -> OnRails:
